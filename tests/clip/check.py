@@ -179,6 +179,22 @@ class Clips:
         self.judged(self.make("-c:v", "mjpeg", "-q:v", "2", "-f", "mpjpeg", to="parts.mjpg"), True, "(assumed: state another with --fps)")
         self.judged(self.make("-c:v", "mjpeg", "-q:v", "2", to="raw.mjpeg"), True, "30:1 frames per second (assumed: state another with --fps)")
 
+    def tracks(self) -> None:
+        """A film of two tracks, and Motion JPEG that ffmpeg cannot decode: a byte stands before each marker."""
+        film = self.at / "tracks.mkv"
+        other = ("-f", "lavfi", "-i", "testsrc=size=320x240:rate=30:duration=4")
+        ffmpeg("-i", self.at / "small.y4m", *other, "-map", "0", "-map", "1", *X264, film)
+        self.judged(film, True, "the first of 2 video tracks (another: ")
+        jpegs = self.at / "bytes"
+        jpegs.mkdir()
+        for number in range(30):
+            shutil.copy(Path(__file__).parent.parent / "jpeg/422-restart+byte.jpg", jpegs / f"{number}.jpg")
+        ffmpeg("-framerate", "30", "-i", jpegs / "%d.jpg", "-c", "copy", self.at / "bytes.avi")
+        for source, helps in ((self.at / "bytes.avi", True), (jpegs, False)):
+            records, notes = self.run(source)
+            found = f"{source.name}: {notes.count('-c copy FOLDER/%05d.jpg')} times help, {records[-1]}"
+            self.verdict(("-c copy FOLDER/%05d.jpg" in notes) is helps and records[-1].get("frames") == 30, found, f"{found}: {notes}")
+
     def damaged(self) -> None:
         """Files with flipped bits: no reliable speed is wrong, and key frames end doubt. A cut file is as reliable as a whole one."""
         word = "events are not reliable until a later key frame"
@@ -293,7 +309,7 @@ def main() -> None:
         # A small slide of 150 mm/s, in files whose frames come unevenly or evenly, of other pixels, and without a rate.
         (clips.at / "small.toml").write_text('specimen = "Saw3"\nspeed = 150\ndirection = 30\n[sensor]\nsize = [320, 240]\n')
         clips.quiet("scene", "render", clips.at / "small.toml", "-o", clips.at / "small.y4m")
-        for part in (clips.gaps, clips.pictures, clips.even, clips.damaged, clips.dark, clips.refused):
+        for part in (clips.gaps, clips.pictures, clips.even, clips.tracks, clips.damaged, clips.dark, clips.refused):
             part()
     sys.exit(f"{clips.failures} failed" if clips.failures else None)
 

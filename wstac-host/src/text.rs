@@ -63,9 +63,6 @@ pub fn text(line: &mut String, record: &Output) -> fmt::Result {
         Output::BaselineDisturbed { frame } => write!(line, "at frame {frame}: {DisturbedBaseline}"),
         Output::End(end) => {
             write!(line, "end after {}, {} dropped", counted(end.frames, "frame"), end.dropped)?;
-            if !end.baseline_complete {
-                line.write_str("; too short for the baseline")?;
-            }
             end.incomplete.map_or(Ok(()), |sample| {
                 write!(line, "; an event at frame {} was incomplete: {} of 70 frames", sample.frame, sample.frames)
             })

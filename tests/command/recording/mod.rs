@@ -131,7 +131,16 @@ fn a_recovery_without_a_description_is_said() {
         let replayed = run(&["run", new, "--json"]);
         assert_eq!(replayed.status.code(), Some(code), "{}", said(&replayed));
         assert_eq!(said(&done).contains("has a damaged description"), code == 1, "{}", said(&done));
+        assert!(said(&done).contains("new.mcap: 10 frames, 0 events"), "{}", said(&done));
     }
+    // A damaged frame is the reason why the baseline is not complete.
+    bytes[places[0] + 9] ^= 1;
+    let middle = bytes.len() / 2;
+    bytes[middle..middle + 9].fill(0x55);
+    fs::write(&file, &bytes).unwrap();
+    let done = run(&["run", name]);
+    let printed = said(&done) + &String::from_utf8_lossy(&done.stdout);
+    assert!(printed.contains("has a chunk whose bytes") && !printed.contains("baseline"), "{printed}");
 }
 
 /// Textures need the models again, so the message names them.

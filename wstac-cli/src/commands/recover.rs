@@ -87,6 +87,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let what = counted(found.unchecked, if found.frames > 0 { "frame" } else { "message" });
         note(format_args!("{what} without a checksum: nothing vouches for them"));
     }
+    if found.left_out > 0 {
+        let left_out = counted(found.left_out, "record");
+        note(format_args!("{left_out} left out: attachments, or of kinds that no recording has"));
+    }
     if found.doubtful > 0 {
         let doubtful = counted(found.doubtful, "message");
         note(format_args!("{doubtful} with a name that may be wrong: it stands in a damaged part"));

@@ -193,11 +193,12 @@ impl RecordingReader {
                 // A moment has the time of its frame.
                 let sum_time = MessageBody::parse(&body).map(|message| message.times[0]);
                 if time.is_some() && time != sum_time && self.sorted.is_none() {
-                    return Err(self.disordered(self.damaged("has a frame before the checksum of another")));
+                    return Err(self.disordered("has a frame before the checksum of another"));
                 }
                 let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
                 if !sum.tally().agrees(&self.tally) {
-                    return Err(self.disordered(self.has_other_frames(&sum.tally(), " up to a checksum")));
+                    self.is_disordered = true;
+                    return Err(self.has_other_frames(&sum.tally(), " up to a checksum"));
                 }
                 self.moments += 1;
                 self.spare.push(body);
@@ -206,7 +207,7 @@ impl RecordingReader {
             if is_given && topic.is_frame() {
                 time = MessageBody::parse(&body).map(|message| message.times[0]);
                 if time < std::mem::replace(&mut self.last, time) && self.sorted.is_none() {
-                    return Err(self.disordered(self.damaged("has a frame after one of a later time")));
+                    return Err(self.disordered("has a frame after one of a later time"));
                 }
             }
             (frames, bytes) = (frames + u32::from(topic.is_frame()), bytes + body.len() as u64);
@@ -220,9 +221,7 @@ impl RecordingReader {
                 return Ok(true);
             }
             if (frames > 1 && self.sorted.is_none()) || bytes > 2 * MOST_MESSAGE {
-                return Err(
-                    self.disordered(self.damaged(format_args!("has {frames} frames before a checksum, expected 1")))
-                );
+                return Err(self.disordered(format_args!("has {frames} frames before a checksum, expected 1")));
             }
         }
         if !std::mem::replace(&mut self.has_ended, true) {
@@ -236,10 +235,10 @@ impl RecordingReader {
         self.stated.is_none() || self.sorted.as_ref().is_some_and(|sorted| !sorted.has_sums)
     }
 
-    /// Notes that an error is about the order of messages.
-    fn disordered(&mut self, error: Error) -> Error {
+    /// Returns an error about the order of messages.
+    fn disordered(&mut self, what: impl fmt::Display) -> Error {
         self.is_disordered = true;
-        error
+        self.damaged(what)
     }
 
     /// Puts all messages in order. Moments that were given already are not given again.
@@ -320,8 +319,7 @@ impl RecordingReader {
     }
 
     fn channel_of(&mut self, span: Span) -> Result<u16, Error> {
-        let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
-        Ok(start.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
+        self.walk.channel_of(span).map_err(|error| Error::io(&self.subject, error))
     }
 
     /// Checks the bytes of a moment whose chunk has no checksum, by its own.
@@ -335,7 +333,7 @@ impl RecordingReader {
         } else if !Sum::parse(message.data).is_some_and(|sum| moment.agrees(&header, message.data, &sum)) {
             let what = "has messages in no chunk with a checksum, and their own checksum is not right: they are damaged, or \
                         another tool changed them or their order";
-            return Err(self.disordered(self.damaged(what)));
+            return Err(self.disordered(what));
         }
         Ok(())
     }

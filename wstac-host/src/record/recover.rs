@@ -76,6 +76,8 @@ pub struct Recovered {
     pub bytes: u64,
     /// The bytes that could not be read.
     pub unread: Option<Unread>,
+    /// Attachments and records of unknown kinds, which were left out.
+    pub left_out: u64,
     /// Messages of channels that only a damaged part describes. They may have a wrong name.
     pub doubtful: u64,
     /// Why the new file may lack frames, or cannot be read as a recording; `None` if all frames are accounted for.
@@ -372,6 +374,7 @@ impl Recovery<'_> {
                     }
                     self.found.whole = whole || self.walk.is_finished()?;
                     self.found.unread = self.walk.unread();
+                    self.found.left_out += self.walk.others;
                     break;
                 }
             }
@@ -447,10 +450,6 @@ impl Recovery<'_> {
         self.about.is_some()
     }
 
-    fn channel_of(&mut self, span: Span) -> io::Result<u16> {
-        Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
-    }
-
     /// Reads a message's body.
     fn read(&mut self, message: &Waiting) -> io::Result<()> {
         match &message.body {
@@ -478,7 +477,7 @@ impl Recovery<'_> {
     }
 
     fn message(&mut self, span: Span) -> Result<(), RecoverFailure> {
-        let channel = self.channel_of(span)?;
+        let channel = self.walk.channel_of(span)?;
         let own = self.own(channel);
         let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
         if let (Some((sensor, topic)), Some(message)) = (own, MessageBody::parse(start)) {
@@ -530,7 +529,8 @@ impl Recovery<'_> {
         if sound.is_empty() {
             return Ok(());
         }
-        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || !self.is_own()));
+        let is_counted = |of: &&Waiting| of.is_frame() || (of.own.is_none() && !self.is_own());
+        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown).filter(is_counted);
         self.found.unchecked += unchecked.count() as u64;
         if self.has_sums || !self.is_own() {
             return self.copy(&sound);
@@ -598,7 +598,7 @@ impl Recovery<'_> {
             let body = std::mem::take(&mut self.body);
             if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
             {
-                match own.map(|(_, topic)| topic) {
+                match message.own.map(|(_, topic)| topic) {
                     Some(topic) if topic.is_frame() => {
                         self.time = log_time;
                         self.found.frames += 1;

@@ -191,6 +191,8 @@ pub(super) struct Walk {
     summary: Option<Summary>,
     has_magic: bool,
     unread: Option<Unread>,
+    /// Attachments and records of unknown kinds so far.
+    pub(super) others: u64,
     /// Memory for records whose shape is checked.
     scratch: Vec<u8>,
     /// Memory for bytes that are searched.
@@ -225,6 +227,7 @@ impl Walk {
             summary,
             has_magic,
             unread: None,
+            others: 0,
             scratch: Vec::new(),
             piece: Vec::new(),
         };
@@ -302,7 +305,7 @@ impl Walk {
         self.file.set_unpacked(None);
         (self.at, self.around, self.crc) = (mcap::MAGIC.len() as u64, Around::File, Crc::Unknown);
         (self.hashed, self.tried, self.crcs) = (0, 0, [0; 2]);
-        (self.total, self.unread) = ((Hasher::new(), 0), None);
+        (self.total, self.unread, self.others) = ((Hasher::new(), 0), None, 0);
     }
 
     /// Returns the compressed chunk that the last record stands in.
@@ -347,6 +350,14 @@ impl Walk {
     /// The file cannot be read.
     pub(super) fn start_of(&mut self, span: Span, count: usize) -> io::Result<&[u8]> {
         self.file.peek(span.at + HEAD, count.min(usize::try_from(span.length).unwrap_or(usize::MAX)))
+    }
+
+    /// Returns the channel of a message.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn channel_of(&mut self, span: Span) -> io::Result<u16> {
+        Ok(self.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
     }
 
     /// Returns the checksum of bytes of the file.
@@ -434,6 +445,7 @@ impl Walk {
                 op::DATA_END => return Ok(WalkStep::End { whole: summary::has_proper_end(&mut self.file)? }),
                 _ => {
                     self.at = span.end();
+                    self.others += u64::from(span.op == op::ATTACHMENT || span.op >= UNKNOWN);
                     if span.op == op::CHANNEL {
                         let id = self.file.peek(span.at + HEAD, 2)?.first_chunk().map(|id| u16::from_le_bytes(*id));
                         self.channels.extend(id);
@@ -457,10 +469,15 @@ impl Walk {
         }
         let next = if self.goes_on() { self.resync(start + 1)? } else { self.end };
         self.at = next;
-        if let Some((UNKNOWN.., length)) = self.head(start)?
-            && next < self.end
-            && next - start == length.saturating_add(HEAD)
+        let (mut behind, mut others) = (start, 0);
+        while behind < next
+            && let Some((op, length)) = self.head(behind)?
+            && (op >= UNKNOWN || (op == op::ATTACHMENT && !self.in_chunk()))
         {
+            (behind, others) = (behind.saturating_add(length).saturating_add(HEAD), others + 1);
+        }
+        if behind == next && next < self.end {
+            self.others += others;
             return Ok(None);
         }
         if let Some(outer) = &mut self.outer {

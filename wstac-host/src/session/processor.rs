@@ -44,12 +44,7 @@ pub struct Processor {
     options: OutputOptions,
     dropped: u64,
     dropped_by: LossCounts,
-    uneven: UnevenFrames,
-    /// The frames of a camera that is faster than agreed on.
-    fast: UnevenFrames,
-    /// The frames that a file leaves out, or that cannot be decoded.
-    missing: UnevenFrames,
-    places: Places,
+    doubts: Doubts,
     /// Whether lost JPEG pictures are such frames. A camera reports its own.
     is_of_camera: bool,
     baseline_reported: bool,
@@ -149,6 +144,35 @@ impl Places {
     }
 }
 
+/// The frames of which events are doubted.
+#[derive(Clone, Debug, Default)]
+struct Doubts {
+    uneven: UnevenFrames,
+    /// The frames of a camera that is faster than agreed on.
+    fast: UnevenFrames,
+    /// The frames that a file leaves out, or that cannot be decoded.
+    missing: UnevenFrames,
+    places: Places,
+}
+
+impl Doubts {
+    /// Returns an event with its doubt, if there is one.
+    fn of(&self, event: TactileEvent, motion: MotionConfig) -> TactileEvent {
+        let by_arrival = event.speed.ok().and_then(|speed| Some((speed.mm_s, speed.sd?)));
+        if self.uneven.touch(event.frame)
+            || by_arrival.is_some_and(|(mm_s, _)| self.places.doubt(event.frame, mm_s, motion))
+        {
+            event.mistimed(Reason::Uneven)
+        } else if self.fast.touch(event.frame) {
+            event.mistimed(Reason::FasterCamera)
+        } else if by_arrival.is_some_and(|(mm_s, sd)| sd > MOST_SD_OF_GAPS * mm_s) && self.missing.touch(event.frame) {
+            event.missing()
+        } else {
+            event
+        }
+    }
+}
+
 impl Processor {
     /// Creates a processor for frames as `info` describes them.
     ///
@@ -180,10 +204,7 @@ impl Processor {
             options,
             dropped: 0,
             dropped_by: LossCounts::default(),
-            uneven: UnevenFrames::default(),
-            fast: UnevenFrames::default(),
-            missing: UnevenFrames::default(),
-            places: Places::default(),
+            doubts: Doubts::default(),
             is_of_camera: info.camera.is_some(),
             baseline_reported: false,
             zero: first,
@@ -221,10 +242,11 @@ impl Processor {
     ) -> Result<bool, E> {
         if let SourceEvent::Fault(fault) = event {
             let frame = self.pipeline.next_frame();
-            self.uneven.fault(&fault.kind, frame);
+            let Doubts { uneven, fast, .. } = &mut self.doubts;
+            uneven.fault(&fault.kind, frame);
             match fault.kind {
-                FaultKind::Fast => self.fast.fault(&FaultKind::Uneven, frame),
-                FaultKind::InTime | FaultKind::Rate | FaultKind::Slow => self.fast.fault(&FaultKind::Even, frame),
+                FaultKind::Fast => fast.fault(&FaultKind::Uneven, frame),
+                FaultKind::InTime | FaultKind::Rate | FaultKind::Slow => fast.fault(&FaultKind::Even, frame),
                 _ => {}
             }
         }
@@ -233,9 +255,9 @@ impl Processor {
                 || (reason.is_of_jpeg() && !self.is_of_camera))
         {
             let first = self.pipeline.next_frame();
-            self.missing.fault(&FaultKind::Uneven, first);
             let added = u64::from(self.geometry().rate().frames_added());
-            self.missing.fault(&FaultKind::Even, first.saturating_add(frames.div_ceil(added)));
+            self.doubts.missing.fault(&FaultKind::Uneven, first);
+            self.doubts.missing.fault(&FaultKind::Even, first.saturating_add(frames.div_ceil(added)));
         }
         let (pipeline, answers) = self.parts();
         match event {
@@ -264,7 +286,7 @@ impl Processor {
             }
             SourceEvent::Frame(frame) => {
                 let added = pipeline.geometry().rate().frames_added();
-                answers.places.arrive(pipeline.next_frame(), frame.off / added as f32);
+                answers.doubts.places.arrive(pipeline.next_frame(), frame.off / added as f32);
                 answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
                     answers.emit(&update, &mut emit)?;
@@ -460,9 +482,8 @@ impl Processor {
         let next = self.pipeline.next_frame();
         let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
         let incomplete = self.restart();
-        let Self { clock, dropped, dropped_by, uneven, fast, missing, places, .. } = std::mem::replace(self, new);
-        (self.clock, self.dropped, self.dropped_by) = (clock, dropped, dropped_by);
-        (self.uneven, self.fast, self.missing, self.places) = (uneven, fast, missing, places);
+        let Self { clock, dropped, dropped_by, doubts, .. } = std::mem::replace(self, new);
+        (self.clock, self.dropped, self.dropped_by, self.doubts) = (clock, dropped, dropped_by, doubts);
         Ok(incomplete)
     }
 
@@ -479,7 +500,7 @@ impl Processor {
         let taxels = self.pipeline.taxel_ring().filter(|_| self.law.takes_taxels());
         let touch = live.push(next_frame, recent, baseline, taxels)?;
         let (velocity, first) = (touch.velocity?, next_frame.saturating_sub(SAMPLE_FRAMES as u64));
-        if self.places.doubt(first, velocity.mm_s, self.motion) {
+        if self.doubts.places.doubt(first, velocity.mm_s, self.motion) {
             return None;
         }
         let frame = next_frame.saturating_sub(1);
@@ -496,10 +517,9 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, uneven, fast, missing, places, .. } =
-            self;
+        let Self { pipeline, textures, law, durations, motion, clock, options, doubts, .. } = self;
         let (motion, options) = (*motion, *options);
-        (pipeline, Answers { textures, law, durations, motion, clock, options, uneven, fast, missing, places })
+        (pipeline, Answers { textures, law, durations, motion, clock, options, doubts })
     }
 }
 
@@ -511,30 +531,16 @@ struct Answers<'p> {
     motion: MotionConfig,
     clock: &'p mut FrameClock,
     options: OutputOptions,
-    uneven: &'p UnevenFrames,
-    fast: &'p UnevenFrames,
-    missing: &'p UnevenFrames,
-    places: &'p mut Places,
+    doubts: &'p mut Doubts,
 }
 
 impl Answers<'_> {
     fn event(&self, event: &wstac_core::paper::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
-        let Self { law, durations, textures, motion, ref clock, options, uneven, fast, missing, ref places } = *self;
+        let Self { law, durations, textures, motion, ref clock, options, ref doubts } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
         let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };
         let event = TactileEvent::new(event, taxels, &answering);
-        let by_arrival = event.speed.ok().filter(|speed| speed.sd.is_some());
-        let is_off = by_arrival.is_some_and(|speed| places.doubt(event.frame, speed.mm_s, motion));
-        let is_vague = event.speed.is_ok_and(|speed| speed.sd.is_some_and(|sd| sd > MOST_SD_OF_GAPS * speed.mm_s));
-        Output::Event(Box::new(if uneven.touch(event.frame) || is_off {
-            event.mistimed(Reason::Uneven)
-        } else if fast.touch(event.frame) {
-            event.mistimed(Reason::FasterCamera)
-        } else if is_vague && missing.touch(event.frame) {
-            event.missing()
-        } else {
-            event
-        }))
+        Output::Event(Box::new(doubts.of(event, motion)))
     }
 
     fn times(&self, frame: u64) -> RecordTimes {

@@ -109,8 +109,7 @@ impl Config {
         let most = 1050.0 / info.rate.per_second();
         if let Some(ms) = time.map(ReadoutTime::ms).filter(|ms| f64::from(ms.abs()) > most) {
             let message = format!(
-                "readout_ms is {ms}, as it or --readout states, expected at most a frame's time: {:.1} ms",
-                1000.0 / info.rate.per_second()
+                "readout_ms is {ms}, as it or --readout states, expected at most {most:.1}: 1.05 times a frame's time"
             );
             return Err(self.does_not_fit(&info.about, "[sensor]", message));
         }

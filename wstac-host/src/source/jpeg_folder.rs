@@ -12,22 +12,25 @@ use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::orientation::Orientation;
-use super::picture_files::{JPEG, Pictures, list, rate, without_pictures};
-use super::spacing::Positions;
+use super::picture_files::{JPEG, Pictures, list};
+use super::picture_names::rate;
 use super::{Frame, Source, SourceEvent, StreamInfo};
-use crate::camera::mjpeg::{Decoder, picture_facts};
+use crate::camera::mjpeg::{Decoder, Refusal, picture_facts};
 use crate::error::{Error, ErrorKind};
+use crate::plural::counted;
 
 /// Most bytes of a file.
 const MOST_BYTES: u64 = 1 << 28;
 /// Bytes of memory per pixel that decoding may take: three colors, and the numbers of a progressive picture.
 const BYTES_PER_PIXEL: usize = 3 + 3 * 2;
 
+const HELP: &str = "; help: mogrify -path NEW -format png *.jpg makes PNG files of them in the folder NEW";
+
 /// The JPEG pictures of a folder.
 pub struct JpegFolder {
     info: StreamInfo,
     decoder: Decoder,
-    pictures: Pictures,
+    pub(super) pictures: Pictures,
     /// The bytes of a file.
     bytes: Vec<u8>,
     /// A picture that is turned.
@@ -43,10 +46,7 @@ impl JpegFolder {
     /// # Errors
     /// The folder cannot be listed or holds no picture, or the size of its first picture is not supported.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
-        let files = list(path, JPEG)?;
-        if files.is_empty() {
-            return Err(without_pictures(path));
-        }
+        let (files, places) = list(path, JPEG)?;
         let mut bytes = Vec::new();
         let (first, size, orientation) = first_picture(path, &files, &mut bytes)?;
         let decoder = Decoder::new(size);
@@ -57,17 +57,12 @@ impl JpegFolder {
                 format_args!("is {}x{}, and there is no memory to decode it: {error}", size.width(), size.height());
             return Err(Error::new(ErrorKind::Io, first.display(), message));
         }
-        let (rate, said) = rate(&files, fps);
+        let (rate, said) = rate(places.as_ref(), fps);
         let (width, height) = (size.width(), size.height());
-        let about = format!("{}: {} JPEG files, {width}x{height}, {said}", path.display(), files.len());
+        let about = format!("{}: {}, {width}x{height}, {said}", path.display(), counted(files.len(), "JPEG file"));
         let row_order = orientation.row_order();
         let info = StreamInfo { row_order, ..StreamInfo::new(about, size, PixelFormat::Rgb24, rate) };
-        Ok(Self { info, decoder, pictures: Pictures::new(files, &first), bytes, turned: Vec::new() })
-    }
-
-    /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
-    pub(super) fn positions(&self) -> Option<(Positions, Vec<f64>)> {
-        self.pictures.positions()
+        Ok(Self { info, decoder, pictures: Pictures::new((files, places), &first), bytes, turned: Vec::new() })
     }
 
     /// Returns the orientation of the picture that was read, and prepares the decoder. It finds damaged headers itself.
@@ -109,7 +104,7 @@ impl Source for JpegFolder {
                 // A recording has the pixels: its pictures are not turned.
                 None => SourceEvent::Frame(Frame::new(turn.pixels(rgb, width, 3, &mut self.turned))),
             },
-            Err(why) => self.pictures.lost(&file, why, why.reason()),
+            Err(why) => self.pictures.lost(&file, in_words(why), why.reason()),
         })
     }
 }
@@ -125,6 +120,12 @@ fn read(file: &Path, bytes: &mut Vec<u8>) -> Result<(), Error> {
     }
     open.take(MOST_BYTES).read_to_end(bytes).map_err(unread)?;
     Ok(())
+}
+
+/// Returns why a picture is refused, and what helps if other programs decode it.
+fn in_words(why: Refusal) -> String {
+    let help = matches!(why, Refusal::Unsupported(_)).then_some(HELP);
+    format!("{why}{}", help.unwrap_or_default())
 }
 
 /// Returns the first picture whose headers can be read, its size as it is stored, and its orientation. Others before it
@@ -146,7 +147,8 @@ fn first_picture(
             Err(why) => first = first.or(Some((file, why))),
         }
     }
-    let why = first.map(|(file, why)| format!("; {}: {why}", file.file_name().unwrap_or_default().display()));
+    let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
+    let why = first.map(|(file, why)| format!("; {}: {}", name(file), in_words(why)));
     let message = format_args!("no JPEG file of {} can be read{}", files.len(), why.unwrap_or_default());
     Err(Error::new(ErrorKind::Format, folder.display(), message))
 }

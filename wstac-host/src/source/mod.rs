@@ -17,6 +17,8 @@ mod orientation;
 pub mod pace;
 #[cfg(any(feature = "jpeg", feature = "png"))]
 mod picture_files;
+#[cfg(any(feature = "jpeg", feature = "png"))]
+mod picture_names;
 #[cfg(feature = "png")]
 pub mod png_folder;
 mod replaced_rate;

@@ -15,15 +15,15 @@ use super::mcap::McapSource;
 use super::names;
 #[cfg(feature = "clap")]
 use super::option_text;
-#[cfg(all(feature = "jpeg", feature = "png"))]
-use super::picture_files::{self, PictureKind};
 #[cfg(feature = "png")]
 use super::png_folder::PngFolder;
 #[cfg(any(feature = "jpeg", feature = "png"))]
-use super::spacing::{Positions, Spaced};
+use super::spacing::Spaced;
 use super::video::{self, Video};
 use super::y4m::{MAGIC, Y4m};
 use super::{FramePolicy, Source};
+#[cfg(any(feature = "jpeg", feature = "png"))]
+use super::{picture_files, picture_names::Places};
 use crate::camera::ControlSetting;
 use crate::camera::formats::FourCc;
 use crate::error::{Error, ErrorKind};
@@ -130,27 +130,40 @@ pub fn open(
     if let Some(opened) = kinds.iter().find_map(|kind| kind.open(name, options)) {
         return opened;
     }
+    let source = open_file(name, options, kinds)?;
+    // Every speed would be absurd with an absurd rate.
+    let rate = source.info().rate.per_second();
+    if RATES.contains(&rate) {
+        return Ok(source);
+    }
+    let (least, most) = (RATES.start(), RATES.end());
+    let rate = if rate < 1.0 { format!("{rate:.4}") } else { format!("{rate:.0}") };
+    let (kind, found, help) = match options.fps {
+        Some(_) => (ErrorKind::Usage, "--fps is", ""),
+        None => (ErrorKind::Format, "states", "; state the rate with --fps"),
+    };
+    let message = format_args!("{found} {rate} frames per second, expected {least} to {most}{help}");
+    Err(Error::new(kind, name.display(), message))
+}
+
+/// Opens a file, a folder or standard input, whatever its rate is.
+fn open_file(name: &OsStr, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> Result<Box<dyn Source>, Error> {
+    let path = Path::new(name);
     if name == "-" {
         of_a_file(name.display(), options)?;
-        return at_a_rate(name, Box::new(Y4m::standard_input(options.fps)?), options);
+        return Ok(Box::new(Y4m::standard_input(options.fps)?));
     }
+    let refused =
+        |kind, message: &str| Error::new(kind, format_args!("SOURCE is {:?}", name.to_string_lossy()), message);
     let none_of_these = |kind, why: &str| {
         let names = kinds.iter().map(|kind| kind.expected()).filter(|names| !names.is_empty());
-        let expected = names.chain([FILES]).collect::<Vec<_>>().join(", ");
-        Error::new(
-            kind,
-            format_args!("SOURCE is {:?}", name.to_string_lossy()),
-            format_args!("{why}expected {expected}"),
-        )
+        refused(kind, &format!("{why}expected {}", names.chain([FILES]).collect::<Vec<_>>().join(", ")))
     };
-    let is_missing = |start: &str| starts(name, start) && !kinds.iter().any(|kind| kind.expected().starts_with(start));
-    if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| is_missing(start)) {
-        let message = format_args!("this program opens no such source: it must pass the kind {kind} to open");
-        return Err(Error::new(
-            ErrorKind::Unsupported,
-            format_args!("SOURCE is {:?}", name.to_string_lossy()),
-            message,
-        ));
+    let is_missing = |start: &str| !kinds.iter().any(|kind| kind.expected().starts_with(start));
+    let starts = |start: &str| name.as_encoded_bytes().starts_with(start.as_bytes());
+    if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| starts(start) && is_missing(start)) {
+        let message = format!("this program opens no such source: it must pass the kind {kind} to open");
+        return Err(refused(ErrorKind::Unsupported, &message));
     }
     let kind = match path.metadata() {
         Ok(metadata) => metadata.file_type(),
@@ -167,19 +180,19 @@ pub fn open(
     };
     of_a_file(name.display(), options)?;
     if kind.is_dir() {
-        return at_a_rate(name, open_folder(path, options.fps)?, options);
+        return open_folder(path, options.fps);
     }
     // The first bytes of a pipe cannot be read without taking them from the source.
     let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name.display(), error));
     if kind.is_file() && (is_named_mcap(path) || has_magic(MCAP_MAGIC)?) {
-        return at_a_rate(name, open_recording(path, options)?, options);
+        return open_recording(path, options);
     }
     let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
     if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
-        return at_a_rate(name, Box::new(Y4m::open(path, options.fps)?), options);
+        return Ok(Box::new(Y4m::open(path, options.fps)?));
     }
     if video::is_video(path) {
-        return at_a_rate(name, Box::new(Video::open(path, options.fps)?), options);
+        return Ok(Box::new(Video::open(path, options.fps)?));
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let why = match extension.to_str() {
@@ -190,60 +203,23 @@ pub fn open(
     Err(none_of_these(ErrorKind::Unsupported, why))
 }
 
-/// Refuses a file of an absurd rate: every speed would be absurd with it.
-fn at_a_rate(name: &OsStr, source: Box<dyn Source>, options: &OpenOptions) -> Result<Box<dyn Source>, Error> {
-    let rate = source.info().rate.per_second();
-    if RATES.contains(&rate) {
-        return Ok(source);
-    }
-    let (least, most) = (RATES.start(), RATES.end());
-    let rate = if rate < 1.0 { format!("{rate:.4}") } else { format!("{rate:.0}") };
-    if options.fps.is_some() {
-        let message = format_args!("--fps is {rate} frames per second, expected {least} to {most}");
-        return Err(Error::new(ErrorKind::Usage, name.display(), message));
-    }
-    let message =
-        format_args!("states {rate} frames per second, expected {least} to {most}; state the rate with --fps");
-    Err(Error::new(ErrorKind::Format, name.display(), message))
-}
-
-#[cfg(all(feature = "jpeg", feature = "png"))]
-fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    Ok(match picture_files::kind(path)? {
-        PictureKind::Png => open_pngs(path, rate)?,
-        PictureKind::Jpeg => open_jpegs(path, rate)?,
-    })
-}
-
-#[cfg(all(feature = "png", not(feature = "jpeg")))]
-fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    open_pngs(path, rate)
-}
-
-#[cfg(all(feature = "jpeg", not(feature = "png")))]
-fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    open_jpegs(path, rate)
-}
-
-#[cfg(feature = "png")]
-fn open_pngs(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    let folder = PngFolder::open(path, rate)?;
-    let positions = folder.positions();
-    Ok(spaced(path, folder, positions))
-}
-
-#[cfg(feature = "jpeg")]
-fn open_jpegs(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    let folder = JpegFolder::open(path, rate)?;
-    let positions = folder.positions();
-    Ok(spaced(path, folder, positions))
-}
-
-/// Reports the gaps between pictures of these positions.
 #[cfg(any(feature = "jpeg", feature = "png"))]
-fn spaced(path: &Path, folder: impl Source + 'static, positions: Option<(Positions, Vec<f64>)>) -> Box<dyn Source> {
-    match positions {
-        Some((kind, positions)) => Box::new(Spaced::new(folder, path.display().to_string(), kind, positions)),
+fn open_folder(path: &Path, rate: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
+    match picture_files::are_jpegs(path)? {
+        #[cfg(feature = "jpeg")]
+        true => JpegFolder::open(path, rate).map(|mut folder| spaced(path, folder.pictures.places.take(), folder)),
+        #[cfg(feature = "png")]
+        false => PngFolder::open(path, rate).map(|mut folder| spaced(path, folder.pictures.places.take(), folder)),
+        #[cfg(not(all(feature = "jpeg", feature = "png")))]
+        _ => Err(picture_files::without_pictures(path)),
+    }
+}
+
+/// Reports the gaps between pictures of these places.
+#[cfg(any(feature = "jpeg", feature = "png"))]
+fn spaced(path: &Path, places: Places, folder: impl Source + 'static) -> Box<dyn Source> {
+    match places {
+        Some((kind, places)) => Box::new(Spaced::new(folder, path.display().to_string(), kind, places)),
         None => Box::new(folder),
     }
 }
@@ -301,15 +277,9 @@ fn is_named_mcap(path: &Path) -> bool {
 
 /// Refuses options that a file does not have.
 fn of_a_file(spec: impl fmt::Display, options: &OpenOptions) -> Result<(), Error> {
-    if let Some((width, height)) = options.size {
-        return Err(Error::new(ErrorKind::Usage, spec, format_args!("size is {width}x{height}, {OF_A_CAMERA}")));
-    }
-    if let Some(format) = options.format {
-        return Err(Error::new(
-            ErrorKind::Usage,
-            spec,
-            format_args!("format is {}, {OF_A_CAMERA}", format.escape_ascii()),
-        ));
+    let size = options.size.map(|(width, height)| format!("size is {width}x{height}"));
+    if let Some(stated) = size.or(options.format.map(|format| format!("format is {}", format.escape_ascii()))) {
+        return Err(Error::new(ErrorKind::Usage, spec, format_args!("{stated}, {OF_A_CAMERA}")));
     }
     without_controls(spec, options)
 }
@@ -323,10 +293,6 @@ pub fn without_controls(spec: impl fmt::Display, options: &OpenOptions) -> Resul
         Error::new(ErrorKind::Usage, &spec, format_args!("control {name}={value} is set, expected only with a camera"))
     };
     options.controls.first().map_or(Ok(()), |setting| Err(refused(setting)))
-}
-
-fn starts(name: &OsStr, start: &str) -> bool {
-    name.as_encoded_bytes().starts_with(start.as_bytes())
 }
 
 fn starts_with(path: &Path, magic: &[u8]) -> std::io::Result<bool> {

@@ -11,17 +11,18 @@ use wstac_core::rate::FrameRate;
 
 use self::picture::{PngPicture, PngShape, Problem};
 use super::orientation::Orientation;
-use super::picture_files::{PNG, Pictures, list, rate, without_pictures};
-use super::spacing::Positions;
+use super::picture_files::{PNG, Pictures, list};
+use super::picture_names::rate;
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
 use crate::error::{Error, ErrorKind};
+use crate::plural::counted;
 
 /// The pictures of a folder.
 pub struct PngFolder {
     info: StreamInfo,
     /// The shape that all pictures must have.
     shape: PngShape,
-    pictures: Pictures,
+    pub(super) pictures: Pictures,
     /// A picture as it was decoded, and as a frame if that differs.
     decoded: Vec<u8>,
     frame: Vec<u8>,
@@ -38,25 +39,17 @@ impl PngFolder {
     /// # Errors
     /// The folder cannot be listed or holds no picture, or its first picture's size or type is not supported.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
-        let files = list(path, PNG)?;
-        if files.is_empty() {
-            return Err(without_pictures(path));
-        }
+        let (files, places) = list(path, PNG)?;
         let (first, shape, orientation) = first_picture(path, &files)?;
-        let (rate, said) = rate(&files, fps);
-        let about = format!("{}: {} PNG files, {shape}, {said}", path.display(), files.len());
+        let (rate, said) = rate(places.as_ref(), fps);
+        let about = format!("{}: {}, {shape}, {said}", path.display(), counted(files.len(), "PNG file"));
         let info = StreamInfo {
             bytes_per_row: shape.bytes_per_row(),
             row_order: orientation.row_order(),
             ..StreamInfo::new(about, shape.size, shape.format(), rate)
         };
         let [decoded, frame, turned] = [const { Vec::new() }; 3];
-        Ok(Self { info, shape, pictures: Pictures::new(files, &first), decoded, frame, turned })
-    }
-
-    /// Returns the positions of the pictures that are left, by their names; `None` if the names do not tell.
-    pub(super) fn positions(&self) -> Option<(Positions, Vec<f64>)> {
-        self.pictures.positions()
+        Ok(Self { info, shape, pictures: Pictures::new((files, places), &first), decoded, frame, turned })
     }
 
     /// Reads a picture and returns its orientation, and whether its bytes are in `frame` rather than in `decoded`.

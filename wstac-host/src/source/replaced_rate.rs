@@ -1,15 +1,15 @@
-//! The words in a file's description if its frame rate was replaced.
+//! The words in a source's description if its frame rate was replaced.
 
 use wstac_core::rate::FrameRate;
 
-/// Returns a remark for the description of a file whose own rate differs from the given one.
+/// Returns a remark for the description of a source whose own rate differs from the given one.
 /// It is empty otherwise.
 ///
 /// Speeds scale with the rate, so that a wrong one gives wrong speeds that look right.
 pub(super) fn remark(own: Option<FrameRate>, given: Option<FrameRate>) -> String {
     match (own, given) {
         (Some(own), Some(given)) if own.per_second().total_cmp(&given.per_second()).is_ne() => {
-            format!(" as --fps says; the file says {}", readable(own))
+            format!(" as --fps says; without it, {}", readable(own))
         }
         _ => String::new(),
     }

@@ -51,6 +51,8 @@ pub struct Video {
     /// Waits for the time of the next frame.
     waits: u32,
     doubt: Doubt,
+    /// The help about what ffmpeg cannot decode.
+    help: &'static str,
     /// The fault about its rotation, until it is reported.
     turned: Option<Fault>,
     ended: bool,
@@ -99,7 +101,8 @@ impl Video {
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
         let (has_arrived, waits, ended) = (false, 0, false);
         let doubt = Doubt { lacks_keys: stated.lacks_keys(), ..Doubt::default() };
-        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, ended })
+        let help = stated.help();
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, help, turned, ended })
     }
 }
 
@@ -128,7 +131,7 @@ impl Source for Video {
         if let Some(fault) = self.turned.take() {
             return Ok(SourceEvent::Fault(fault));
         }
-        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, ended, .. } = self;
+        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, help, ended, .. } = self;
         let fault = |kind, message: &str| Ok(SourceEvent::Fault(Fault::new(kind, format!("{subject}: {message}"))));
         if let Some(reports) = decoder.reports.as_ref().filter(|_| !*has_arrived && !*ended) {
             if !frames.has_next() {
@@ -151,7 +154,8 @@ impl Source for Video {
                     if !frames.has_frame() || !doubt.begin() {
                         return Ok(SourceEvent::Waiting);
                     }
-                    let message = format!("ffmpeg reports \"{why}\"; events are not reliable until a later key frame");
+                    let until = "events are not reliable until a later key frame";
+                    let message = format!("ffmpeg reports \"{why}\"; {until}{help}");
                     return fault(FaultKind::Uneven, &message);
                 }
                 Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {

@@ -42,12 +42,9 @@ impl NoEvent {
         self.baseline |= processor.pipeline().baseline().is_some();
     }
 
-    /// Returns the reason why there was no event, or `None` if there was one or no frame.
+    /// Returns the reason why there was no event, or `None` if there was one.
     pub(super) fn reason(self) -> Option<Reason> {
-        if self.is_answered || !self.frames {
-            return None;
-        }
-        Some(match self {
+        (!self.is_answered).then_some(match self {
             Self { baseline: false, .. } => Reason::TooShort,
             Self { most, .. } if most < DARK => Reason::Dark,
             Self { least, .. } if least > SATURATED => Reason::Saturated,

@@ -295,8 +295,9 @@ impl<'a> Reading<'a> {
             (Err(_), Some(Err(Stop::Failed(_)))) | (Ok(false), Some(_)) => {}
             (Err(stop), ended) => *ended = Some(Err(stop)),
         }
-        self.say();
-        self.ended.take()
+        let ended = self.ended.take();
+        self.say(matches!(ended, Some(Ok(()))));
+        ended
     }
 
     /// Reads the next item of the source. Returns the result if it was the last one.
@@ -319,8 +320,8 @@ impl<'a> Reading<'a> {
         }
     }
 
-    /// Says at the end what was lost, and why there was no event.
-    fn say(&self) {
+    /// Says at the end what was lost, and why there was no event, unless an error says it.
+    fn say(&self, has_succeeded: bool) {
         let Self { session, printer, .. } = self;
         printer.losses.say(|message| printer.records.note(message));
         if let Some(uneven) = &printer.uneven {
@@ -332,8 +333,8 @@ impl<'a> Reading<'a> {
         }
         say_lag(session.lag(), &printer.records);
         // The frames behind --until were not read, so nothing is known of them.
-        let reason = printer.no_event.reason().filter(|_| !printer.range.is_over(session.processor()));
-        if let Some(reason) = reason {
+        let is_known = has_succeeded && !printer.range.is_over(session.processor());
+        if let Some(reason) = printer.no_event.reason().filter(|_| is_known) {
             printer.records.note(reason);
         }
         if printer.range.left_out > 0 {

@@ -17,8 +17,9 @@ const DIRECT_BITS: u32 = 9;
 
 /// Most bytes between the last block before a marker and that marker, if they are no padding.
 ///
-/// After a missing packet, blocks may end before their data do. Then there are mostly more bytes.
-const MOST_EXTRA: usize = 16;
+/// After a missing packet, blocks may end before their data do. Then there are mostly more bytes: of 18,000 pictures with
+/// missing bytes, 16 here find as many as 64 do.
+const MOST_EXTRA: usize = 64;
 /// A coefficient of 8-bit samples has fewer bits, apart from the first of a block, whose difference has at most as many.
 const TOO_MANY_BITS: u8 = 11;
 /// The lowest and the highest bit of each of eight bytes.

@@ -190,7 +190,7 @@ impl<'a> JpegReader<'a> {
         };
         self.components = components.iter().map(component).collect();
         if !matches!(count, 1 | 3) {
-            return Err(Refusal::Unsupported("it has neither 1 nor 3 components"));
+            return Err(Refusal::Unsupported("it has neither 1 nor 3 components, such as CMYK"));
         }
         // The decoder takes no others.
         let most = self.components.first().map_or((1, 1), |first| (first.across, first.down));

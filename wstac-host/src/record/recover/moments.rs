@@ -51,7 +51,7 @@ impl Recovery<'_> {
             let (crc, mut moment) = (self.walk.crc(), Vec::with_capacity(spans.len()));
             for span in spans {
                 // The numbers are those that this program gave: the checksum has them.
-                let channel = self.channel_of(span)?;
+                let channel = self.walk.channel_of(span)?;
                 let own = self.sensors.topic(channel);
                 moment.push(Waiting { span, channel, own, crc, is_unfinished: false, body: None });
             }

@@ -119,6 +119,9 @@ fn folders_that_are_no_source_are_named() {
     large[at + 5..at + 9].fill(0xff);
     let error = message(folder(&[("1.jpg", &large)]).path());
     assert!(error.contains("1.jpg: frame size is 65535x65535, expected 1 to 16384"), "{error}");
+    large[at + 1] = 0xc9;
+    let error = message(folder(&[("1.jpg", &large)]).path());
+    assert!(error.contains("1.jpg: its coding is arithmetic; help: mogrify -path NEW "), "{error}");
     // A single picture is no source.
     let single = folder(&[("1.jpg", &one)]);
     let error = message(&single.path().join("1.jpg"));

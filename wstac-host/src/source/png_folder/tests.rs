@@ -114,6 +114,7 @@ fn a_picture_of_another_size_or_type_is_named() {
         folder.picture("a2.png", width, color, BitDepth::Eight, data);
         folder.picture("a3.png", 1, ColorType::Grayscale, BitDepth::Eight, &[1]);
         let mut source = folder.open().unwrap();
+        assert!(source.info().about.contains(": 3 PNG files, 1x1 "), "{}", source.info().about);
         assert!(matches!(source.next_event(), Ok(SourceEvent::Frame(_))));
         let error = source.next_event().unwrap_err().to_string();
         assert!(error.contains("a2.png: is ") && error.contains(part), "{error}");

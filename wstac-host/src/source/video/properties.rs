@@ -1,5 +1,6 @@
 //! The properties of a video: what `ffprobe` states, and what follows from it.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
@@ -27,6 +28,9 @@ const MADE_UP: (u32, u32) = (25, 1);
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
 /// The error of ffmpeg about a format that is not to be read.
 const NOT_LISTED: &str = "Format not on whitelist";
+/// The help about Motion JPEG that ffmpeg cannot decode, as of cameras that put bytes before markers.
+const HELP_OF_JPEG: &str =
+    "; help: ffmpeg -i FILE -c copy FOLDER/%05d.jpg, and read FOLDER: its pictures are decoded without ffmpeg";
 /// Frames that show how far frames are apart.
 const PROBED: &str = "%+#150";
 /// A rate that a file states is that of its time stamps if it differs by at most this part.
@@ -50,6 +54,8 @@ pub(super) struct Stated {
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
     codec: String,
+    /// The number of its video tracks.
+    tracks: usize,
 }
 
 impl Stated {
@@ -117,6 +123,11 @@ impl Stated {
         matches!(self.codec.as_str(), "apng" | "gif")
     }
 
+    /// Returns the help about errors of its decoder.
+    pub(super) fn help(&self) -> &'static str {
+        if self.codec == "mjpeg" { HELP_OF_JPEG } else { "" }
+    }
+
     /// Returns the filter that makes pixels that are read, and their format.
     ///
     /// ffmpeg makes limited range of anything unless its options say otherwise.
@@ -168,6 +179,10 @@ impl Stated {
             }
             None => about += "; no matrix is stated: bt601, unless --matrix says bt709",
         }
+        if self.tracks > 1 {
+            let another = "another: ffmpeg -i FILE -map 0:V:1 -c copy NEW.mkv";
+            about.extend(["; the first of ", &self.tracks.to_string(), " video tracks (", another, ")"]);
+        }
         let mut info = StreamInfo::new(about, frames.size, frames.format, frames.rate);
         (info.color, info.bytes_per_row, info.row_order) = (color, frames.bytes_per_row, self.row_order);
         info
@@ -190,7 +205,7 @@ fn row_order(text: &str) -> Option<RowOrder> {
 
 /// Asks `ffprobe` for the properties of a video.
 pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
-    let entries = "format=format_name:stream=codec_name,pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
+    let entries = "format=format_name,nb_streams:stream=codec_name,pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
                    stream_side_data=rotation,displaymatrix:frame=best_effort_timestamp_time";
     let ask = |options: &[&str]| {
         let mut command = ffmpeg("ffprobe", path);
@@ -205,6 +220,13 @@ pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
         stated.rate = Stated::parse_with(&String::from_utf8_lossy(&again.stdout), OTHER_MADE_UP).rate;
     }
     if done.status.success() && !stated.pixels.is_empty() {
+        if !String::from_utf8_lossy(&done.stdout).contains("nb_streams=1\n") {
+            let mut command = ffmpeg("ffprobe", path);
+            command.args(["-select_streams", "V", "-show_entries", "stream=index", "-of", "csv=p=0"]);
+            let listed = command.output().map_err(|error| not_started(subject, error))?.stdout;
+            // Programs of a transport stream list their tracks once more.
+            stated.tracks = String::from_utf8_lossy(&listed).lines().collect::<BTreeSet<_>>().len();
+        }
         return Ok(stated);
     }
     let reported = String::from_utf8_lossy(&done.stderr);

@@ -119,7 +119,7 @@ fn what_is_wrong_with_a_header_is_named() {
     }
     let long = format!("YUV4MPEG2 X{}", "x".repeat(LONGEST_LINE));
     assert!(open(long.as_bytes()).err().unwrap().to_string().contains("no end in 4096 bytes"));
-    let replaced = "30:1 frames per second as --fps says; the file says 25:1";
+    let replaced = "30:1 frames per second as --fps says; without it, 25:1";
     for (rate, remark) in [("", ""), (" F0:0", ""), (" F30:1", ""), (" F60:2", ""), (" F25:1", replaced)] {
         let source = with_fps(&format!("YUV4MPEG2 W2 H2{rate}\n"), 30).unwrap();
         assert_eq!(source.info().rate, FrameRate::NOMINAL);

@@ -1,0 +1,607 @@
+//! The names of pictures: the order, the times or numbers, and the series that they tell.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use wstac_core::rate::FrameRate;
+
+use super::replaced_rate::{self, readable};
+use super::spacing::{self, Positions};
+
+/// Digits of a date and a time of day.
+const DATE: usize = 14;
+/// At most this part of names may be unlike the others.
+const STRAY: usize = 10;
+const NS_PER_S: i128 = 1_000_000_000;
+const NS_PER_MS: f64 = 1e6;
+/// The seconds since 1970 of a time that a whole number in a name may be: from 2001 to 2128.
+const EPOCH: std::ops::Range<i128> = 1_000_000_000..5_000_000_000;
+/// The rates that times in names may have, in frames per second.
+const RATES: std::ops::RangeInclusive<f64> = 0.5..=500.0;
+/// Most series of pictures that are told apart.
+const MOST_SERIES: usize = 16;
+/// Each series has at least one in so many pictures.
+const LEAST_OF_SERIES: usize = 20;
+
+/// Returns the names and sizes of several series, such as those of two cameras; `None` if all pictures are of one.
+pub(super) fn several(files: &[PathBuf], places: Option<&(Positions, Vec<f64>)>) -> Option<String> {
+    if places.is_some_and(|(kind, _)| *kind == Positions::Numbers) {
+        return None;
+    }
+    let series_by = |kept: Option<usize>| {
+        let mut series = BTreeMap::<String, Vec<PathBuf>>::new();
+        for file in files {
+            let part = |(at, part): (usize, &Part<'_>)| match part {
+                Part::Number(_) if kept != Some(at) => "#".into(),
+                Part::Number(bytes) | Part::Text(bytes) => String::from_utf8_lossy(bytes).into_owned(),
+            };
+            series.entry(parts(stem(file)).iter().enumerate().map(part).collect()).or_default().push(file.clone());
+        }
+        // Minutes and hours are no series: what is left of such names is a time.
+        let is_placed = |files: &[PathBuf]| {
+            let is_own = |(own, _)| kept.is_none() || own == Positions::Numbers;
+            places.is_none() && positions(files).is_some_and(is_own)
+        };
+        let is_series = |own: &Vec<PathBuf>| own.len() > 1 && own.len() >= files.len() / LEAST_OF_SERIES;
+        let are_series = (2..=MOST_SERIES).contains(&series.len())
+            && series.values().all(is_series)
+            && (series.values().all(|own| is_placed(own)) || are_at_once(series.values()));
+        let said = |(name, files): (&String, &Vec<PathBuf>)| format!("{name}: {}", files.len());
+        are_series.then(|| series.iter().map(said).collect::<Vec<_>>().join(", "))
+    };
+    // By their texts, or by one of their numbers.
+    let columns = parts(stem(files.first()?)).len();
+    std::iter::once(None).chain((0..columns).map(Some)).find_map(series_by)
+}
+
+/// Returns whether series have times since 1970, and two of them at once.
+fn are_at_once<'a>(series: impl Iterator<Item = &'a Vec<PathBuf>>) -> bool {
+    let span = |own: &Vec<PathBuf>| {
+        let (unit, times) = Names::new(own)?.since_1970()?;
+        let at = |time: Option<&i128>| Some((*time? as f64 / unit) as i64);
+        Some((at(times.iter().flatten().next())?, at(times.iter().flatten().next_back())?))
+    };
+    let Some(mut spans) = series.map(span).collect::<Option<Vec<_>>>() else { return false };
+    spans.sort_unstable();
+    spans.windows(2).any(|pair| pair[1].0 < pair[0].1)
+}
+
+/// Returns the rate of pictures, and what the description of their folder says of it and of their names. The rate is the
+/// given one, or that of the times in their names, or else assumed.
+pub(super) fn rate(places: Option<&(Positions, Vec<f64>)>, given: Option<FrameRate>) -> (FrameRate, String) {
+    let own = places.and_then(|(kind, positions)| {
+        let known: Vec<f64> = positions.iter().copied().filter(|position| !position.is_nan()).collect();
+        let step = spacing::step(&known).filter(|_| *kind == Positions::NamedTimes)?;
+        spacing::rate_of(step).filter(|rate| RATES.contains(&rate.per_second()))
+    });
+    let rate = given.or(own).unwrap_or(FrameRate::NOMINAL);
+    let mut said = format!("{} frames per second{}", readable(rate), replaced_rate::remark(own, given));
+    said += match (own, given) {
+        (_, Some(_)) => "",
+        (Some(_), None) => " by the times in their names",
+        (None, None) => " (assumed: state another with --fps)",
+    };
+    if places.is_none() {
+        said += "; the names do not say whether pictures are missing";
+    }
+    (rate, said)
+}
+
+/// Returns pictures in natural order, or by their numbers if all are decimals, and their places.
+pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
+    let Some(times) = decimals(&files) else {
+        let places = by_parts(&files);
+        return (files, places);
+    };
+    let mut timed: Vec<_> = times.into_iter().zip(files).collect();
+    timed.sort_by_key(|(time, _)| *time);
+    let (times, files): (Vec<_>, _) = timed.into_iter().unzip();
+    // Times of day, such as 104158.520, unless seconds go on above 59.
+    let clock: Option<Vec<_>> = times.iter().map(|time| of_clock(*time)).collect();
+    let times = clock.unwrap_or(times).into_iter().map(Some).collect();
+    (files, placed(Positions::NamedTimes, NS_PER_MS, times))
+}
+
+fn positions(files: &[PathBuf]) -> Places {
+    in_order(files.to_vec()).1
+}
+
+/// Returns the places of pictures whose names are no decimals. They tell by dates with a fraction of a second, by the only
+/// number that differs, by a number that rises by the same step, by a time of day, by a time since 1970, or by seconds and
+/// their fraction.
+fn by_parts(files: &[PathBuf]) -> Places {
+    let names = Names::new(files)?;
+    let index = || names.columns().find(|numbers| is_index(numbers));
+    match names.differing[..] {
+        [] => (files.len() == 1).then(|| (Positions::Numbers, vec![0.0])),
+        [at] => match names.clock(date).or_else(|| names.since_1970()).or_else(|| names.with_unit(at)) {
+            Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
+            None => placed(Positions::Numbers, 1.0, names.column(at)?),
+        },
+        // A camera that slows down counts on: its times come before its numbers.
+        _ => match names.clear_times().or_else(|| index().is_none().then(|| names.seconds())?) {
+            Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
+            None => placed(Positions::Numbers, 1.0, index()?),
+        },
+    }
+}
+
+/// The positions of pictures by the numbers in their names, and what they are. That of a name that is not as the others is
+/// not a number. `None` if the names do not tell.
+pub(super) type Places = Option<(Positions, Vec<f64>)>;
+
+/// Returns numbers of a kind as distances from the first one. Large numbers keep their differences.
+fn placed(kind: Positions, unit: f64, numbers: Vec<Option<i128>>) -> Places {
+    let first = numbers.iter().flatten().next().copied()?;
+    let position = |number: Option<i128>| number.map_or(f64::NAN, |number| number.saturating_sub(first) as f64 / unit);
+    Some((kind, numbers.into_iter().map(position).collect()))
+}
+
+/// The parts of pictures' names, nearly all of which differ only by numbers.
+struct Names<'a> {
+    parts: Vec<Vec<Part<'a>>>,
+    fits: Vec<bool>,
+    /// The numbers that differ.
+    differing: Vec<usize>,
+}
+
+/// Units per millisecond, and numbers that rise; `None` for a name that is not as the others.
+type Times = (f64, Vec<Option<i128>>);
+
+impl<'a> Names<'a> {
+    fn new(files: &'a [PathBuf]) -> Option<Self> {
+        let mut parts: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
+        let usual = &*usual(&parts)?.to_vec();
+        for name in &mut parts {
+            add_fraction(name, usual);
+        }
+        let fits: Vec<bool> = parts.iter().map(|name| is_alike(name, usual)).collect();
+        let differs = |at: &usize| parts.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
+        let differing = (0..usual.len()).filter(differs).collect();
+        Some(Self { parts, fits, differing })
+    }
+
+    /// Returns the numbers that names have; `None` if one cannot be read, which is no stray name.
+    fn read(&self, number: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Vec<Option<i128>>> {
+        let read = |(name, fits): (&Vec<Part<'_>>, &bool)| if *fits { number(name).map(Some) } else { Some(None) };
+        self.parts.iter().zip(&self.fits).map(read).collect()
+    }
+
+    fn column(&self, at: usize) -> Option<Vec<Option<i128>>> {
+        self.read(|name| number(name.get(at)?.digits()?))
+    }
+
+    /// Returns the numbers that differ and can be read.
+    fn columns(&self) -> impl Iterator<Item = Vec<Option<i128>>> {
+        self.differing.iter().filter_map(|at| self.column(*at))
+    }
+
+    /// Returns the times that names have from one of these parts on, in parts of 10⁻⁹ s, if they rise.
+    fn parsed(
+        &self,
+        mut starts: impl Iterator<Item = usize>,
+        time: impl Fn(&[Part<'_>]) -> Option<i128>,
+    ) -> Option<Times> {
+        let times = starts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| rises(times)))?;
+        Some((NS_PER_MS, times))
+    }
+
+    /// Returns the times of a clock, whose first parts may be those of all.
+    fn clock(&self, time: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Times> {
+        self.parsed(0..self.parts.first()?.len(), time)
+    }
+
+    /// Returns times since 1970: whole ones, or seconds and their fraction.
+    fn since_1970(&self) -> Option<Times> {
+        let whole = self.columns().find_map(|numbers| Some((epoch_unit(&numbers)?, numbers)));
+        let is_time = |time: &i128| EPOCH.contains(&(time / NS_PER_S));
+        let fractions = || self.clock(|name| seconds(name).filter(is_time));
+        whole.filter(|(_, times)| rises(times)).or_else(fractions)
+    }
+
+    /// Returns the numbers of a column behind which their unit stands.
+    fn with_unit(&self, at: usize) -> Option<Times> {
+        let units: [(&[u8], f64); 3] = [(b"ms", 1.0), (b"us", 1e3), (b"ns", NS_PER_MS)];
+        let Some(Part::Text(behind)) = self.parts.first()?.get(at + 1) else { return None };
+        let (_, unit) = units.into_iter().find(|(unit, _)| behind == unit)?;
+        Some((unit, self.column(at)?)).filter(|(_, times)| rises(times))
+    }
+
+    /// Returns the times that names state in a form that nothing else has.
+    fn clear_times(&self) -> Option<Times> {
+        let of_units = || self.differing.iter().find_map(|at| self.with_unit(*at));
+        let clock = self.clock(date).or_else(|| self.clock(time_of_day));
+        clock.or_else(|| self.since_1970()).or_else(of_units)
+    }
+
+    fn seconds(&self) -> Option<Times> {
+        self.parsed(self.differing.iter().copied(), seconds)
+    }
+}
+
+fn rises(numbers: &[Option<i128>]) -> bool {
+    let known: Vec<i128> = numbers.iter().flatten().copied().collect();
+    known.windows(2).all(|pair| pair[0] < pair[1])
+}
+
+/// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or nanoseconds.
+fn epoch_unit(numbers: &[Option<i128>]) -> Option<f64> {
+    let is_time = |per_s: &i128| numbers.iter().flatten().all(|number| EPOCH.contains(&(number / per_s)));
+    let per_s = [1000, 1_000_000, NS_PER_S].into_iter().find(is_time)?;
+    let known: Vec<f64> = numbers.iter().flatten().map(|number| (number - numbers[0].unwrap_or(0)) as f64).collect();
+    let rate = per_s as f64 / spacing::step(&known)?;
+    RATES.contains(&rate).then_some(per_s as f64 / 1000.0)
+}
+
+/// Returns the decimals of names that consist of them alone, apart from what all have at their start and end, in parts
+/// of 10⁻⁹.
+fn decimals(files: &[PathBuf]) -> Option<Vec<i128>> {
+    let first = stem(files.first()?);
+    let (mut start, mut end) = (first.len(), first.len());
+    for file in files {
+        let name = stem(file);
+        start = start.min(name.iter().zip(first).take_while(|(a, b)| a == b).count());
+        end = end
+            .min(name.iter().rev().zip(first.iter().rev()).take_while(|(a, b)| a == b && !a.is_ascii_digit()).count());
+    }
+    let is_of_number = |byte: &u8| byte.is_ascii_digit() || *byte == b'.';
+    let shared = first.get(..start)?;
+    start -= shared.iter().rev().take_while(|byte| is_of_number(byte)).count();
+    // The number of `cam1.0007` is 7.
+    if shared.get(..start)?.last().is_some_and(u8::is_ascii_alphabetic) {
+        return None;
+    }
+    files.iter().map(|file| decimal(stem(file).get(start..stem(file).len().checked_sub(end)?)?)).collect()
+}
+
+/// Returns the name that nearly all are like: they differ only by numbers.
+fn usual<'a, 'b>(names: &'a [Vec<Part<'b>>]) -> Option<&'a [Part<'b>]> {
+    // If a stray one is like none, one of the next is like nearly all.
+    let is_usual = |usual: &&Vec<Part<'_>>| {
+        let alike = names.iter().filter(|name| is_alike(name, usual)).count();
+        names.len() - alike <= names.len() / STRAY
+    };
+    names.iter().step_by((names.len() / 16).max(1)).find(is_usual).map(Vec::as_slice)
+}
+
+/// Adds the fraction that Python leaves out of a time if it is 0.
+fn add_fraction<'a>(name: &mut Vec<Part<'a>>, usual: &[Part<'a>]) {
+    let at = name.iter().zip(usual).take_while(|(a, b)| a.digits().is_some() || a == b).count();
+    if name.len() + 2 == usual.len() && usual.get(at) == Some(&Part::Text(b".")) {
+        name.splice(at..at, [Part::Text(b"."), Part::Number(b"000000")]);
+    }
+}
+
+fn is_alike(a: &[Part<'_>], b: &[Part<'_>]) -> bool {
+    a.len() == b.len()
+        && a.iter().zip(b).all(|pair| match pair {
+            (Part::Text(a), Part::Text(b)) => a == b,
+            (Part::Number(_), Part::Number(_)) => true,
+            _ => false,
+        })
+}
+
+/// Returns whether numbers rise, by the same step or several of it, and mostly by one.
+fn is_index(numbers: &[Option<i128>]) -> bool {
+    let known: Vec<i128> = numbers.iter().flatten().copied().collect();
+    let distances: Vec<i128> = known.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+    let mut sorted = distances.clone();
+    sorted.sort_unstable();
+    let Some(step) = sorted.get(sorted.len() / 2).copied().filter(|step| *step > 0) else { return false };
+    let is_whole = |distance: &i128| *distance > 0 && distance % step == 0;
+    let once = distances.iter().filter(|distance| **distance == step).count();
+    distances.iter().all(is_whole) && 2 * once > distances.len()
+}
+
+/// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of 10⁻⁹.
+fn date(name: &[Part<'_>]) -> Option<i128> {
+    let (mut digits, mut at) = (Vec::new(), 0);
+    while digits.len() < DATE {
+        digits.extend_from_slice(name.get(at)?.digits()?);
+        at += 2;
+    }
+    if digits.len() == DATE {
+        digits.extend_from_slice(name.get(at)?.digits()?);
+        at += 2;
+    }
+    let field = |from: usize, to: usize, range: std::ops::RangeInclusive<i128>| {
+        number(digits.get(from..to)?).filter(|field| range.contains(field))
+    };
+    let (year, month, day) = (field(0, 4, 1900..=2099)?, field(4, 6, 1..=12)?, field(6, 8, 1..=31)?);
+    let (hour, minute, second) = (field(8, 10, 0..=23)?, field(10, 12, 0..=59)?, field(12, 14, 0..=60)?);
+    let fraction = fraction(digits.get(DATE..)?, name.get(at.wrapping_sub(3)))?;
+    // The year begins in March, so that a leap day is its last.
+    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
+    let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
+    let seconds = ((24 * days + hour) * 60 + minute) * 60 + second;
+    Some(seconds * NS_PER_S + fraction)
+}
+
+/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Two digits behind another text than a point count
+/// something else.
+fn fraction(digits: &[u8], behind: Option<&Part<'_>>) -> Option<i128> {
+    let has_point = behind == Some(&Part::Text(b"."));
+    nanoseconds(digits).filter(|_| matches!(digits.len(), 3 | 6 | 9) || (digits.len() == 2 && has_point))
+}
+
+/// Returns the time of day that a decimal such as 104158.520 means; `None` if it means none.
+fn of_clock(decimal: i128) -> Option<i128> {
+    let (whole, fraction) = (decimal / NS_PER_S, decimal % NS_PER_S);
+    let [hour, minute, second] = [whole / 10_000, whole / 100 % 100, whole % 100];
+    (hour < 24 && minute < 60 && second < 60).then(|| ((hour * 60 + minute) * 60 + second) * NS_PER_S + fraction)
+}
+
+/// Returns the time of day that a name begins with: hours, minutes, seconds and their fraction, in parts of 10⁻⁹.
+fn time_of_day(name: &[Part<'_>]) -> Option<i128> {
+    name.first()?.digits()?;
+    let digits: Vec<&[u8]> = name.iter().filter_map(Part::digits).take(4).collect();
+    let joined = digits.concat();
+    let fraction = fraction(joined.get(6..)?, name.get((2 * digits.len()).wrapping_sub(3)))?;
+    let field = |from: usize, most: i128| number(joined.get(from..from + 2)?).filter(|field| *field <= most);
+    let seconds = (field(0, 23)? * 60 + field(2, 59)?) * 60 + field(4, 59)?;
+    // Fields of two digits each, in one number or in several.
+    let is_clock = digits.iter().rev().skip(1).all(|part| part.len() % 2 == 0);
+    Some(seconds * NS_PER_S + fraction).filter(|_| is_clock)
+}
+
+/// Returns the time of whole seconds and their fraction that a name begins with, in parts of 10⁻⁹.
+fn seconds(name: &[Part<'_>]) -> Option<i128> {
+    let [seconds, Part::Text(between), fraction, ..] = name else { return None };
+    let fraction = fraction.digits()?;
+    let is_decimal = *between == b"." || (matches!(*between, b"_" | b"-") && matches!(fraction.len(), 3 | 6 | 9));
+    number(seconds.digits()?)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(fraction).filter(|_| is_decimal)?)
+}
+
+/// A part of a name.
+#[derive(Clone, Copy, PartialEq)]
+enum Part<'a> {
+    /// Digits.
+    Number(&'a [u8]),
+    Text(&'a [u8]),
+}
+
+impl<'a> Part<'a> {
+    fn digits(&self) -> Option<&'a [u8]> {
+        if let Self::Number(digits) = self { Some(digits) } else { None }
+    }
+}
+
+fn parts(name: &[u8]) -> Vec<Part<'_>> {
+    let is_number = |part: &[u8]| part.first().is_some_and(u8::is_ascii_digit);
+    name.chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit())
+        .map(|part| if is_number(part) { Part::Number(part) } else { Part::Text(part) })
+        .collect()
+}
+
+/// Returns the digits of a fraction as parts of 10⁻⁹.
+fn nanoseconds(fraction: &[u8]) -> Option<i128> {
+    let digits: Vec<u8> = fraction.iter().copied().chain(std::iter::repeat(b'0')).take(9).collect();
+    number(&digits)
+}
+
+/// Returns a decimal such as a time of a name in parts of 10⁻⁹; `None` if the name is anything else.
+fn decimal(name: &[u8]) -> Option<i128> {
+    let dot = name.iter().position(|byte| *byte == b'.')?;
+    let (whole, fraction) = (name.get(..dot)?, name.get(dot + 1..)?);
+    if fraction.is_empty() || !fraction.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    number(whole)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(fraction)?)
+}
+
+/// Returns the value of digits; `None` if there are none, other bytes or too many digits.
+fn number(digits: &[u8]) -> Option<i128> {
+    str::from_utf8(digits).ok().filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()))?.parse().ok()
+}
+
+/// Returns a file's name without its ending.
+pub(super) fn stem(file: &Path) -> &[u8] {
+    file.file_stem().unwrap_or_default().as_encoded_bytes()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Positions::{NamedTimes, Numbers};
+    use super::*;
+
+    fn paths(names: &[&str]) -> Vec<PathBuf> {
+        names.iter().map(PathBuf::from).collect()
+    }
+
+    fn found(names: &[&str]) -> Option<Vec<f64>> {
+        positions(&paths(names)).map(|(_, positions)| positions)
+    }
+
+    #[test]
+    fn pictures_are_placed_by_the_one_number_that_differs() {
+        assert_eq!(found(&["a8.png", "a09.png", "a10.png"]), Some(vec![0.0, 1.0, 2.0]));
+        assert_eq!(found(&["2_frame1.png", "2_frame3_.png"]), None);
+        assert_eq!(found(&["cam1.0007.png", "cam1.0009.png"]), Some(vec![0.0, 2.0]));
+        assert_eq!(found(&["0.5.png", "0.75.png", "1.0.png"]), Some(vec![0.0, 250.0, 500.0]));
+        assert_eq!(found(&["1764100000000000001.png", "1764100000000000003.png"]), Some(vec![0.0, 2.0]));
+        assert_eq!(found(&["a.png", "b.png"]), None);
+        assert_eq!(found(&["1.png"]), Some(vec![0.0]));
+        assert_eq!(found(&[&"9".repeat(99), &"8".repeat(99)]), None);
+    }
+
+    #[test]
+    fn of_several_numbers_an_index_or_a_time_places_pictures() {
+        // Every frame of 60 but those of odd numbers from 20 to 40, 30 per second from 59.2 s on.
+        let placed = |name: &dyn Fn(u64, u64) -> String| {
+            let kept = (0..60).filter(|frame| !(20..40).contains(frame) || frame % 2 == 0);
+            let files: Vec<_> = kept.map(|frame| PathBuf::from(name(frame, 59_200 + frame * 100 / 3))).collect();
+            let stray = files.iter().position(|file| file.starts_with("background.png"));
+            let (kind, found) = positions(&files).unwrap_or_else(|| panic!("{files:?}"));
+            let step = spacing::step(&found.iter().copied().filter(|position| !position.is_nan()).collect::<Vec<_>>())
+                .unwrap();
+            let gaps = found.windows(2).filter(|pair| ((pair[1] - pair[0]) / step).round() as u32 == 2).count();
+            (kind, (step * 10.0).round() / 10.0, gaps, stray.map(|at| found[at].is_nan()))
+        };
+        let clock = |ms: u64| (12 + ms / 60_000, ms / 1000 % 60, ms % 1000);
+        let at = |ms| {
+            let (minute, second, ms) = clock(ms);
+            format!("{minute:02}-{second:02}-{ms:03}")
+        };
+        let time = |frame: u64| 1_764_100_001_533 + frame * 100 / 3;
+        for (expected, name) in [
+            (
+                (NamedTimes, 33.3, 10, None),
+                &(|frame, _| format!("frame{frame:05}_{}.{:03}.png", time(frame) / 1000, time(frame) % 1000))
+                    as &dyn Fn(u64, u64) -> String,
+            ),
+            ((NamedTimes, 33.3, 10, None), &|frame, ms| format!("{frame:05}_{ms}ms.png")),
+            ((NamedTimes, 33.3, 10, None), &|_, ms| format!("2025-11-25_12-{}.png", at(ms))),
+            ((NamedTimes, 33.3, 10, None), &|_, ms| format!("2025112512{}.png", at(ms).replace('-', ""))),
+            ((NamedTimes, 33.3, 10, None), &|frame, _| {
+                format!("img_{}.{:06}.png", time(frame) / 1000, time(frame) % 1000 * 1000)
+            }),
+            ((NamedTimes, 33.3, 10, None), &|frame, _| {
+                format!("{}_{:09}.png", time(frame) / 1000, time(frame) % 1000 * 1_000_000)
+            }),
+            ((Numbers, 1.0, 9, Some(true)), &|frame, _| {
+                if frame == 30 { "background.png".into() } else { format!("{frame}.png") }
+            }),
+        ] {
+            let (kind, step, gaps, stray) = placed(name);
+            assert_eq!((kind, step, stray), (expected.0, expected.1, expected.3), "{}", name(5, 59_300));
+            assert!(gaps.abs_diff(expected.2) <= 1, "{gaps}: {}", name(5, 59_300));
+        }
+    }
+
+    #[test]
+    fn times_beside_an_index_give_the_rate() {
+        for (name, is_known) in [
+            (
+                &(|n: u64| format!("frame{n:05}_{}.png", 1_764_100_001_533 + n * 1000 / 60)) as &dyn Fn(u64) -> String,
+                true,
+            ),
+            (&|n| format!("{n:05}-{}.png", 1_764_100_001_533_000 + n * 1_000_000 / 60), true),
+            (&|n| format!("{}_{n}.png", 1_764_100_001_533 + n * 1000 / 60), true),
+            (&|n| format!("{n}_{}ms.png", n * 1000 / 60), true),
+            (&|n| format!("{}ms.png", n * 1000 / 60), true),
+            (&|n| format!("{n}_{}.png", n * n), false),
+        ] {
+            let files: Vec<_> = (0..130).map(|n| PathBuf::from(name(n))).collect();
+            let (rate, said) = rate(positions(&files).as_ref(), None);
+            assert_eq!((rate.per_second() - 60.0).abs() < 0.6, is_known, "{}: {said}", name(5));
+            assert_eq!(said.contains("assumed"), !is_known, "{said}");
+        }
+    }
+
+    #[test]
+    fn times_of_day_go_on_over_a_minute() {
+        for between in ["-", ":", "_", ""] {
+            let name = |n: u64| {
+                let ms = 41 * 60_000 + 58_520 + n * 100 / 3;
+                let [minute, second, ms] = [ms / 60_000, ms / 1000 % 60, ms % 1000];
+                PathBuf::from(format!("10{between}{minute:02}{between}{second:02}.{ms:03}.png"))
+            };
+            let files: Vec<_> = (0..130).map(name).collect();
+            let (kind, places) = positions(&files).unwrap();
+            assert_eq!((kind, places[129]), (NamedTimes, 4300.0), "{between}");
+        }
+    }
+
+    #[test]
+    fn a_fraction_may_be_short_or_left_out() {
+        for (step, zone) in [(33, ""), (40, "+00:00"), (10, "Z")] {
+            let name = |n: u64| {
+                let [second, ms] = [58 + n * step / 1000, n * step % 1000];
+                let fraction = if ms == 0 { String::new() } else { format!(".{ms:03}000") };
+                PathBuf::from(format!("2026-11-27T10:{:02}:{:02}{fraction}{zone}.png", second / 60, second % 60))
+            };
+            let (kind, places) = positions(&(0..130).map(name).collect::<Vec<_>>()).unwrap();
+            assert_eq!((kind, places[129], step), (NamedTimes, (129 * step) as f64, step));
+        }
+        for before in ["2026-11-27_10-00-", "10-00-", "20261127T1000"] {
+            let files: Vec<_> =
+                (0..130).map(|n| PathBuf::from(format!("{before}{:02}.{:02}.png", n / 25, n % 25 * 4))).collect();
+            let (kind, places) = positions(&files).unwrap();
+            assert_eq!((kind, places[129]), (NamedTimes, 5160.0), "{before}");
+        }
+        // The number of a picture in its second is no fraction.
+        let files: Vec<_> =
+            (0..130).map(|n| PathBuf::from(format!("20261127_1000{:02}_{:02}.png", n / 25, n % 25))).collect();
+        assert_eq!(positions(&files), None);
+    }
+
+    #[test]
+    fn names_that_do_not_tell_are_said() {
+        let said = |names: &[&str]| rate(positions(&paths(names)).as_ref(), None).1;
+        assert_eq!(said(&["1.png", "2.png"]), "30:1 frames per second (assumed: state another with --fps)");
+        assert!(!said(&["a.png"]).contains("names"));
+        for names in [&["1_7.png", "1_9.png", "2_3.png"][..], &["a.png", "b.png", "c.png"]] {
+            assert!(said(names).ends_with("; the names do not say whether pictures are missing"));
+        }
+    }
+
+    #[test]
+    fn decimals_behind_a_prefix_are_in_the_order_of_their_values() {
+        let files = ["img_9.5.png", "img_9.45.png"].map(PathBuf::from);
+        assert_eq!(decimals(&files), Some(vec![9_500_000_000, 9_450_000_000]));
+    }
+
+    #[test]
+    fn times_in_names_give_the_rate() {
+        let rate_of = |name: &dyn Fn(u32) -> String| {
+            let files: Vec<_> =
+                (0..50).filter(|frame| frame % 7 != 0).map(|frame| PathBuf::from(name(frame))).collect();
+            let (rate, said) = rate(positions(&files).as_ref(), None);
+            assert_eq!(said.contains("by the times in their names"), !said.contains("assumed"), "{said}");
+            // In tenths.
+            (rate.per_second() * 10.0).round() as u32
+        };
+        for fps in [15_u32, 25, 60, 120] {
+            let ms = |frame: u32| 1_764_100_001_533 + u64::from(frame * 1000 / fps);
+            assert!(rate_of(&|frame| format!("{}.png", ms(frame))).abs_diff(10 * fps) < 3);
+            let us = |frame: u32| 1_764_100_001_533_000 + u64::from(frame * 1_000_000 / fps);
+            assert_eq!(rate_of(&|frame| format!("left_{}.png", us(frame))), 10 * fps);
+            assert_eq!(rate_of(&|frame| format!("{}000.png", us(frame))), 10 * fps);
+            assert_eq!(rate_of(&|frame| format!("{:.4}.png", 9.9 + f64::from(frame) / f64::from(fps))), 10 * fps);
+        }
+        // Numbers of that size that are no times.
+        assert_eq!(rate_of(&|frame| format!("{}.png", 1_764_100_001_533_u64 + u64::from(frame))), 300);
+        let (rate, said) =
+            rate(positions(&paths(&["1.00.png", "1.04.png", "1.08.png"])).as_ref(), Some(FrameRate::NOMINAL));
+        assert_eq!((rate, &*said), (FrameRate::NOMINAL, "30:1 frames per second as --fps says; without it, 25:1"));
+    }
+
+    #[test]
+    fn several_series_are_told_apart() {
+        let of = |name: &dyn Fn(u32) -> [String; 2]| {
+            let files: Vec<_> = (0..130).flat_map(name).map(PathBuf::from).collect();
+            several(&files, positions(&files).as_ref())
+        };
+        assert_eq!(
+            of(&|n| [format!("left_{n:04}.png"), format!("right_{n:04}.png")]).as_deref(),
+            Some("left_#: 130, right_#: 130")
+        );
+        assert_eq!(of(&|n| [format!("{n}_a.png"), format!("{n}_b.png")]).as_deref(), Some("#_a: 130, #_b: 130"));
+        assert_eq!(
+            of(&|n| [format!("cam1_{n:04}.png"), format!("cam2_{n:04}.png")]).as_deref(),
+            Some("cam1_#: 130, cam2_#: 130")
+        );
+        let ms = |n: u32, late| 1_764_100_001_533 + u64::from(n) * 100 / 3 + late;
+        assert_eq!(
+            of(&|n| [format!("0_{}.png", ms(n, 0)), format!("1_{}.png", ms(n, 7))]).as_deref(),
+            Some("0_#: 130, 1_#: 130")
+        );
+        assert_eq!(
+            of(&|n| [format!("{}_0.png", ms(n, 0)), format!("{}_1.png", ms(n, 7))]).as_deref(),
+            Some("#_0: 130, #_1: 130")
+        );
+        let at = |n: u32, late| format!("{}.{:06}", ms(n, late) / 1000, ms(n, late) % 1000 * 1000);
+        assert_eq!(
+            of(&|n| [format!("cam0_{}.png", at(n, 0)), format!("cam1_{}.png", at(n, 16))]).as_deref(),
+            Some("cam0_#.#: 130, cam1_#.#: 130")
+        );
+        assert!(of(&|n| [format!("{}_cam0.png", at(n, 0)), format!("{}_cam1.png", at(n, 16))]).is_some());
+        assert_eq!(of(&|n| [format!("{}.png", at(2 * n, 0)), format!("{}.png", at(2 * n + 1, 0))]), None);
+        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and names without an order.
+        assert_eq!(of(&|n| [0, 500].map(|ms| format!("12_{:02}_{:02}_{ms:03}.png", n / 60, n % 60))), None);
+        assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{n:05}_{}.png", at(n, 0)))), None);
+        assert_eq!(of(&|n| [0_u64, 1].map(|take| format!("{take}_{}.png", ms(n, take * 9000)))), None);
+        assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{:x}.png", n * 2_654_435))), None);
+        assert_eq!(several(&paths(&["a.png", "b.png"]), None), None);
+    }
+}
