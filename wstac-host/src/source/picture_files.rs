@@ -112,7 +112,8 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<(Vec<PathBuf>, Pla
     let (files, places) = in_order(files);
     if let Some(series) = several(&files, places.as_ref()) {
         let message = format_args!(
-            "has several series of pictures ({series}); help: put the pictures of each camera into a folder of its own"
+            "has several series of pictures ({series}); help: put the pictures of each camera into a folder of its own, \
+            or name those of one by a counter, or by times with three digits of a second's fraction"
         );
         return Err(Error::new(ErrorKind::Data, folder.display(), message));
     }

@@ -87,8 +87,13 @@ pub(super) fn rate(places: Option<&(Positions, Vec<f64>)>, given: Option<FrameRa
     (rate, said)
 }
 
-/// Returns pictures in natural order, or by their numbers if all are decimals, and their places.
+/// Returns pictures in natural order, or by their numbers if all are decimals or hexadecimal, and their places.
 pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
+    if let Some(numbers) = hexadecimal(&files) {
+        let counted: BTreeMap<i128, PathBuf> = numbers.into_iter().zip(files).collect();
+        let (numbers, files): (Vec<_>, _) = counted.into_iter().map(|(number, file)| (Some(number), file)).unzip();
+        return (files, placed(Positions::Numbers, 1.0, numbers));
+    }
     let Some(times) = decimals(&files) else {
         let places = by_parts(&files);
         return (files, places);
@@ -114,10 +119,16 @@ fn by_parts(files: &[PathBuf]) -> Places {
     let index = || names.columns().find(|numbers| is_index(numbers));
     match names.differing[..] {
         [] => (files.len() == 1).then(|| (Positions::Numbers, vec![0.0])),
-        [at] => match names.clock(date).or_else(|| names.since_1970()).or_else(|| names.with_unit(at)) {
-            Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
-            None => placed(Positions::Numbers, 1.0, names.column(at)?),
-        },
+        [at] => {
+            let numbers = names.column(at)?;
+            // A counter rises by one, such as 000000041; so does no clock of milliseconds.
+            let counts = || numbers.windows(2).any(|pair| matches!(pair, [Some(a), Some(b)] if b - a == 1));
+            let times = names.clock(date).or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
+            match times.or_else(|| names.clock(time_of_day).filter(|_| !counts())) {
+                Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
+                None => placed(Positions::Numbers, 1.0, numbers),
+            }
+        }
         // A camera that slows down counts on: its times come before its numbers.
         _ => match names.clear_times().or_else(|| index().is_none().then(|| names.seconds())?) {
             Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
@@ -233,6 +244,20 @@ fn epoch_unit(numbers: &[Option<i128>]) -> Option<f64> {
     RATES.contains(&rate).then_some(per_s as f64 / 1000.0)
 }
 
+/// Returns the numbers of names that are a counter of one width in hexadecimal, such as `0000000a`.
+fn hexadecimal(files: &[PathBuf]) -> Option<Vec<i128>> {
+    let width = stem(files.first()?).len();
+    let value = |file: &PathBuf| {
+        let name = str::from_utf8(stem(file)).ok().filter(|name| name.len() == width && !name.starts_with('+'))?;
+        i128::from_str_radix(name, 16).ok()
+    };
+    let numbers: Vec<i128> = files.iter().map(value).collect::<Option<_>>()?;
+    let has = |is_of: fn(&u8) -> bool| files.iter().any(|file| stem(file).iter().any(is_of));
+    let mut sorted: Vec<_> = numbers.iter().copied().map(Some).collect();
+    sorted.sort_unstable();
+    (has(u8::is_ascii_digit) && has(u8::is_ascii_alphabetic) && is_index(&sorted)).then_some(numbers)
+}
+
 /// Returns the decimals of names that consist of them alone, apart from what all have at their start and end, in parts
 /// of 10⁻⁹.
 fn decimals(files: &[PathBuf]) -> Option<Vec<i128>> {
@@ -251,7 +276,16 @@ fn decimals(files: &[PathBuf]) -> Option<Vec<i128>> {
     if shared.get(..start)?.last().is_some_and(u8::is_ascii_alphabetic) {
         return None;
     }
-    files.iter().map(|file| decimal(stem(file).get(start..stem(file).len().checked_sub(end)?)?)).collect()
+    let texts: Option<Vec<_>> =
+        files.iter().map(|file| stem(file).get(start..stem(file).len().checked_sub(end)?)).collect();
+    let texts = texts?;
+    let fractions = || texts.iter().filter_map(|text| text.rsplit(|byte| *byte == b'.').next());
+    // Without zeros in front, nanoseconds of `1700000000.33333333` are a number, as ROS writes them.
+    let is_nanoseconds = fractions().any(|digits| digits.len() == 9)
+        && fractions().any(|digits| digits.len() < 8)
+        && fractions().all(|digits| digits == b"0" || !digits.starts_with(b"0"));
+    let digits = if is_nanoseconds { 9 } else { 0 };
+    texts.iter().map(|text| decimal(text, digits)).collect()
 }
 
 /// Returns the name that nearly all are like: they differ only by numbers.
@@ -318,10 +352,10 @@ fn date(name: &[Part<'_>]) -> Option<i128> {
 }
 
 /// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Two digits behind another text than a point count
-/// something else.
+/// something else; .NET writes seven.
 fn fraction(digits: &[u8], behind: Option<&Part<'_>>) -> Option<i128> {
-    let has_point = behind == Some(&Part::Text(b"."));
-    nanoseconds(digits).filter(|_| matches!(digits.len(), 3 | 6 | 9) || (digits.len() == 2 && has_point))
+    let has_point = matches!(behind, Some(Part::Text(b"." | b",")));
+    nanoseconds(digits).filter(|_| matches!(digits.len(), 3 | 6 | 7 | 9) || (digits.len() >= 2 && has_point))
 }
 
 /// Returns the time of day that a decimal such as 104158.520 means; `None` if it means none.
@@ -348,7 +382,8 @@ fn time_of_day(name: &[Part<'_>]) -> Option<i128> {
 fn seconds(name: &[Part<'_>]) -> Option<i128> {
     let [seconds, Part::Text(between), fraction, ..] = name else { return None };
     let fraction = fraction.digits()?;
-    let is_decimal = *between == b"." || (matches!(*between, b"_" | b"-") && matches!(fraction.len(), 3 | 6 | 9));
+    let is_decimal =
+        *between == b"." || (matches!(*between, b"_" | b"-" | b"s") && matches!(fraction.len(), 3 | 6 | 9));
     number(seconds.digits()?)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(fraction).filter(|_| is_decimal)?)
 }
 
@@ -379,14 +414,16 @@ fn nanoseconds(fraction: &[u8]) -> Option<i128> {
     number(&digits)
 }
 
-/// Returns a decimal such as a time of a name in parts of 10⁻⁹; `None` if the name is anything else.
-fn decimal(name: &[u8]) -> Option<i128> {
+/// Returns a decimal such as a time of a name in parts of 10⁻⁹, whose fraction has zeros in front up to so many digits; `None`
+/// if the name is anything else.
+fn decimal(name: &[u8], width: usize) -> Option<i128> {
     let dot = name.iter().position(|byte| *byte == b'.')?;
     let (whole, fraction) = (name.get(..dot)?, name.get(dot + 1..)?);
     if fraction.is_empty() || !fraction.iter().all(u8::is_ascii_digit) {
         return None;
     }
-    number(whole)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(fraction)?)
+    let zeros = vec![b'0'; width.saturating_sub(fraction.len())];
+    number(whole)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(&[&zeros, fraction].concat())?)
 }
 
 /// Returns the value of digits; `None` if there are none, other bytes or too many digits.
@@ -513,16 +550,37 @@ mod tests {
             let (kind, places) = positions(&(0..130).map(name).collect::<Vec<_>>()).unwrap();
             assert_eq!((kind, places[129], step), (NamedTimes, (129 * step) as f64, step));
         }
-        for before in ["2026-11-27_10-00-", "10-00-", "20261127T1000"] {
-            let files: Vec<_> =
-                (0..130).map(|n| PathBuf::from(format!("{before}{:02}.{:02}.png", n / 25, n % 25 * 4))).collect();
-            let (kind, places) = positions(&files).unwrap();
-            assert_eq!((kind, places[129]), (NamedTimes, 5160.0), "{before}");
+        for (before, point) in [("2026-11-27_10-00-", "."), ("10-00-", "."), ("20261127T1000", "."), ("10.00.", ",")] {
+            for digits in [2, 4, 7, 8] {
+                let zeros = "0".repeat(digits - 2);
+                let name = |n| format!("{before}{:02}{point}{:02}{zeros}.png", n / 25, n % 25 * 4);
+                let files: Vec<_> = (0..130).map(|n| PathBuf::from(name(n))).collect();
+                let (kind, places) = positions(&files).unwrap();
+                assert_eq!((kind, places[129]), (NamedTimes, 5160.0), "{}", name(3));
+            }
         }
         // The number of a picture in its second is no fraction.
         let files: Vec<_> =
             (0..130).map(|n| PathBuf::from(format!("20261127_1000{:02}_{:02}.png", n / 25, n % 25))).collect();
         assert_eq!(positions(&files), None);
+    }
+
+    #[test]
+    fn numbers_of_one_width_or_without_zeros_are_placed() {
+        let last = |name: &dyn Fn(u64) -> String| {
+            let mut files: Vec<_> = (0..130).map(|n| PathBuf::from(name(n))).collect();
+            files.sort_by(|a, b| crate::source::natural::compare(stem(a), stem(b)));
+            let (files, places) = in_order(files);
+            assert_eq!(files, (0..130).map(|n| PathBuf::from(name(n))).collect::<Vec<_>>());
+            let (kind, places) = places.unwrap();
+            (kind, places[129])
+        };
+        assert_eq!(last(&|n| format!("{n:08x}.png")), (Numbers, 129.0));
+        assert_eq!(last(&|n| format!("{n:09}.png")), (Numbers, 129.0));
+        let ns = |n: u64| (1_700_000_000 + n / 30, n % 30 * 1_000_000_000 / 30);
+        assert_eq!(last(&|n| format!("{}.{}.png", ns(n).0, ns(n).1)), (NamedTimes, 4300.0));
+        let of_day = |s: u64, ms| format!("10{:02}{:02}{ms:03}.png", 41 + s / 60, s % 60);
+        assert_eq!(last(&|n| of_day(57 + n / 25, n % 25 * 40)), (NamedTimes, 5160.0));
     }
 
     #[test]
