@@ -47,8 +47,8 @@ LOST = 0.005
 FACTORS = (((0.6, 0.08, 0.01), (1.05, 0.03, 0.0)), ((0.3, 0.3, 0.015), (0.35, 0.22, 0.015)))
 """Of deviations along and across the motion, if whiskers are dark and if all are lit: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
-OF_FLASH = 3.3
-"""Frames late by that phase times the square of what the frame beside the brightest lacks to 0.97 of its light."""
+OF_FLASH = 4.1
+"""Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
 LOCKED = 0.06
 """The variance of a slowness, in squares of that, if all whiskers have one phase."""
 FEWEST_OF_CONTACT = 3
@@ -226,7 +226,7 @@ def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut:
     around_each = np.concatenate([dark, light, dark])
     at, each = light.argmax(axis=0), np.arange(len(peak))
     beside = np.maximum(around_each[at, each], around_each[at + 2, each]).sum() / peak.sum()
-    return Wave(slowness, weights, late, gains, float(left / (z * z).sum()), parts, max(0.97 - beside, 0.0))
+    return Wave(slowness, weights, late, gains, float(left / (z * z).sum()), parts, max(0.94 - beside, 0.0))
 
 
 def outline_of(peaks: np.ndarray) -> tuple[float, float]:

@@ -46,8 +46,8 @@ pub(super) struct Wave {
     each: [([i32; 2], i32, i32); TAXELS],
     /// The part of the energy that the wave leaves over.
     pub(super) miss: f32,
-    /// What the brighter frame beside a whisker's brightest lacks to 0.97 of its light, at least 0. A flash within a frame, which
-    /// is smoothed twice, lacks 0.3.
+    /// What the brighter frame beside a whisker's brightest lacks to 0.94 of its light, at least 0. A flash within a frame, which
+    /// is smoothed twice, lacks 0.27.
     pub(super) lacks: f32,
 }
 
@@ -409,7 +409,7 @@ impl Sums {
             squares: squares as f32 * unit * unit,
             each: list,
             miss: if energy > 0.0 { (1.0 - explained / energy).max(0.0) } else { 1.0 },
-            lacks: (0.97 - peaks[1] as f32 / peaks[0].max(1) as f32).max(0.0),
+            lacks: (0.94 - peaks[1] as f32 / peaks[0].max(1) as f32).max(0.0),
         }
     }
 }

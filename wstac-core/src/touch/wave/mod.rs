@@ -97,7 +97,7 @@ const LOST: f32 = 0.005;
 const FACTORS: [[[f32; 3]; 2]; 2] = [[[0.6, 0.08, 0.01], [1.05, 0.03, 0.0]], [[0.3, 0.3, 0.015], [0.35, 0.22, 0.015]]];
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
-const OF_FLASH: f32 = 3.3;
+const OF_FLASH: f32 = 4.1;
 /// The variance of a slowness, in squares of that per pitch, if all whiskers have one phase: then nothing shows the error.
 const LOCKED: f32 = 0.06;
 /// The weight of a whisker whose gain is 1.
