@@ -337,7 +337,7 @@ Output with --json, one object per line (wrapped here):
               that of the sample's last frame: seconds from the first
               frame, nanoseconds of the clock, and UTC where
               the source knows it. "sd" is a standard deviation.
-              With estimator = "wave", "basis" is "edge" if an edge
+              With the estimator "wave", "basis" is "edge" if an edge
               covers the sensor, so that only the motion across it is
               known, or else "outline". If 25 taxels tell the velocity,
               "place_mm" is the middle of the touch to the left of its
