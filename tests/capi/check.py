@@ -81,7 +81,7 @@ approach = 2000
 """
 # A configuration with the published law.
 PUBLISHED = "published.toml"
-BALL = "ball.toml"
+BALL, BOARDS = "ball.toml", "boards.toml"
 
 
 def fail(message):
@@ -112,10 +112,13 @@ class Wstac:
         """
         slides = [("Saw3", 150, 90), ("Tri2", 45, 0), ("Fla0", 180, 270), ("Sin4", 120, 215), ("Saw3", 800, 10)]
         (self.folder / "slides.toml").write_text(SLIDES + "".join(SLIDE.format(*slide) for slide in slides) + OTHERS)
-        (self.folder / "global.toml").write_text("[sensor]\nreadout_ms = 0\n")
+        # The firmware's library has the estimator of boards.
+        boards = (ROOT / "wstac-fw/wstac.toml").read_text()
+        (self.folder / BOARDS).write_text(boards)
+        (self.folder / "global.toml").write_text(f"{boards}[sensor]\nreadout_ms = 0\n")
         (self.folder / PUBLISHED).write_text('[speed]\nlaw = "published"\n')
         (self.folder / BALL).write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n[sensor]\nsize = [200, 200]\n')
-        run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap"], cwd=self.folder)
+        run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap", "--config", BOARDS], cwd=self.folder)
         self.run("slides.mcap", "--save-raw", "slides.raw")
         both = ["cam:left=scene:Saw3@150", "cam:right=scene:Tri3@120"]
         run([self.command, "record", *both, "-o", "both.mcap"], cwd=self.folder)
