@@ -2,7 +2,7 @@
 //!
 //! | variable | it names |
 //! | --- | --- |
-//! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it, the defaults |
+//! | `WSTAC_CONFIG` | a configuration file, as `wstac run --config` takes it; without it, `wstac.toml` of this folder |
 //! | `WSTAC_MODEL` | a texture model's file, as `wstac model import` writes it; without it there is no texture |
 //! | `WSTAC_MODELS` | without a model: those that a host may send, such as `forest:frames`; `linear_svm:frames` if unset |
 //! | `WSTAC_REVISION` | the revision that the firmware reports; without it the beginning of git's commit |
@@ -44,8 +44,9 @@ fn main() {
     let boards = [("CARGO_FEATURE_NODE", [320, 240]), ("CARGO_FEATURE_EMULATED", [400, 400])];
     let sizes = boards.iter().filter(|(feature, _)| env::var_os(feature).is_some()).map(|(_, size)| *size);
     let sizes: Vec<_> = sizes.collect();
-    let (config, model) = (named("WSTAC_CONFIG"), named("WSTAC_MODEL"));
-    match setup::source(config, model, pixels.as_deref(), models.as_deref(), &sizes) {
+    println!("cargo:rerun-if-changed=wstac.toml");
+    let config = named("WSTAC_CONFIG").unwrap_or_else(|| "wstac.toml".into());
+    match setup::source(&config, named("WSTAC_MODEL"), pixels.as_deref(), models.as_deref(), &sizes) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => refuse(&error),
     }

@@ -216,7 +216,7 @@ fn kinds(page: &mut String) {
     let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- |");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);
-        let contacts: Vec<Contact> = answered.iter().filter_map(|one| one.motions).map(|[by, _]| by.contact).collect();
+        let contacts: Vec<Contact> = answered.iter().filter_map(|one| one.contact).collect();
         let count = |contact| contacts.iter().filter(|found| **found == contact).count();
         let _ = writeln!(
             page,

@@ -293,7 +293,7 @@ Without this rule, each would have named so many slides, and so many of the name
 const HEAD: &str = "
 ## Textures
 
-The shipped models name simulated slides of sensors that no model has seen, from the first 28 mm of path.
+The shipped models name simulated slides of sensors that no model has seen, from the first 28 mm of path, by the default estimator.
 Directions are any, speeds 50 to 300 mm/s with an even logarithm, lengths 60 to 120 mm.
 A slide without an answer or called unknown counts as wrong.
 The calibration error is the mean difference between confidence and accuracy; the goal is at most 0.03.

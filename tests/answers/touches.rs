@@ -1,12 +1,14 @@
 //! Touches drawn by chance, and what the core answers to them.
 
 use wstac_core::green::gray::Gray;
+use wstac_core::law::{ByWave, EventLaw};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout};
+use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout};
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
@@ -83,6 +85,8 @@ pub(crate) struct Answered {
     pub events: usize,
     /// Motion by coherence and by edges; `None` without an event.
     pub motions: Option<[Motion; 2]>,
+    /// The kind of touch by the default law; `None` without an event.
+    pub contact: Option<Contact>,
 }
 
 impl Answered {
@@ -196,10 +200,11 @@ fn answer(kind: Kind, number: u64) -> Answered {
     // A frame that is lost counts if it is one of the touch.
     let trigger = TriggerConfig::default();
     let trigger = if kind == Kind::Lost { trigger.one_event_per_touch() } else { trigger };
-    let mut pipeline = Pipeline::builder(geometry).trigger(trigger).build().expect("all parameters are defaults");
+    let pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>().build();
+    let mut pipeline = pipeline.expect("all parameters are defaults");
     let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
-    let (mut events, mut motions) = (0, None);
+    let (mut events, mut motions, mut contact) = (0, None, None);
     let mut lost = Rng::new(SEED, (kind as u64) << 48 | number);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = kind == Kind::Lost && lost.uniform() < LOST;
@@ -208,10 +213,11 @@ fn answer(kind: Kind, number: u64) -> Answered {
             events += 1;
             if motions.is_none() {
                 motions = Some([motion::by_coherence(&event, config), motion::by_edges(&event, config)]);
+                contact = ByWave(config).answer(&event).contact;
             }
         }
     }
-    Answered { touch: script.touches[0], unit: script.light.unit, events, motions }
+    Answered { touch: script.touches[0], unit: script.light.unit, events, motions, contact }
 }
 
 /// Answers `count` touches of a kind, on all processors.

@@ -28,6 +28,8 @@ from model.ports import NUCLEO, OPENMV
 from model.sensor import Ov7690, Ov7692, Ov7725
 
 SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
+# The configuration of a program that is built without one.
+CONFIG = Path(__file__).parents[2] / "wstac-fw" / "wstac.toml"
 # A press, five slides of a texture that no model knows by its name, and then one more of it and one of a specimen.
 NEW = "specimen = \"Saw3\"\nperiod = 12"
 LESSON = "kind = \"press\"", *(
@@ -76,6 +78,7 @@ class Host:
 
     def of_file(self, clip, *options, readout_ms=READOUT_MS):
         """Returns the lines of `wstac run` on another clip."""
+        options += () if "--config" in options else ("--config", CONFIG)
         return self._says("run", clip, "--json", "--readout", str(readout_ms), *options).splitlines()
 
     def of_line(self, data, *options):
@@ -221,8 +224,8 @@ class Check:
 
     def other(self, elf, config, model):
         """Another configuration and a texture model, compiled in, have the same effect as on the host."""
-        options = ["--model", model] if config == "-" else ["--config", config, "--model", model]
-        expected = of_kind(self.host.of_clip(*options), "event", "texture")
+        options = [] if config == "-" else ["--config", config]
+        expected = of_kind(self.host.of_clip(*options, "--model", model), "event", "texture")
         lines = of_kind(self.host.of_line(self.board(self.host.frames, elf=elf).run()), "event", "texture")
         problems = [] if lines == expected else [f"events are {lines}, expected {expected}"]
         if not expected or expected == self.events:
@@ -416,7 +419,7 @@ class Check:
             problems.append("it is not used after the restart")
         words = board.flash.words
         toml = self.host.folder / "layout.toml"
-        toml.write_text(f"[layout]\nframe = [{WIDTH}, {HEIGHT}]\ntaxel = [24, 28]\ncorners = {corners}\n")
+        toml.write_text(f"{CONFIG.read_text()}[layout]\nframe = [{WIDTH}, {HEIGHT}]\ntaxel = [24, 28]\ncorners = {corners}\n")
         expected = of_kind(self.host.of_clip("--config", toml), "event")
         events = of_kind(self.host.of_line(after_power(board, self.host.frames).run()), "event")
         if events != expected or not events or events == self.events:

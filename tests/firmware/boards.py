@@ -9,6 +9,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "wstac-fw"
+# The configuration of a program that is built without one.
+CONFIG = FIRMWARE / "wstac.toml"
 TARGETS = ("thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv7em-none-eabihf")
 
 

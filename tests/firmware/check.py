@@ -32,7 +32,7 @@ BASE = ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "m
 # The boards of --base.
 FEW = ("M0", "M4F")
 # Keys of [speed].
-LAWS = ('estimator = "edges"', 'law = "published"', 'law = "arrival"')
+LAWS = ('estimator = "edges"', 'law = "published"', 'estimator = "coherence"')
 # The boards with memory for the law of 25 taxels: a Cortex-M3 runs a Cortex-M0's code, instead of a microbit with its 16 KiB.
 WITH_TAXELS = (Board("M0", "mps2-an385", TARGETS[0]), *BOARDS[1:])
 FRAME = 400 * 400
@@ -63,9 +63,9 @@ def without_frames(board, elf):
 
 
 def by_wave(folder):
-    """Returns a configuration's file with the estimator of 25 taxels."""
+    """Returns an empty configuration, whose estimator is that of 25 taxels."""
     file = folder / "wave.toml"
-    file.write_text('[speed]\nestimator = "wave"\n')
+    file.touch()
     return file
 
 
@@ -76,7 +76,7 @@ def measure(wstac, folder, models, chosen=BOARDS, debug=True):
     file = clip(wstac, folder)
     write_samples(wstac, folder / "samples")
     numbers = {board.core: {} for board in chosen}
-    how = ("--readout", "0", "--json")
+    how = ("--config", boards.CONFIG, "--readout", "0", "--json")
     everything = host(wstac, "run", file, *how, "--features", "--samples")
     on_host = [record["f"] for record in map(json.loads, everything) if record["kind"] == "features"]
     for name, model in models.items():

@@ -33,7 +33,7 @@ class Setting:
     stride: int = 1
     ln: str = "fixed"
     model: Path | None = None
-    law: str = 'law = "arrival"'
+    law: str = 'estimator = "coherence"'
 
     def toml(self):
         yuv = self.format.partition(" ")[2] or "exact"
@@ -111,7 +111,7 @@ class Counter:
         # The sample along the path is a part of the answer's cost.
         answer = said["answer" if over_time(model) else "texture"]
         whole = {"frame": said["stripes"], "event": answer, "flash": size.flash, "ram": size.ram + stack}
-        laws = {"coherence": said["motion"], "edges": said["edges"], "published": said["speed"] + said["direction"]}
+        laws = {"wave": said["wave"], "coherence": said["motion"], "edges": said["edges"], "published": said["speed"] + said["direction"]}
         return whole | {"trigger": said["trigger"], "laws": laws}
 
     def build(self, target, pixels, toml, model):

@@ -37,7 +37,7 @@ SLACK = 0.02
 # checkout.
 PUBLISHED_SLACK = 0.02
 # The keys of [speed].
-LAWS = {"coherence": 'law = "arrival"', "edges": 'estimator = "edges"', "published": 'law = "published"'}
+LAWS = {"coherence": 'estimator = "coherence"', "edges": 'estimator = "edges"', "published": 'law = "published"'}
 # Format, stride, logarithm, law, model.
 MIXED = (
     ("RGB565", 2, "libm", "published", "svm.wsm"),
@@ -165,10 +165,10 @@ def one(counter, config, model, pixels, core):
     board = next((board for board in BOARDS if board.core == core), None)
     if board is None or pixels not in FORMATS:
         sys.exit(f"CORE is {core}, PIXELS {pixels}; expected one of {[b.core for b in BOARDS]}, and one of {list(FORMATS)}")
-    toml = "" if config == "-" else Path(config).read_text()
+    toml = (boards.CONFIG if config == "-" else Path(config)).read_text()
     model = None if model == "-" else Path(model).resolve()
     speed = tomllib.loads(toml).get("speed", {})
-    law = speed.get("estimator", "coherence") if speed.get("law", "arrival") == "arrival" else "published"
+    law = speed.get("estimator", "wave") if speed.get("law", "arrival") == "arrival" else "published"
     programs = counter.build(board.target, pixels, toml, model)
     counted = counter.count(board, programs, pixels, toml, model)
     return pick(counted, "frame", "trigger", "event", "flash", "ram") | {"law": counted["laws"][law]}

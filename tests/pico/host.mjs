@@ -13,6 +13,8 @@ const SIZE = 320 * 240;
 export const READOUT_MS = (239 * 376 * 8) / 24_000;
 const FIRMWARE = (name) => fileURLToPath(new URL(`../firmware/${name}`, import.meta.url));
 const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml');
+// The configuration of a program that is built without one.
+const CONFIG = FIRMWARE('../../wstac-fw/wstac.toml');
 // What the host says.
 export const OVERRUN = 'pixels came faster than they were taken';
 export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer';
@@ -68,13 +70,14 @@ export class Host {
 
   /** Returns the lines of `wstac run` on another clip. */
   of(clip, ...options) {
-    return this.says('run', clip, '--json', '--readout', `${READOUT_MS}`, ...options);
+    const config = options.includes('--config') ? [] : ['--config', CONFIG];
+    return this.says('run', clip, '--json', '--readout', `${READOUT_MS}`, ...config, ...options);
   }
 
   /** Returns the events of the clip with these corners of taxels. */
   eventsWith(corners) {
     const toml = this.file('layout.toml');
-    fs.writeFileSync(toml, asToml(corners));
+    fs.writeFileSync(toml, fs.readFileSync(CONFIG) + asToml(corners));
     const events = ofKind(this.ofClip('--config', toml), 'event');
     if (events.length !== 2 || same(events, this.events)) throw new Error('another layout changes nothing');
     return events;

@@ -150,8 +150,7 @@ def other_lines(folder):
     """Returns lines of all kinds that streams have, and of events of every law, with and without answers."""
     published = folder / "published.toml"
     published.write_text('[speed]\nlaw = "published"\n')
-    wave, ball = folder / "wave.toml", folder / "ball.toml"
-    wave.write_text('[speed]\nestimator = "wave"\n')
+    ball = folder / "ball.toml"
     ball.write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n')
     # Most frames are lost: samples are interrupted.
     gaps = folder / "gaps.toml"
@@ -165,7 +164,7 @@ def other_lines(folder):
         ("scene:Saw3@20", ["--config", str(published)]),
         ("scene:Saw3@20", []),
         (f"scene:{gaps}", []),
-        (f"scene:{ball}", ["--config", str(wave)]),
+        (f"scene:{ball}", []),
     ]:
         yield wstac("run", source, *every, *more)
 

@@ -35,7 +35,7 @@ def check(source: str, found: wstac.Recording, *options: str) -> int:
 def test_what_a_wave_tells_of_a_ball(tmp_path: Path) -> None:
     scene, config = tmp_path / "ball.toml", tmp_path / "wave.toml"
     scene.write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n')
-    config.write_text(GLOBAL + '[speed]\nestimator = "wave"\n')
+    config.write_text(GLOBAL)
     [event] = wstac.open(f"scene:{scene}", config=wstac.Config.read(config))
     [line] = [line for line in command("run", f"scene:{scene}", "--json", "--config", str(config)) if line["kind"] == "event"]
     assert event.record == line

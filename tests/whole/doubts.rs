@@ -24,6 +24,8 @@ fn event(scene: &str, keys: &str, model: &str, alter: impl Fn(&mut Vec<Option<Su
     first_event(&info, frames, &Config::parse(keys).unwrap(), &[model])
 }
 
+const COHERENCE: &str = "[speed]\nestimator = \"coherence\"";
+
 fn as_it_is(_: &mut Vec<Option<Sums>>) {}
 
 /// Returns the reasons of an event's line of JSON.
@@ -49,7 +51,7 @@ fn each_cause_has_its_reason() {
         (&dead, Contact::Slide, Some(Reason::OutOfLine)),
         ("[[touch]]\nkind = \"press\"", Contact::Press, None),
     ] {
-        let found = event(scene, "", "builtin:path-svm", as_it_is);
+        let found = event(scene, COHERENCE, "builtin:path-svm", as_it_is);
         assert_eq!((found.contact, found.doubt), (Some(contact), doubt), "{scene}");
         assert_eq!(found.reliable, doubt.is_none(), "{scene}");
         assert_eq!(why(&found)["reliable"].as_str(), doubt.map(Reason::as_str), "{scene}");
@@ -60,7 +62,7 @@ fn each_cause_has_its_reason() {
         (&narrow, None, Some(Basis::Outline)),
         (&changing, Some(Reason::SpeedChanges), None),
     ] {
-        let found = event(scene, "[speed]\nestimator = \"wave\"", "builtin:path-svm", as_it_is);
+        let found = event(scene, "", "builtin:path-svm", as_it_is);
         assert_eq!((found.doubt, found.basis), (doubt, basis), "{scene}");
     }
 }
@@ -69,7 +71,7 @@ fn each_cause_has_its_reason() {
 #[test]
 fn a_narrow_object_has_its_place_and_width() {
     let ball = "shape = \"ball\"\ndiameter = 15\nspeed = 100\ndirection = 30";
-    let found = event(ball, "[speed]\nestimator = \"wave\"", "builtin:path-svm", as_it_is);
+    let found = event(ball, "", "builtin:path-svm", as_it_is);
     assert!(found.reliable, "{found:?}");
     let extent = found.extent.unwrap();
     let (place, width) = (extent.place_mm.unwrap(), extent.width_mm.unwrap());

@@ -95,7 +95,7 @@ pub trait EventLaw {
     }
 }
 
-/// The law of arrival times of 25 taxels ([`wave::by_wave`]).
+/// The law of arrival times of 25 taxels ([`wave::by_wave`]): the default of configurations.
 ///
 /// For an event without taxels ([`Event::taxels`]) it is [`ByCoherence`], but no slide is reliable: its doubt is
 /// [`Reason::LostFrames`].
@@ -103,7 +103,7 @@ pub trait EventLaw {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ByWave(pub MotionConfig);
 
-/// The law of arrival times of ten sums by coherence ([`motion::by_coherence`]): the default.
+/// The law of arrival times of ten sums by coherence ([`motion::by_coherence`]).
 ///
 /// ```
 /// use wstac_core::law::{ByCoherence, EventLaw};

@@ -417,10 +417,10 @@ law = "arrival"         # arrival times: any speed, length, direction
                         # with intercept = 151.06, slope = 56.29
                         # and range_mm_s = [100, 200]; answers
                         # outside are marked as extrapolated
-estimator = "coherence" # of arrival times, for objects as wide as
-                        # the sensor; or "wave": 25 taxels, objects of
-                        # any shape; or "edges": cheaper, and less
-                        # accurate than coherence
+estimator = "wave"      # of arrival times: 25 taxels, objects of any
+                        # shape; or "coherence": ten sums, objects as
+                        # wide as the sensor; or "edges": cheaper, and
+                        # less accurate than coherence
 threshold = 0.0475      # not the trigger's threshold: only laws of
                         # durations use it. A row or column counts as
                         # lit if the sum of its five taxels is above
@@ -433,7 +433,7 @@ method = "centroid"
 #[cfg(test)]
 mod tests {
     use wstac_core::green::any::PixelFormat;
-    use wstac_core::law::{AnyLaw, ByCoherence};
+    use wstac_core::law::{AnyLaw, ByWave};
 
     use super::*;
     use crate::source::StreamInfo;
@@ -457,8 +457,7 @@ mod tests {
         assert_eq!(without(&documented), without(&default));
         assert_eq!(law(&documented), law(&default));
         assert_eq!(default.trigger().unwrap(), TriggerConfig::default().one_event_per_touch());
-        let by_coherence = AnyLaw::Coherence(ByCoherence(MotionConfig::published(FrameRate::NOMINAL)));
-        assert_eq!(law(&default), by_coherence);
+        assert_eq!(law(&default), AnyLaw::Wave(ByWave(MotionConfig::published(FrameRate::NOMINAL))));
     }
 
     #[test]

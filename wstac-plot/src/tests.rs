@@ -171,7 +171,7 @@ fn no_answers_are_no_trouble() {
 #[test]
 fn a_touch_that_is_no_slide_names_its_kind() {
     let (mut found, _) = figure("scene:Saw3@150", "");
-    found.record.contact = Some(Contact::Press);
+    (found.record.contact, found.record.basis) = (Some(Contact::Press), None);
     found.record.speed = Err(Reason::NoSlide(Contact::Press));
     found.record.direction = Direction::by_arrival(Err(Reason::NoSlide(Contact::Press)));
     let text = draw(&found);

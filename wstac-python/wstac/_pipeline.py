@@ -77,7 +77,7 @@ class Pipeline(Recorded):
     ...     event = pipeline.push(frame)
     ...     if event:
     ...         print(event.frame, event.speed.mm_s, event.direction.deg)
-    35 150.0 89.5
+    35 150.1 90.0
     >>> pipeline.features.shape, pipeline.taxels.shape, pipeline.next_frame
     ((10,), (5, 5), 141)
     >>> pipeline.finish()

@@ -65,7 +65,7 @@ class Stream(Recorded):
     >>> stream.format, stream.size, stream.fps, stream.labels, stream.models, stream.config == wstac.Config()
     ('GREY', (1280, 720), 30.0, {}, [], True)
     >>> len(events), len(stream.motions), stream.contact_ends[0].frame, stream.end.frames
-    (1, 18, 74, 140)
+    (1, 19, 74, 140)
     >>> stream.early_textures, stream.incomplete, stream.faults, stream.lost, stream.notes
     ([], [], [], [], [])
 
@@ -303,7 +303,7 @@ def open(
     >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
     ...     for event in stream:
     ...         print(event.direction.deg, event.texture.pattern)
-    180.5 Saw
+    180.0 Saw
     >>> wstac.open("nothing.mcap")
     Traceback (most recent call last):
     wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, rpicam:, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -

@@ -1,15 +1,18 @@
 //! A simulated board: it runs a scene through the core and sends messages as firmware does.
 
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::law::ByCoherence;
+use wstac_core::law::ByWave;
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::ln::fixed::Fixed;
 use wstac_core::model::Model;
+use wstac_core::paper::baseline_policy::FixedBaseline;
 use wstac_core::paper::trigger::{Event, TriggerConfig};
 use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
-use wstac_core::touch::motion::{LiveMotion, MotionConfig, Readout};
+use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout};
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, encode, sample_parts};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::{OpenOptions, open};
@@ -45,10 +48,10 @@ pub(crate) fn hello() -> Hello<'static> {
 }
 
 struct Board<'m> {
-    law: ByCoherence,
+    law: ByWave,
     models: Vec<Model<'m>>,
     dropped: u64,
-    live: LiveMotion,
+    live: LiveWave,
     /// The number of the next event.
     events: u16,
     /// Whether features, samples and motion are sent, too.
@@ -64,12 +67,12 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
     let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
     let camera = FrameGeometry::new(green, Layout::paper(info.size).unwrap(), info.rate).unwrap();
     let trigger = TriggerConfig::default().one_event_per_touch();
-    let mut pipeline = Pipeline::builder(camera).trigger(trigger).build().unwrap();
+    let mut pipeline = Pipeline::builder(camera).trigger(trigger).taxels::<TaxelRing>().build().unwrap();
     let mut board = Board {
-        law: ByCoherence(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
+        law: ByWave(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
         models: models.iter().map(|file| file.model().unwrap()).collect(),
         dropped: 0,
-        live: LiveMotion::new(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
+        live: LiveWave::new(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
         events: 0,
         all,
         sent: Sent { frames: Vec::new() },
@@ -131,13 +134,14 @@ impl Board<'_> {
         }
     }
 
-    fn motion(&mut self, pipeline: &Pipeline<Any>) {
+    fn motion(&mut self, pipeline: &Pipeline<Any, Fixed, FixedBaseline, TaxelRing>) {
         let (next_frame, recent) = pipeline.recent();
         if let Some(baseline) = pipeline.baseline()
-            && let Some(velocity) = self.live.push(next_frame, recent, baseline).and_then(|touch| touch.velocity)
+            && let Some(touch) = self.live.push(next_frame, recent, baseline, pipeline.taxel_ring())
+            && let Some(velocity) = touch.velocity
             && self.all
         {
-            self.sent.push(&Message::Motion { frame: next_frame - 1, velocity, basis: None });
+            self.sent.push(&Message::Motion { frame: next_frame - 1, velocity, basis: touch.basis });
         }
     }
 

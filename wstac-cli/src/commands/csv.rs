@@ -90,6 +90,7 @@ const MOTION: &[&str] = &[
     "speed/sd",
     "direction/deg",
     "direction/sd",
+    "basis",
 ];
 
 /// The column of seconds from the first frame, which every table has. Not every kind of record has it in JSON.

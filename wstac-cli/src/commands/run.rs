@@ -289,7 +289,7 @@ Output with --json, one object per line (wrapped here):
    "time_s":1.5333,"completed_s":3.4667,
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
    "duration_frames":28,"speed":{"mm_s":150.2,"sd":1.3},
-   "direction":{"deg":90.5,"sd":0.5},
+   "direction":{"deg":90.5,"sd":0.5},"basis":"edge","contacts":1,
    "texture":{"specimen":"Saw3",…,"confidence":0.97,"known":true},
    "frames_filled":0,"reliable":true}
   {"kind":"contact_end","frame":75,"event_frame":35,
@@ -337,7 +337,7 @@ Output with --json, one object per line (wrapped here):
               that of the sample's last frame: seconds from the first
               frame, nanoseconds of the clock, and UTC where
               the source knows it. "sd" is a standard deviation.
-              With estimator = "wave", "basis" is "edge" if an edge
+              With the estimator "wave", "basis" is "edge" if an edge
               covers the sensor, so that only the motion across it is
               known, or else "outline". If 25 taxels tell the velocity,
               "place_mm" is the middle of the touch to the left of its

@@ -613,8 +613,7 @@ WstacFwStatus wstac_fw_event(const struct WstacFwPipeline *pipeline, struct Wsta
 /// `pipeline` is null or a pipeline's memory; `sample` is null or memory for 700 numbers.
 WstacFwStatus wstac_fw_sample(const struct WstacFwPipeline *pipeline, int16_t *sample);
 
-/// Writes the event's motion by the coherence of arrival times: the law of `estimator = "coherence"`, which is the
-/// default of wstac run.
+/// Writes the event's motion by the coherence of arrival times: the law of `estimator = "coherence"`.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `motion` is null or memory for one.

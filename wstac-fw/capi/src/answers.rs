@@ -327,8 +327,7 @@ fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
     })
 }
 
-/// Writes the event's motion by the coherence of arrival times: the law of `estimator = "coherence"`, which is the
-/// default of wstac run.
+/// Writes the event's motion by the coherence of arrival times: the law of `estimator = "coherence"`.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `motion` is null or memory for one.

@@ -45,9 +45,9 @@ impl<'de> Deserialize<'de> for LawName {
 #[serde(rename_all = "lowercase")]
 pub enum Estimator {
     /// The coherence of ten lines' signals: for objects wider than the sensor.
-    #[default]
     Coherence,
     /// The light of 25 taxels: for objects of any shape.
+    #[default]
     Wave,
     /// The rising edges of the lines: cheapest.
     Edges,
