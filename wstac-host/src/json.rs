@@ -485,14 +485,14 @@ pub fn rounded(mm_s: f32) -> f64 {
 }
 
 /// Returns a value with its standard deviation as people read them: `119.4 ± 0.3`, or `690 ± 14` from a deviation of 10 on.
-/// Both have the same decimals, so that a rounded value never seems to be several deviations off.
+/// Both have the same decimals, so that a rounded value never seems to be several deviations off; the least is 0.1.
 ///
 /// ```
 /// assert_eq!(wstac_host::json::with_deviation(119.4, 0.349), "119.4 ± 0.3");
 /// assert_eq!(wstac_host::json::with_deviation(690.2, 13.73), "690 ± 14");
 /// ```
 pub fn with_deviation(value: f64, sd: f32) -> String {
-    if sd < 9.95 { format!("{value:.1} ± {sd:.1}") } else { format!("{value:.0} ± {sd:.0}") }
+    if sd < 9.95 { format!("{value:.1} ± {:.1}", sd.max(0.1)) } else { format!("{value:.0} ± {sd:.0}") }
 }
 
 #[cfg(test)]

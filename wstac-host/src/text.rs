@@ -98,18 +98,18 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
 }
 
 /// Writes what 25 taxels tell besides the velocity: `, by the outline, 8.2 ± 0.6 mm wide, 3.1 ± 0.4 mm to the left of the
-/// motion`. The least deviation is written as 0.1: it is never 0.0.
+/// motion`.
 fn text_of_extent(line: &mut String, event: &TactileEvent) -> fmt::Result {
     if let Some(basis) = event.basis {
         write!(line, ", by the {}", basis.as_str())?;
     }
     let Some(extent) = event.extent else { return Ok(()) };
     if let Some(Measured { value, sd }) = extent.width_mm {
-        write!(line, ", {value:.1} ± {} mm wide", short(sd.max(0.1)))?;
+        write!(line, ", {value:.1} ± {} mm wide", short(sd))?;
     }
     if let Some(Measured { value, sd }) = extent.place_mm {
         let side = if value < 0.0 { "right" } else { "left" };
-        write!(line, ", {:.1} ± {} mm to the {side} of the motion", value.abs(), short(sd.max(0.1)))?;
+        write!(line, ", {:.1} ± {} mm to the {side} of the motion", value.abs(), short(sd))?;
     }
     if extent.contacts > 1 {
         write!(line, ", {} contacts", extent.contacts)?;
@@ -155,8 +155,9 @@ fn certainty(confidence: f64) -> String {
 }
 
 /// Returns a standard deviation with one decimal below 10, and without above.
+/// Returns a deviation as people read it: never 0.0, which no deviation is.
 fn short(sd: f32) -> String {
-    if sd < 9.95 { format!("{sd:.1}") } else { format!("{sd:.0}") }
+    if sd < 9.95 { format!("{:.1}", sd.max(0.1)) } else { format!("{sd:.0}") }
 }
 
 fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {

@@ -108,7 +108,7 @@ fn the_numbers_are_those_of_the_event() {
     for expected in [
         " r1 ".into(),
         " c5 ".into(),
-        format!(": slide, speed {speed:.1} ± {sd:.1} mm/s, direction "),
+        format!(": slide, speed {speed:.1} ± {:.1} mm/s, direction ", sd.max(0.1)),
         format!("first frame {} (", event["frame"]),
         format!("lit {} frames", event["duration_frames"].as_u64().unwrap() + 1),
         "a  Rows".into(),

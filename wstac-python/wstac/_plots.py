@@ -83,10 +83,10 @@ def _traces(ax: Axes, frames: NDArray[Any], features: NDArray[np.int16]) -> None
 def _title(event: Event) -> str:
     words = [event.contact or "event"]
     if event.speed is not None:
-        sd = "" if event.speed.sd is None else f" ± {event.speed.sd:.1f}"
+        sd = "" if event.speed.sd is None else f" ± {max(event.speed.sd, 0.1):.1f}"
         words.append(f"{event.speed.mm_s:g}{sd} mm/s")
     if event.direction is not None and event.direction.deg is not None:
-        sd = "" if event.direction.sd is None else f" ± {event.direction.sd:.1f}"
+        sd = "" if event.direction.sd is None else f" ± {max(event.direction.sd, 0.1):.1f}"
         words.append(f"{event.direction.deg:g}{sd}°")
     if event.texture is not None:
         texture = event.texture

@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(answer) => {
                 let mm_s = rounded(answer.mm_s);
                 errors.push((mm_s - f64::from(speed)).abs() / f64::from(speed));
-                write!(out, "  {mm_s:6.1} ± {:3.1}", answer.sd.unwrap_or(f32::NAN))?;
+                write!(out, "  {mm_s:6.1} ± {:3.1}", answer.sd.map_or(f32::NAN, |sd| sd.max(0.1)))?;
             }
             Err(_) => write!(out, "  {:>12}", "none")?,
         }
@@ -84,7 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(degrees) => {
                 let off = (angle(degrees) - f64::from(direction) + 180.0).rem_euclid(360.0) - 180.0;
                 turns.push(off.abs());
-                write!(out, "  {:6.1} ± {:3.1}°", angle(degrees), event.direction.sd.unwrap_or(f32::NAN))?;
+                write!(out, "  {:6.1} ± {:3.1}°", angle(degrees), event.direction.sd.map_or(f32::NAN, |sd| sd.max(0.1)))?;
             }
             Err(_) => write!(out, "  {:>13}", "none")?,
         }
