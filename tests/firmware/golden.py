@@ -19,8 +19,7 @@ FEATURES, EVENT, END, CONTACT_END = 1, 2, 3, 4
 MOTIONS = Path(__file__).with_name("motions.txt")
 # Every bit of every velocity of live motion by 25 taxels, likewise; and dark frames before each touch.
 VELOCITIES = Path(__file__).with_name("velocities.txt")
-DARK = [300] * 25
-BEFORE = 70
+DARK, BEFORE = [300] * 25, 70
 
 
 def packed(case, every_frame):

@@ -142,8 +142,8 @@ class LiveTaxels(Live):
             return None
         if self.has_agreed:
             return None if lines.mm_s is None else lines
-        front = front_of(self.rises, self.brights)
-        before, self.slowness = self.slowness, None if front is None else front[0]
+        before, front = self.slowness, front_of(self.rises, self.brights)
+        self.slowness = None if front is None else front[0]
         if front is None:
             return None
         slowness, variance = front
