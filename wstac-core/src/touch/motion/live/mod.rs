@@ -110,6 +110,8 @@ struct Slide {
     alike: Alike,
     /// Deviation of the speed by a change of the light that is too small to follow, as a fraction.
     off: f32,
+    /// Whether the speed was lowered with the light. Afterglow falls, too.
+    is_dimmed: bool,
 }
 
 const MOST_BYTES: usize = 384;
@@ -234,7 +236,7 @@ impl LiveMotion {
         let each = arrival.tracks.map(|track| track.slowness);
         let level = Level::new(each, slowness);
         let alike = Alike::new(each, recent, &self.ages, &self.base);
-        Ok(Slide { tracks: arrival.tracks, slowness, excess: arrival.excess, level, alike, off: 0.0 })
+        Ok(Slide { tracks: arrival.tracks, slowness, excess: arrival.excess, level, alike, off: 0.0, is_dimmed: false })
     }
 }
 
@@ -284,7 +286,10 @@ impl LiveWave {
         if let Some((velocity, basis)) = self.whiskers.follow(ring, frames.min(8) as u8, config) {
             return Some(LiveContact { contact: Contact::Slide, velocity: Some(velocity), basis: Some(basis) });
         }
-        let lines = lines?;
+        let mut lines = lines?;
+        if self.lines.slide.as_ref().is_some_and(|slide| slide.is_dimmed) {
+            lines.velocity = None;
+        }
         let tracks = self.lines.slide.as_ref().map(|slide| slide.tracks.each_ref().map(|track| track.slowness));
         let velocity = self.whiskers.velocity(lines.velocity.zip(tracks), config);
         let contact = if velocity.is_some() { Contact::Slide } else { lines.contact };
@@ -297,6 +302,7 @@ impl Slide {
         let memory = Memory::of(self.slowness);
         let Change { number, large } = self.level.push(newest, self.slowness, frames);
         self.off = BY_LIGHT[1] * number;
+        self.is_dimmed |= large.is_some_and(|large| large < 0);
         let factor = large.map(|large| light(large.saturating_neg()) as f32 / light::ONE as f32);
         let lines = self.tracks.iter_mut().zip(base.chunks(LINES)).zip([0, ROWS]);
         for (((track, base), first), delay) in lines.zip(readout.delays()) {
