@@ -21,7 +21,7 @@ mod moments;
 mod order;
 mod settle;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
@@ -40,20 +40,18 @@ use super::compression::Compression;
 use super::file::{RecordingFile, Sensors, Topic, write_error};
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
-use super::recorder::lost_line;
+use super::recorder::{fault_line, lost_frames, lost_line};
 use super::reserved::give_back_of_killed;
 use super::sorted::{OrderCheck, Sorted};
 use super::summary::Summary;
-use super::sums::{self, Stated, Sum, Tally};
+use super::sums::{self, Stated, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 use crate::source::mcap::McapSource;
+use crate::source::spacing::{Positions, Spacing};
 use crate::source::{Source, SourceEvent};
-
-/// Nanoseconds of a second.
-const SECOND: u128 = 1_000_000_000;
 
 /// The result of a recovery.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -138,16 +136,18 @@ struct Recovery<'a> {
     is_suspect: bool,
     /// Whether a chunk's checksum was wrong.
     has_bad_chunk: bool,
-    /// The sum of the last moment of each sensor that was copied.
-    last_sums: BTreeMap<u8, Sum>,
+    /// The moments that were copied, by their checksums.
+    copied: HashSet<(u64, Option<u32>)>,
+    /// Frames of sound moments that were not copied, and are no copies.
+    others: u64,
     /// The counts of each sensor at the last of the recording's checksums that is right.
     known: Option<Tally>,
     /// Frames of each sensor that are entered as lost.
     entered: BTreeMap<u8, u64>,
     /// Whether frames are missing, and nothing says of which sensor. Nothing behind them is copied.
     is_over: bool,
-    /// The time when the last frame was taken of a recording of before.
-    taken: Option<u64>,
+    /// The frames of each sensor that no checksum counts.
+    spacings: BTreeMap<u8, Spacing>,
     /// Why the number of lost frames is not certain.
     doubt: Option<String>,
     found: Recovered,
@@ -228,11 +228,12 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         suspects: 0,
         is_suspect: false,
         has_bad_chunk: false,
-        last_sums: BTreeMap::new(),
+        copied: HashSet::new(),
+        others: 0,
         known: None,
         entered: BTreeMap::new(),
         is_over: false,
-        taken: None,
+        spacings: BTreeMap::new(),
         doubt: None,
         found: Recovered { problem, ..Recovered::default() },
     };
@@ -535,12 +536,7 @@ impl Recovery<'_> {
         if self.has_sums || !self.is_own() {
             return self.copy(&sound);
         }
-        let mut gap = 0;
-        if sound.iter().any(Waiting::is_frame) && self.is_suspect {
-            gap = self.gap_of_before(&sound)?;
-            (self.is_suspect, self.suspects) = (false, 0);
-        }
-        self.copy_after_gaps(&sound, &[(0, gap)])
+        self.copy_by_times(&sound)
     }
 
     /// Leaves messages out that no checksum vouches for.
@@ -557,28 +553,48 @@ impl Recovery<'_> {
         }
     }
 
-    /// Returns how many frames are missing before a moment of a recording of before, by the frame's number or time.
-    fn gap_of_before(&mut self, moment: &[Waiting]) -> Result<u64, RecoverFailure> {
-        let Some(about) = &self.about else { return Ok(0) };
-        let (driver_times, rate) = (about.driver_times, about.info.rate);
-        let place = self.out.tally().all.all();
-        for message in moment.iter().filter(|message| message.is_frame()) {
-            self.read(message)?;
+    /// Copies a moment that no checksum counts. The times of frames say how many are missing before it, and whether they come
+    /// evenly.
+    fn copy_by_times(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
+        let Some(About { driver_times, info, .. }) = &self.about else { return self.copy(moment) };
+        let (driver_times, step) = (*driver_times, 1000.0 / info.rate.per_second());
+        let (mut gaps, mut faults) = (Vec::new(), Vec::new());
+        for of in moment {
+            let Some((sensor, topic)) = of.own else { continue };
+            self.read(of)?;
             let Some(message) = MessageBody::parse(&self.body) else { continue };
-            if !driver_times {
-                let gap = message.sequence.wrapping_sub(place as u32);
-                return Ok(if gap < 1 << 31 { gap.into() } else { 0 });
+            let is_first = !self.spacings.contains_key(&sensor);
+            let new = || Spacing::new(self.old.display().to_string(), Positions::Times, step);
+            if topic == Topic::FaultsJson {
+                self.spacings.entry(sensor).and_modify(|spacing| spacing.lose(lost_frames(message.data)));
             }
-            let Some(last) = self.taken else {
-                self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
-                return Ok(self.suspects);
-            };
-            let time = u128::from(message.times[1].saturating_sub(last));
-            let (numerator, denominator) = (u128::from(rate.numerator()), SECOND * u128::from(rate.denominator()));
-            let frames = (time * numerator + denominator / 2) / denominator;
-            return Ok(u64::try_from(frames.saturating_sub(1)).unwrap_or(u64::MAX).max(self.suspects));
+            if !topic.is_frame() {
+                continue;
+            }
+            let spacing = self.spacings.entry(sensor).or_insert_with(new);
+            match (is_first && self.is_suspect, driver_times) {
+                // The first frame has the time 0.
+                (true, false) => spacing.arrive(-step),
+                (true, true) => {
+                    self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
+                    gaps.push((sensor, self.suspects));
+                }
+                _ => {}
+            }
+            spacing.arrive(message.milliseconds());
+            while let Some(event) = spacing.next_event() {
+                match event {
+                    SourceEvent::Lost { frames, .. } => gaps.push((sensor, frames)),
+                    SourceEvent::Fault(fault) => faults.push((sensor, fault_line(&fault))),
+                    _ => {}
+                }
+            }
+            (self.is_suspect, self.suspects) = (false, 0);
         }
-        Ok(0)
+        for (sensor, line) in faults {
+            self.enter(sensor, &line)?;
+        }
+        self.copy_after_gaps(moment, &gaps)
     }
 
     fn copy(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
@@ -602,7 +618,6 @@ impl Recovery<'_> {
                     Some(topic) if topic.is_frame() => {
                         self.time = log_time;
                         self.found.frames += 1;
-                        self.taken = Some(publish_time);
                     }
                     Some(Topic::EventsJson) => {
                         self.found.events += u64::from(data.starts_with(br#"{"kind":"event""#));
@@ -647,10 +662,14 @@ impl Recovery<'_> {
         self.found.damaged = self.found.damaged.saturating_add(frames);
         let entered = self.entered.entry(sensor).or_default();
         *entered = entered.saturating_add(frames);
-        let data = lost_line(frames, "damaged in the recording");
+        self.enter(sensor, &lost_line(frames, "damaged in the recording"))
+    }
+
+    /// Enters a line of JSON about a sensor's source.
+    fn enter(&mut self, sensor: u8, data: &[u8]) -> Result<(), RecoverFailure> {
         let channel_id = self.out.add_own(sensor, Topic::FaultsJson)?;
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
-        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, &data)?;
+        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, data)?;
         Ok(self.out.end_moment()?)
     }
 
@@ -659,6 +678,11 @@ impl Recovery<'_> {
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
         found.problem = found.problem.or(self.doubt);
+        // Frames that were moved are entered as lost where they were.
+        if self.others > found.damaged {
+            let others = counted(self.others, "frame");
+            found.problem.get_or_insert_with(|| format!("has {others} of another recording, which were not copied"));
+        }
         if found.frames == 0 {
             let what = match (found.damaged, found.unread) {
                 (0, Some(unread)) => format!("{} that are no complete record", counted(unread.bytes, "byte")),

@@ -97,6 +97,11 @@ impl<'a> MessageBody<'a> {
         MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time }
     }
 
+    /// Returns when it was logged.
+    pub(crate) fn milliseconds(&self) -> f64 {
+        self.times[0] as f64 / 1e6
+    }
+
     /// Reads a message from a record's body; `None` if that is too short.
     pub(crate) fn parse(body: &'a [u8]) -> Option<Self> {
         let (header, data) = body.split_at_checked(MESSAGE_HEADER as usize)?;

@@ -8,6 +8,7 @@ use std::time::{Duration, SystemTime};
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
+use super::spacing::{Positions, Spacing};
 use super::{
     Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, Stamp, StreamInfo, SummedFrame, replaced_rate,
 };
@@ -44,6 +45,10 @@ pub struct McapSource {
     decoder: Option<Decoder>,
     /// The wall-clock time when the driver's clock showed 0, and its uncertainty.
     wall: Option<(SystemTime, Duration)>,
+    /// Finds gaps between the times of frames that no checksum counts.
+    spacing: Spacing,
+    /// The topic of the frame that `reader` has and that comes next.
+    waiting: Option<Topic>,
     ended: bool,
 }
 
@@ -123,7 +128,10 @@ impl McapSource {
         let recorded = format!("recorded from {}{}{replaced}{vouched}", info.about, labels(&about));
         info.about = format!("{subject}: {of_sensor}{recorded}");
         reader.select(names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8);
-        Ok(Self { reader, about, info, whole: Vec::new(), decoder: None, wall: None, ended: false, subject })
+        let step = 1000.0 / about.info.rate.per_second();
+        let spacing = Spacing::new(subject.clone(), Positions::Times, step);
+        let (whole, waiting) = (Vec::new(), None);
+        Ok(Self { subject, reader, about, info, whole, decoder: None, wall: None, spacing, waiting, ended: false })
     }
 
     /// Returns what the recording says of itself.
@@ -217,6 +225,12 @@ impl Source for McapSource {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        if let Some(event) = self.spacing.next_event() {
+            return Ok(event);
+        }
+        if let Some(topic) = self.waiting.take() {
+            return self.frame(topic);
+        }
         if self.ended {
             return Ok(SourceEvent::End);
         }
@@ -225,10 +239,22 @@ impl Source for McapSource {
         let next = self.advance()?;
         self.ended = next.is_none();
         match next {
-            Some(Next::Frame(topic)) => self.frame(topic),
-            Some(Next::Lost(frames, reason)) => Ok(SourceEvent::Lost { frames, reason }),
+            Some(Next::Frame(topic)) => {
+                if let Some(message) = self.reader.message().filter(|_| !self.reader.has_sums()) {
+                    self.spacing.arrive(message.milliseconds());
+                }
+                self.waiting = Some(topic);
+                self.next_event()
+            }
+            Some(Next::Lost(frames, reason)) => {
+                self.spacing.lose(frames);
+                Ok(SourceEvent::Lost { frames, reason })
+            }
             Some(Next::Fault(fault)) => Ok(SourceEvent::Fault(fault)),
-            None => Ok(SourceEvent::End),
+            None => {
+                self.spacing.finish();
+                self.next_event()
+            }
         }
     }
 }

@@ -30,8 +30,8 @@ const EVEN_AGAIN: u32 = 10;
 
 /// The meaning of positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Positions {
-    /// Milliseconds, by the time stamps of a video.
+pub(crate) enum Positions {
+    /// Milliseconds, by the time stamps of a video or a recording.
     Times,
     /// Milliseconds, by the names of pictures.
     NamedTimes,
@@ -41,7 +41,7 @@ pub(super) enum Positions {
 
 /// Finds gaps and unevenness.
 #[derive(Debug)]
-pub(super) struct Spacing {
+pub(crate) struct Spacing {
     subject: String,
     positions: Positions,
     /// The usual distance from frame to frame.
@@ -66,7 +66,7 @@ pub(super) struct Spacing {
 }
 
 impl Spacing {
-    pub(super) fn new(subject: String, positions: Positions, step: f64) -> Self {
+    pub(crate) fn new(subject: String, positions: Positions, step: f64) -> Self {
         let (least, most, ready) = (f64::INFINITY, 0.0, VecDeque::new());
         let (last, mean, off, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0.0, 0, 0, false, 0, 0);
         Self { subject, positions, step, last, mean, off, frame, even, is_uneven, missing, uneven, least, most, ready }
@@ -74,7 +74,7 @@ impl Spacing {
 
     /// Takes the position of the next frame. [`Self::next_event`] has what comes before it. If it is not a number, the
     /// frame is taken to be in its place.
-    pub(super) fn arrive(&mut self, position: f64) {
+    pub(crate) fn arrive(&mut self, position: f64) {
         let frame = self.frame;
         self.frame += 1;
         let position = match self.last {
@@ -114,6 +114,13 @@ impl Spacing {
             let frames = missing as u64;
             self.missing = self.missing.saturating_add(frames);
             self.ready.push_back(SourceEvent::Lost { frames, reason: LossReason::Missing });
+        }
+    }
+
+    /// Takes frames that are known to be lost.
+    pub(crate) fn lose(&mut self, frames: u64) {
+        for position in self.last.iter_mut().flat_map(|(last, place)| [last, place]) {
+            *position += frames as f64 * self.step;
         }
     }
 
@@ -172,7 +179,7 @@ impl Spacing {
     }
 
     /// Returns the next event that comes before the frame that arrived last, or before the end.
-    pub(super) fn next_event(&mut self) -> Option<SourceEvent<'static>> {
+    pub(crate) fn next_event(&mut self) -> Option<SourceEvent<'static>> {
         self.ready.pop_front()
     }
 

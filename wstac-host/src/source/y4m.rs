@@ -31,6 +31,8 @@ pub const MAGIC: &[u8] = b"YUV4MPEG2";
 
 /// Longest header or `FRAME` line, newline included, in bytes.
 const LONGEST_LINE: usize = 4096;
+/// The remark about gray that does not have full range.
+pub(super) const LIMITED: &str = "; it states limited range, of which full range is made";
 /// Bytes that the buffer starts with: the capacity of a pipe.
 const FIRST_READ: usize = 65_536;
 /// Longest time that a call goes on reading a frame that arrives slowly.
@@ -42,6 +44,7 @@ pub struct Y4m {
     reader: InputBuffer,
     /// Bytes of a frame, without its line.
     frame_bytes: usize,
+    limited_bits: Option<u32>,
     /// Number of the frame that comes next.
     frame: u64,
     ended: bool,
@@ -122,21 +125,22 @@ impl Y4m {
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
-            "{}: Y4M, {}x{} {}, {} frames per second{}{}",
+            "{}: Y4M, {}x{} {}, {} frames per second{}{}{}",
             reader.subject,
             header.size.width(),
             header.size.height(),
             header.name,
             replaced_rate::readable(header.rate),
             replaced_rate::remark(header.own_rate, fps),
-            if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
+            if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" },
+            if header.limited_bits.is_some() { LIMITED } else { "" }
         );
         let info = StreamInfo {
             color: header.color,
             bytes_per_row: bytes_per_row as u32,
             ..StreamInfo::new(about, header.size, header.format, header.rate)
         };
-        Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
+        Ok(Self { info, reader, frame_bytes, limited_bits: header.limited_bits, frame: 0, ended: false })
     }
 
     /// Reads on until the next frame is whole; it is still the next one then.
@@ -165,6 +169,9 @@ impl Y4m {
         if let NextFrame::Frame(range) = &step {
             self.frame += 1;
             self.reader.used = range.end;
+            if let Some(bits) = self.limited_bits {
+                make_full(self.reader.buffer.get_mut(range.clone()).unwrap_or_default(), bits);
+            }
         }
         Ok(step)
     }
@@ -186,6 +193,19 @@ impl Y4m {
             None => "ends within its FRAME line".into(),
         };
         self.reader.error(format_args!("truncated: frame {} (the first is 0) {found}", self.frame))
+    }
+}
+
+/// Makes full range of gray of limited range.
+fn make_full(bytes: &mut [u8], bits: u32) {
+    let (shift, most) = (bits - 8, (1 << bits) - 1);
+    let full = |level: u32| ((level.saturating_sub(16 << shift) * most + (110 << shift)) / (219 << shift)).min(most);
+    if bits == 8 {
+        bytes.iter_mut().for_each(|byte| *byte = full((*byte).into()) as u8);
+        return;
+    }
+    for word in bytes.as_chunks_mut().0 {
+        *word = (full(u16::from_le_bytes(*word).into()) as u16).to_le_bytes();
     }
 }
 

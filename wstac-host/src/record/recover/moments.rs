@@ -135,18 +135,27 @@ impl Recovery<'_> {
     fn sound_moment(&mut self, moment: &[Waiting], sum: Sum) -> Result<(), RecoverFailure> {
         let own = self.frames_of(moment)?;
         (self.is_suspect, self.suspects) = (false, 0);
+        self.spacings.clear();
         let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
-            return self.moment_of_any(moment, &own, sum);
+            return self.moment_of_any(moment, &own, &sum);
         };
         if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
             self.known = Some(known.clone());
         }
+        // Other programs' messages may be alike.
+        if self.copied.contains(&sum.key()) && moment.iter().any(|of| of.own.is_some()) {
+            self.leave_out(&own);
+            return Ok(());
+        }
+        if self.is_over {
+            return self.leave_other(&own);
+        }
         let mut gaps = Vec::new();
         for (&sensor, &of_moment) in &own {
             let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
-                // The moment is there already, or it stands behind one that came later.
-                self.leave_out(&own);
-                return Ok(());
+                // It stands behind one that came later. If it is a first one, all others behind it are not of this recording.
+                self.is_over |= known.all.all() == own.values().map(|counts| counts.all()).fold(0, u64::saturating_add);
+                return self.leave_other(&own);
             };
             if missing.is_early {
                 // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
@@ -154,14 +163,10 @@ impl Recovery<'_> {
             }
             gaps.push((sensor, missing));
         }
-        if own.keys().any(|sensor| self.last_sums.get(sensor) == Some(&sum)) {
-            self.leave_out(&own);
-            return Ok(());
-        }
         for &(sensor, Missing { leading, .. }) in &gaps {
             self.enter_lost(sensor, leading, moment.first())?;
-            self.last_sums.insert(sensor, sum.clone());
         }
+        self.copied.insert(sum.key());
         let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
         self.copy_after_gaps(moment, &gaps)
     }
@@ -173,11 +178,11 @@ impl Recovery<'_> {
         &mut self,
         moment: &[Waiting],
         own: &BTreeMap<u8, Counts>,
-        sum: Sum,
+        sum: &Sum,
     ) -> Result<(), RecoverFailure> {
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
-        if before < there || self.last_sums.values().any(|last| *last == sum) {
+        if before < there || self.copied.contains(&sum.key()) {
             self.leave_out(own);
             return Ok(());
         }
@@ -185,14 +190,21 @@ impl Recovery<'_> {
         if self.is_over {
             return Ok(());
         }
-        self.last_sums.insert(0, sum);
+        self.copied.insert(sum.key());
         self.copy(moment)
     }
 
     /// Counts frames of a moment that is not copied.
     fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) {
-        let frames = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.frames));
+        let frames = own.values().map(|counts| counts.frames).sum::<u64>();
         self.found.repeated = self.found.repeated.saturating_add(frames);
+    }
+
+    /// Counts frames of a moment that is not copied, and that is not there already.
+    fn leave_other(&mut self, own: &BTreeMap<u8, Counts>) -> Result<(), RecoverFailure> {
+        self.others = self.others.saturating_add(own.values().map(|counts| counts.frames).sum());
+        self.leave_out(own);
+        Ok(())
     }
 
     /// Returns the frames of a moment, found and lost, of each sensor that it is of.

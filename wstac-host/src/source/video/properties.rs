@@ -8,6 +8,7 @@ use wstac_core::touch::motion::RowOrder;
 
 use super::ffmpeg::{ffmpeg, not_started, without_context};
 use crate::error::{Error, ErrorKind};
+use crate::source::y4m::LIMITED;
 use crate::source::{StreamInfo, replaced_rate, spacing};
 
 /// The pixel formats that are decoded as they are.
@@ -157,8 +158,10 @@ impl Stated {
         } else if self.is_by_times && given.is_none() {
             about += " by its time stamps";
         }
-        if frames.format.is_ycbcr() && self.range.is_none() {
-            about += "; no range is stated: limited, unless --range says full";
+        match (frames.format.is_ycbcr(), self.range) {
+            (true, None) => about += "; no range is stated: limited, unless --range says full",
+            (false, Some(QuantizationRange::Limited)) => about += LIMITED,
+            _ => {}
         }
         match &self.other_matrix {
             _ if !frames.format.is_ycbcr() || self.matrix.is_some() => {}
