@@ -315,8 +315,7 @@ impl RecordingReader {
     }
 
     fn channel_of(&mut self, span: Span) -> Result<u16, Error> {
-        let start = self.walk.start_of(span, 2).map_err(|error| Error::io(&self.subject, error))?;
-        Ok(start.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
+        self.walk.channel_of(span).map_err(|error| Error::io(&self.subject, error))
     }
 
     /// Checks the bytes of a moment whose chunk has no checksum, by its own.

@@ -88,9 +88,7 @@ pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
 
 /// Returns a fault of the source as a line of JSON.
 pub(super) fn fault_line(fault: &Fault) -> Vec<u8> {
-    serde_json::json!({"kind": "fault", "fault": fault.kind.name(), "message": fault.to_string()})
-        .to_string()
-        .into_bytes()
+    serde_json::json!({"kind": "fault", "fault": fault.kind.name(), "message": fault.to_string()}).to_string().into()
 }
 
 /// Records a stream.

@@ -2,7 +2,7 @@
 //!
 //! A moment is sound if its checksum or that of its chunk is right. Frames of other moments are entered as lost where
 //! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
-//! none; there the numbers and times of frames give the places, and the index their count. The checksum of a chunk says
+//! none; there the times of frames give the places, and the index their count. The checksum of a chunk says
 //! nothing of messages outside of it.
 //!
 //! Other tools may have written the recording anew, with other numbers of channels. The checksums are checked with the
@@ -43,7 +43,6 @@ use super::parse::parse_record;
 use super::recorder::{fault_line, lost_frames, lost_line};
 use super::reserved::give_back_of_killed;
 use super::sorted::{OrderCheck, Sorted};
-use super::summary::Summary;
 use super::sums::{self, Stated, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
 use crate::config::Config;
@@ -156,8 +155,7 @@ struct Recovery<'a> {
 /// Returns whether all configurations can be read. If checksums are damaged as well, nothing else tells damage from text.
 fn has_configurations(description: &[Metadata]) -> bool {
     let all = description.iter().filter(|metadata| metadata.name.starts_with(CONFIGURATION));
-    let texts = all.filter_map(|metadata| metadata.metadata.get(TOML));
-    texts.map(|text| Config::parse_recorded(text)).all(|config| config.is_ok())
+    all.filter_map(|metadata| metadata.metadata.get(TOML)).all(|text| Config::parse_recorded(text).is_ok())
 }
 
 /// Recovers a file. Returns false as well if its messages stand in another order than they were recorded in.
@@ -186,11 +184,9 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         Err(error) => Some(error.clone()),
     };
     // All recordings of several sensors have checksums, unless another tool left them out.
-    let is_without = survey.summary().is_some_and(|summary| lacks_sums(summary, &sensors));
+    let is_with = survey.summary().is_none() || has_sum(old)?;
     let [with_crc, without_crc] = survey.crcs();
-    // A damaged index may lack them, and nothing else vouches for the frames of a file without chunks.
-    let is_without = is_without && (with_crc > 0 || !has_sum(old)?);
-    let has_sums = (stated.has_sums || sensors.first().is_some()) && !is_without;
+    let has_sums = (stated.has_sums || sensors.first().is_some()) && is_with;
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
     }
@@ -255,37 +251,24 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
     Ok((recovery.finish(new)?, true))
 }
 
-/// Returns whether a file has frames, and no checksums of them.
-fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
-    let mut own = Channels::new(sensors.clone());
-    let is_empty = |body: &[u8]| {
-        let channel = body.first_chunk().map_or(0, |id| u16::from_le_bytes(*id));
-        summary.messages.as_ref().is_some_and(|messages| messages.get(&channel).is_none_or(|count| *count == 0))
-    };
-    for (op, body) in summary.definitions.iter().filter(|(op, body)| *op != op::CHANNEL || !is_empty(body)) {
-        // A damaged record describes nothing.
-        let _ = own.define(*op, body);
-    }
-    own.has_frames_and_sums() == (true, false)
-}
-
 /// Returns whether a file has a message that is a checksum, whatever its channel is.
 fn has_sum(old: &Path) -> Result<bool, Error> {
     let failed = |error| Error::io(old.display(), error);
     let mut walk = Walk::open(old, Mode::Salvage)?;
     loop {
         match walk.next().map_err(failed)? {
-            WalkStep::Record(span) => {
-                let start = walk.start_of(span, moments::SUM_START).map_err(failed)?;
-                if span.op == op::MESSAGE && moments::looks_like_sum(start) {
+            WalkStep::Record(span) if span.op == op::MESSAGE => {
+                if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
                     return Ok(true);
                 }
             }
             WalkStep::End { .. } => return Ok(false),
-            WalkStep::ChunkEnd | WalkStep::Damage(_) => {}
+            _ => {}
         }
     }
 }
+
+type Done = Result<(), RecoverFailure>;
 
 /// A failure of reading or of writing.
 enum RecoverFailure {
@@ -396,9 +379,8 @@ impl Recovery<'_> {
         // A record that cannot be read is damaged, and everything that needs it is left out.
         match parse_record(op, body) {
             Ok(Record::Schema { header, data }) => {
+                let data = data.into_owned().into();
                 let schema = Schema { id: header.id, name: header.name, encoding: header.encoding, data };
-                let data = schema.data.into_owned().into();
-                let schema = Schema { data, ..schema };
                 if is_better(self.schemas.get(&schema.id), sound) {
                     let of_schema = |(of, _): &&(Channel, bool)| is_believed && of.schema_id == schema.id;
                     for (channel, _) in self.channels.values().filter(of_schema) {
@@ -443,15 +425,6 @@ impl Recovery<'_> {
         self.own.of(channel).or_else(|| self.sensors.topic(channel).filter(|_| is_fixed))
     }
 
-    /// Returns whether a recording is written, and no file of another program.
-    fn is_own(&self) -> bool {
-        self.about.is_some()
-    }
-
-    fn channel_of(&mut self, span: Span) -> io::Result<u16> {
-        Ok(self.walk.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
-    }
-
     /// Reads a message's body.
     fn read(&mut self, message: &Waiting) -> io::Result<()> {
         match &message.body {
@@ -479,7 +452,7 @@ impl Recovery<'_> {
     }
 
     fn message(&mut self, span: Span) -> Result<(), RecoverFailure> {
-        let channel = self.channel_of(span)?;
+        let channel = self.walk.channel_of(span)?;
         let own = self.own(channel);
         let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
         if let (Some((sensor, topic)), Some(message)) = (own, MessageBody::parse(start)) {
@@ -531,9 +504,9 @@ impl Recovery<'_> {
         if sound.is_empty() {
             return Ok(());
         }
-        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || !self.is_own()));
+        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || !self.about.is_some()));
         self.found.unchecked += unchecked.count() as u64;
-        if self.has_sums || !self.is_own() {
+        if self.has_sums || !self.about.is_some() {
             return self.copy(&sound);
         }
         self.copy_by_times(&sound)
@@ -558,47 +531,41 @@ impl Recovery<'_> {
     fn copy_by_times(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
         let Some(About { driver_times, info, .. }) = &self.about else { return self.copy(moment) };
         let (driver_times, step) = (*driver_times, 1000.0 / info.rate.per_second());
-        let (mut gaps, mut faults) = (Vec::new(), Vec::new());
+        let mut gaps = Vec::new();
         for of in moment {
             let Some((sensor, topic)) = of.own else { continue };
             self.read(of)?;
             let Some(message) = MessageBody::parse(&self.body) else { continue };
-            let is_first = !self.spacings.contains_key(&sensor);
-            let new = || Spacing::new(self.old.display().to_string(), Positions::Times, step);
-            if topic == Topic::FaultsJson {
-                self.spacings.entry(sensor).and_modify(|spacing| spacing.lose(lost_frames(message.data)));
-            }
             if !topic.is_frame() {
+                let lost = if topic == Topic::FaultsJson { lost_frames(message.data) } else { 0 };
+                self.spacings.entry(sensor).and_modify(|spacing| spacing.lose(lost));
                 continue;
             }
+            let is_after_damage = self.is_suspect && !self.spacings.contains_key(&sensor);
+            let new = || Spacing::new(self.old.display().to_string(), Positions::Times, step);
             let spacing = self.spacings.entry(sensor).or_insert_with(new);
-            match (is_first && self.is_suspect, driver_times) {
+            if is_after_damage && driver_times {
+                self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
+                gaps.push((sensor, self.suspects));
+            } else if is_after_damage {
                 // The first frame has the time 0.
-                (true, false) => spacing.arrive(-step),
-                (true, true) => {
-                    self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
-                    gaps.push((sensor, self.suspects));
-                }
-                _ => {}
+                spacing.arrive(-step);
             }
-            spacing.arrive(message.milliseconds());
-            while let Some(event) = spacing.next_event() {
+            spacing.arrive(message.times[0] as f64 / 1e6);
+            (self.is_suspect, self.suspects) = (false, 0);
+            for event in std::iter::from_fn(|| spacing.next_event()).collect::<Vec<_>>() {
                 match event {
                     SourceEvent::Lost { frames, .. } => gaps.push((sensor, frames)),
-                    SourceEvent::Fault(fault) => faults.push((sensor, fault_line(&fault))),
+                    SourceEvent::Fault(fault) => self.enter(sensor, &fault_line(&fault))?,
                     _ => {}
                 }
             }
-            (self.is_suspect, self.suspects) = (false, 0);
-        }
-        for (sensor, line) in faults {
-            self.enter(sensor, &line)?;
         }
         self.copy_after_gaps(moment, &gaps)
     }
 
     fn copy(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
-        let is_own = self.is_own();
+        let is_own = self.about.is_some();
         let mut targets = Vec::with_capacity(moment.len());
         // All channels come before the first message.
         for message in moment {
@@ -650,7 +617,7 @@ impl Recovery<'_> {
 
     /// Enters frames of a sensor that are missing as lost, before a message.
     fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), RecoverFailure> {
-        if frames == 0 || !self.is_own() {
+        if frames == 0 || !self.about.is_some() {
             return Ok(());
         }
         if self.out.tally().all.all() == 0
@@ -674,7 +641,7 @@ impl Recovery<'_> {
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {
-        let is_own = self.is_own();
+        let is_own = self.about.is_some();
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
         found.problem = found.problem.or(self.doubt);

@@ -97,11 +97,6 @@ impl<'a> MessageBody<'a> {
         MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time }
     }
 
-    /// Returns when it was logged.
-    pub(crate) fn milliseconds(&self) -> f64 {
-        self.times[0] as f64 / 1e6
-    }
-
     /// Reads a message from a record's body; `None` if that is too short.
     pub(crate) fn parse(body: &'a [u8]) -> Option<Self> {
         let (header, data) = body.split_at_checked(MESSAGE_HEADER as usize)?;
@@ -354,6 +349,14 @@ impl Walk {
         self.file.peek(span.at + HEAD, count.min(usize::try_from(span.length).unwrap_or(usize::MAX)))
     }
 
+    /// Returns the number of the channel that a message or a channel's record states.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn channel_of(&mut self, span: Span) -> io::Result<u16> {
+        Ok(self.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
+    }
+
     /// Returns the checksum of bytes of the file.
     ///
     /// # Errors
@@ -440,8 +443,8 @@ impl Walk {
                 _ => {
                     self.at = span.end();
                     if span.op == op::CHANNEL {
-                        let id = self.file.peek(span.at + HEAD, 2)?.first_chunk().map(|id| u16::from_le_bytes(*id));
-                        self.channels.extend(id);
+                        let id = self.channel_of(span)?;
+                        self.channels.insert(id);
                     }
                     return Ok(WalkStep::Record(span));
                 }

@@ -52,13 +52,6 @@ pub struct McapSource {
     ended: bool,
 }
 
-/// The next thing to hand out.
-enum Next {
-    Frame(Topic),
-    Lost(u64, LossReason),
-    Fault(Fault),
-}
-
 impl McapSource {
     /// Opens a recording of one sensor. `fps` replaces its rate.
     ///
@@ -125,7 +118,8 @@ impl McapSource {
         } else {
             "; nothing vouches for its frames: they have no checksum"
         };
-        let recorded = format!("recorded from {}{}{replaced}{vouched}", info.about, labels(&about));
+        let labels: String = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat()).collect();
+        let recorded = format!("recorded from {}{labels}{replaced}{vouched}", info.about);
         info.about = format!("{subject}: {of_sensor}{recorded}");
         reader.select(names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8);
         let step = 1000.0 / about.info.rate.per_second();
@@ -143,8 +137,8 @@ impl McapSource {
         damaged(&self.subject, what)
     }
 
-    /// Goes on to the next message that matters; `None` is the end. A frame's message stays in `reader`.
-    fn advance(&mut self) -> Result<Option<Next>, Error> {
+    /// Goes on to the next message that matters; `None` is a frame, whose message stays in `reader`.
+    fn advance(&mut self) -> Result<Option<SourceEvent<'static>>, Error> {
         while let Some(topic) = self.reader.next()? {
             if topic == Topic::TaxelSums && !self.info.taxels_only {
                 continue;
@@ -157,10 +151,12 @@ impl McapSource {
                     let line = serde_json::from_slice(message.data);
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
                         Line::Lost { frames, why } => {
-                            return Ok(Some(Next::Lost(frames, LossReason::from(why.as_str()))));
+                            self.spacing.lose(frames);
+                            return Ok(Some(SourceEvent::Lost { frames, reason: LossReason::from(why.as_str()) }));
                         }
                         Line::Fault { fault, message } => {
-                            return Ok(Some(Next::Fault(Fault::from_text(FaultKind::from(fault.as_str()), &message))));
+                            let fault = Fault::from_text(FaultKind::from(fault.as_str()), &message);
+                            return Ok(Some(SourceEvent::Fault(fault)));
                         }
                         Line::Other => {}
                     }
@@ -173,10 +169,17 @@ impl McapSource {
                     let zero = time.checked_sub(Duration::from_nanos(line.time_ns));
                     self.wall = zero.map(|zero| (zero, Duration::from_nanos(line.within_ns)));
                 }
-                topic => return Ok(Some(Next::Frame(topic))),
+                topic => {
+                    if !self.reader.has_sums() {
+                        self.spacing.arrive(message.times[0] as f64 / 1e6);
+                    }
+                    self.waiting = Some(topic);
+                    return Ok(None);
+                }
             }
         }
-        Ok(None)
+        self.spacing.finish();
+        Ok(Some(SourceEvent::End))
     }
 
     /// Returns the frame that `reader` has.
@@ -231,31 +234,13 @@ impl Source for McapSource {
         if let Some(topic) = self.waiting.take() {
             return self.frame(topic);
         }
-        if self.ended {
+        // After an error, nothing that follows can be relied on.
+        if std::mem::replace(&mut self.ended, true) {
             return Ok(SourceEvent::End);
         }
-        // After an error, nothing that follows can be relied on.
-        self.ended = true;
         let next = self.advance()?;
-        self.ended = next.is_none();
-        match next {
-            Some(Next::Frame(topic)) => {
-                if let Some(message) = self.reader.message().filter(|_| !self.reader.has_sums()) {
-                    self.spacing.arrive(message.milliseconds());
-                }
-                self.waiting = Some(topic);
-                self.next_event()
-            }
-            Some(Next::Lost(frames, reason)) => {
-                self.spacing.lose(frames);
-                Ok(SourceEvent::Lost { frames, reason })
-            }
-            Some(Next::Fault(fault)) => Ok(SourceEvent::Fault(fault)),
-            None => {
-                self.spacing.finish();
-                self.next_event()
-            }
-        }
+        self.ended = matches!(next, Some(SourceEvent::End));
+        next.filter(|_| !self.ended).map_or_else(|| self.next_event(), Ok)
     }
 }
 
@@ -275,10 +260,4 @@ fn check_sensor(subject: &str, sensor: Option<&str>, names: &[String]) -> Result
         }
         Some(sensor) => refused(format_args!("has no sensor {sensor:?}, expected one of {all}")),
     }
-}
-
-/// Returns the labels for a person.
-fn labels(about: &About) -> String {
-    let each = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat());
-    each.collect::<Vec<_>>().concat()
 }

@@ -98,17 +98,9 @@ impl Spacing {
                 self.fault(FaultKind::Even, "frames come evenly again");
             }
         } else {
-            self.uneven += 1;
-            (self.even, self.mean) = (0, 0.0);
-            if !std::mem::replace(&mut self.is_uneven, true) {
-                let message = format!(
-                    "frame {frame} comes {} after the one before, expected {}; events are not reliable until frames come \
-                     evenly",
-                    self.distance(distance),
-                    self.distance(self.step)
-                );
-                self.fault(FaultKind::Uneven, &message);
-            }
+            self.mean = 0.0;
+            let [found, expected] = [distance, self.step].map(|distance| self.distance(distance));
+            self.come_unevenly(&format!("frame {frame} comes {found} after the one before, expected {expected}"));
         }
         if missing > 0.0 {
             let frames = missing as u64;
@@ -126,13 +118,14 @@ impl Spacing {
 
     /// Takes a frame of unknown position.
     fn stray(&mut self) {
-        let frame = self.frame;
-        (self.frame, self.even) = (self.frame + 1, 0);
-        self.uneven += 1;
+        self.come_unevenly(&format!("the name of frame {} is not as those of the others", self.frame));
+        self.frame += 1;
+    }
+
+    fn come_unevenly(&mut self, what: &str) {
+        (self.even, self.uneven) = (0, self.uneven + 1);
         if !std::mem::replace(&mut self.is_uneven, true) {
-            let message = format!(
-                "the name of frame {frame} is not as those of the others; events are not reliable until frames come evenly"
-            );
+            let message = format!("{what}; events are not reliable until frames come evenly");
             self.fault(FaultKind::Uneven, &message);
         }
     }

@@ -31,8 +31,6 @@ pub const MAGIC: &[u8] = b"YUV4MPEG2";
 
 /// Longest header or `FRAME` line, newline included, in bytes.
 const LONGEST_LINE: usize = 4096;
-/// The remark about gray that does not have full range.
-pub(super) const LIMITED: &str = "; it states limited range, of which full range is made";
 /// Bytes that the buffer starts with: the capacity of a pipe.
 const FIRST_READ: usize = 65_536;
 /// Longest time that a call goes on reading a frame that arrives slowly.
@@ -125,15 +123,14 @@ impl Y4m {
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
         let about = format!(
-            "{}: Y4M, {}x{} {}, {} frames per second{}{}{}",
+            "{}: Y4M, {}x{} {}, {} frames per second{}{}",
             reader.subject,
             header.size.width(),
             header.size.height(),
             header.name,
             replaced_rate::readable(header.rate),
             replaced_rate::remark(header.own_rate, fps),
-            if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" },
-            if header.limited_bits.is_some() { LIMITED } else { "" }
+            if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
         );
         let info = StreamInfo {
             color: header.color,
@@ -200,12 +197,9 @@ impl Y4m {
 fn make_full(bytes: &mut [u8], bits: u32) {
     let (shift, most) = (bits - 8, (1 << bits) - 1);
     let full = |level: u32| ((level.saturating_sub(16 << shift) * most + (110 << shift)) / (219 << shift)).min(most);
-    if bits == 8 {
-        bytes.iter_mut().for_each(|byte| *byte = full((*byte).into()) as u8);
-        return;
-    }
-    for word in bytes.as_chunks_mut().0 {
-        *word = (full(u16::from_le_bytes(*word).into()) as u16).to_le_bytes();
+    for level in bytes.chunks_exact_mut(bits.div_ceil(8) as usize) {
+        let made = full(level.iter().rev().fold(0, |all, byte| (all << 8) | u32::from(*byte)));
+        level.iter_mut().zip(made.to_le_bytes()).for_each(|(byte, made)| *byte = made);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{RecoverFailure, Recovery, Waiting};
+use super::{Done, RecoverFailure, Recovery, Waiting};
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
 use crate::record::recorder::lost_frames;
@@ -51,7 +51,7 @@ impl Recovery<'_> {
             let (crc, mut moment) = (self.walk.crc(), Vec::with_capacity(spans.len()));
             for span in spans {
                 // The numbers are those that this program gave: the checksum has them.
-                let channel = self.channel_of(span)?;
+                let channel = self.walk.channel_of(span)?;
                 let own = self.sensors.topic(channel);
                 moment.push(Waiting { span, channel, own, crc, is_unfinished: false, body: None });
             }
@@ -143,19 +143,16 @@ impl Recovery<'_> {
             self.known = Some(known.clone());
         }
         // Other programs' messages may be alike.
-        if self.copied.contains(&sum.key()) && moment.iter().any(|of| of.own.is_some()) {
-            self.leave_out(&own);
-            return Ok(());
-        }
-        if self.is_over {
-            return self.leave_other(&own);
+        let is_copy = self.copied.contains(&sum.key()) && moment.iter().any(|of| of.own.is_some());
+        if is_copy || self.is_over {
+            return self.leave_out(&own, !is_copy);
         }
         let mut gaps = Vec::new();
         for (&sensor, &of_moment) in &own {
             let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
                 // It stands behind one that came later. If it is a first one, all others behind it are not of this recording.
                 self.is_over |= known.all.all() == own.values().map(|counts| counts.all()).fold(0, u64::saturating_add);
-                return self.leave_other(&own);
+                return self.leave_out(&own, true);
             };
             if missing.is_early {
                 // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
@@ -174,17 +171,11 @@ impl Recovery<'_> {
     /// Copies a moment of a recording of several sensors that counts the frames of all together.
     ///
     /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
-    fn moment_of_any(
-        &mut self,
-        moment: &[Waiting],
-        own: &BTreeMap<u8, Counts>,
-        sum: &Sum,
-    ) -> Result<(), RecoverFailure> {
+    fn moment_of_any(&mut self, moment: &[Waiting], own: &BTreeMap<u8, Counts>, sum: &Sum) -> Done {
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
         if before < there || self.copied.contains(&sum.key()) {
-            self.leave_out(own);
-            return Ok(());
+            return self.leave_out(own, false);
         }
         self.is_over |= before > there;
         if self.is_over {
@@ -194,16 +185,11 @@ impl Recovery<'_> {
         self.copy(moment)
     }
 
-    /// Counts frames of a moment that is not copied.
-    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) {
+    /// Counts frames of a moment that is not copied, because it is there already or `is_other`.
+    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>, is_other: bool) -> Result<(), RecoverFailure> {
         let frames = own.values().map(|counts| counts.frames).sum::<u64>();
         self.found.repeated = self.found.repeated.saturating_add(frames);
-    }
-
-    /// Counts frames of a moment that is not copied, and that is not there already.
-    fn leave_other(&mut self, own: &BTreeMap<u8, Counts>) -> Result<(), RecoverFailure> {
-        self.others = self.others.saturating_add(own.values().map(|counts| counts.frames).sum());
-        self.leave_out(own);
+        self.others = self.others.saturating_add(if is_other { frames } else { 0 });
         Ok(())
     }
 
