@@ -256,14 +256,13 @@ fn has_sum(old: &Path) -> Result<bool, Error> {
     let failed = |error| Error::io(old.display(), error);
     let mut walk = Walk::open(old, Mode::Salvage)?;
     loop {
-        match walk.next().map_err(failed)? {
-            WalkStep::Record(span) if span.op == op::MESSAGE => {
-                if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
-                    return Ok(true);
-                }
-            }
+        let span = match walk.next().map_err(failed)? {
+            WalkStep::Record(span) if span.op == op::MESSAGE => span,
             WalkStep::End { .. } => return Ok(false),
-            _ => {}
+            _ => continue,
+        };
+        if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
+            return Ok(true);
         }
     }
 }
@@ -504,9 +503,9 @@ impl Recovery<'_> {
         if sound.is_empty() {
             return Ok(());
         }
-        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || !self.about.is_some()));
+        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || self.about.is_none()));
         self.found.unchecked += unchecked.count() as u64;
-        if self.has_sums || !self.about.is_some() {
+        if self.has_sums || self.about.is_none() {
             return self.copy(&sound);
         }
         self.copy_by_times(&sound)
@@ -617,7 +616,7 @@ impl Recovery<'_> {
 
     /// Enters frames of a sensor that are missing as lost, before a message.
     fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), RecoverFailure> {
-        if frames == 0 || !self.about.is_some() {
+        if frames == 0 || self.about.is_none() {
             return Ok(());
         }
         if self.out.tally().all.all() == 0
@@ -641,7 +640,6 @@ impl Recovery<'_> {
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {
-        let is_own = self.about.is_some();
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
         found.problem = found.problem.or(self.doubt);
@@ -660,7 +658,7 @@ impl Recovery<'_> {
             };
             found.problem.get_or_insert_with(|| format!("has no frame that can be recovered (found {what})"));
         }
-        if found.problem.is_none() && is_own {
+        if found.problem.is_none() && self.about.is_some() {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };

@@ -12,7 +12,7 @@ impl Recovery<'_> {
             return self.settle_by(end);
         }
         let is_unread = self.found.unread.is_some_and(|unread| unread.damaged);
-        if !self.about.is_some() {
+        if self.about.is_none() {
             if self.is_suspect || is_unread {
                 self.doubt.get_or_insert_with(|| "is damaged".to_owned());
             }
