@@ -253,8 +253,13 @@ class Clips:
         for pixels in ("yuv420p", "yuv440p", "yuv420p10le", "yuv422p10le", "yuv444p12le"):
             full = ("-vf", f"scale=out_range=full,format={pixels}", "-c:v", "ffv1", "-color_range", "pc")
             same(f"{pixels}.mkv", *full, without=("range is stated",))
-        limited = ("-vf", "scale=out_range=limited,format=yuv420p10le", "-c:v", "ffv1", "-color_range", "tv")
-        same("limited.mkv", *limited, without=("range is stated",))
+        limited = {
+            "yuv420p10le": "scale=out_range=limited,format=yuv420p10le",
+            "gray": "lutyuv=y=16+val*219/255",
+            "gray10le": "format=gray10le,lutyuv=y=64+val*876/1023",
+        }
+        for pixels, filters in limited.items():
+            same(f"{pixels}_limited.mkv", "-vf", filters, "-c:v", "ffv1", "-color_range", "tv", without=("range is stated",))
         same("png8/%d.png")
         same("png16/%d.png", "-pix_fmt", "gray16be")
         jpeg = ("-c:v", "mjpeg", "-qmin", "1", "-q:v", "1", "-pix_fmt", "yuvj422p")

@@ -51,7 +51,7 @@ fn a_recording_of_before_is_read_and_recovered() {
     assert!(said.contains("15 frames without a checksum"), "{said}");
 }
 
-/// The numbers of frames give the places of those that are lost.
+/// The times of frames give the places of those that are lost.
 #[test]
 fn damage_of_a_recording_of_before_keeps_the_time_line() {
     let folder = Folder::new("recording-before-damage");

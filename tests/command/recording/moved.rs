@@ -130,6 +130,8 @@ struct Rewrite<'a> {
     order: &'a dyn Fn(&mut Vec<Message<'_>>),
     /// Whether another program's message follows every message.
     with_others: bool,
+    /// Whether checksums of the description and the record at the end are left out.
+    is_bare: bool,
 }
 
 /// Writes a recording anew with the `mcap` library. It numbers the channels in their order.
@@ -153,6 +155,7 @@ fn rewritten(bytes: &[u8], how: Rewrite<'_>) -> Vec<u8> {
             sums.metadata.insert("wstac.configuration".to_owned(), sum.clone());
         }
     }
+    metadata.retain(|of| !how.is_bare || !["wstac.sums", "wstac.end"].contains(&&*of.name));
     for metadata in &metadata {
         writer.write_metadata(metadata).unwrap();
     }
@@ -244,7 +247,7 @@ fn frames_of(all: &[Message<'_>]) -> Vec<usize> {
 }
 
 fn plain(options: WriteOptions) -> Rewrite<'static> {
-    Rewrite { options, configuration: None, topic: &same, order: &|_| (), with_others: false }
+    Rewrite { options, configuration: None, topic: &same, order: &|_| (), with_others: false, is_bare: false }
 }
 
 /// Writes a recording anew with another configuration in its description.
@@ -359,6 +362,56 @@ fn a_frame_whose_message_is_gone_moves_no_later_one() {
         let lost: Vec<_> = found.frames.iter().enumerate().filter(|(_, frame)| frame.is_none()).collect();
         assert!(matches!(lost[..], [(70, _)]), "{lost:?}: {said}");
     }
+}
+
+/// Frames that were left out with all checksums are lost in their places, by the times of the others.
+#[test]
+fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
+    let folder = Folder::new("recording-moved-holes");
+    let bytes = numbered(&folder, &[]);
+    let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
+    let [file, new] = ["holes.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let no_sums = |topic: &str| (topic != "/sums/json").then(|| topic.to_owned());
+    let lz4 = || chunked().compression(Some(mcap::Compression::Lz4));
+    for holes in [0..FRAMES - 1, 100..140] {
+        let is_gone = |number: u32| holes.contains(&number) && number % 2 == 1;
+        let order = |all: &mut Vec<Message<'_>>| {
+            all.retain(|message| !is_gone((message.log_time as f64 * 30e-9).round() as u32));
+            // Numbers say nothing any longer.
+            all.iter_mut().zip(0..).for_each(|(message, number)| message.sequence = number);
+        };
+        let expected: Vec<_> =
+            truth.frames.iter().zip(0..).map(|(frame, number)| frame.clone().filter(|_| !is_gone(number))).collect();
+        for (is_bare, options) in [(true, chunked()), (true, lz4()), (true, unchunked()), (false, chunked())] {
+            fs::write(&file, rewritten(&bytes, Rewrite { topic: &no_sums, order: &order, is_bare, ..plain(options) }))
+                .unwrap();
+            let done = run(&["recover", file.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+            assert!(said(&done).contains("damaged, recorded as lost"), "{}", said(&done));
+            assert!(stream(&new, None).unwrap().frames == expected, "{is_bare} {holes:?}");
+            // The record at the end has the number of all frames.
+            assert_eq!(stream(&file, None).map(|found| found.frames == expected), is_bare.then_some(true), "{holes:?}");
+        }
+    }
+    let order = |all: &mut Vec<Message<'_>>| all.iter_mut().for_each(|of| (of.log_time, of.publish_time) = (9, 9));
+    let timeless = Rewrite { topic: &no_sums, order: &order, is_bare: true, ..plain(chunked()) };
+    fs::write(&file, rewritten(&bytes, timeless)).unwrap();
+    run(&["recover", file.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+    for name in [&file, &new] {
+        let lines = good(&["run", name.to_str().unwrap(), "--json"]);
+        assert!(lines.contains("frame 1 comes 0.0 ms after the one before, expected 33.3 ms"), "{name:?}: {lines}");
+    }
+}
+
+/// Frames of a recording behind another one in the same file are not copied, and counted.
+#[test]
+fn a_second_recording_is_counted() {
+    let folder = Folder::new("recording-moved-second");
+    let first = numbered(&folder, &[]);
+    let (second, (frames, _)) = small(&folder, &[]);
+    let (at, truth) = (chunks(&first)[3], stream(&folder.0.join("whole.mcap"), None).unwrap());
+    let (code, found, said) = recovered(&folder, &[&first[..at], &second[8..]].concat(), &truth);
+    assert_eq!((code, found > 0 && found < FRAMES.into()), (Some(1), true), "{said}");
+    assert!(said.contains(&format!("has {frames} frames of another recording, which were not copied")), "{said}");
 }
 
 /// MCAP gives these operation codes no meaning yet. Readers skip them.

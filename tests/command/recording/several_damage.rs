@@ -53,6 +53,7 @@ pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
             SourceEvent::Frame(frame) => frames.push(Some(frame.bytes.to_vec())),
             SourceEvent::Taxels(frame) => frames.push(Some(frame.sums.map(u32::to_le_bytes).concat())),
             SourceEvent::Lost { frames: lost, .. } => frames.extend((0..lost).map(|_| None)),
+            SourceEvent::Fault(_) => {}
             SourceEvent::End => break,
             other => panic!("{other:?}"),
         }

@@ -84,7 +84,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(degrees) => {
                 let off = (angle(degrees) - f64::from(direction) + 180.0).rem_euclid(360.0) - 180.0;
                 turns.push(off.abs());
-                write!(out, "  {:6.1} ± {:3.1}°", angle(degrees), event.direction.sd.map_or(f32::NAN, |sd| sd.max(0.1)))?;
+                let sd = event.direction.sd.map_or(f32::NAN, |sd| sd.max(0.1));
+                write!(out, "  {:6.1} ± {sd:3.1}°", angle(degrees))?;
             }
             Err(_) => write!(out, "  {:>13}", "none")?,
         }

@@ -122,9 +122,9 @@ impl RecordingReader {
         Ok((reader, outline))
     }
 
-    /// Returns whether every frame has a checksum of its own.
+    /// Returns whether every frame has a checksum of its own, as far as it is known.
     pub(crate) fn has_sums(&self) -> bool {
-        self.stated.is_some()
+        self.stated.is_some() && self.sorted.as_ref().is_none_or(|sorted| sorted.has_sums)
     }
 
     /// Notes a schema or a channel.
@@ -216,7 +216,7 @@ impl RecordingReader {
             } else {
                 self.spare.push(body);
             }
-            if self.has_no_sums() {
+            if !self.has_sums() {
                 self.moments += 1;
                 return Ok(true);
             }
@@ -228,11 +228,6 @@ impl RecordingReader {
             self.check_end()?;
         }
         Ok(!self.ready.is_empty())
-    }
-
-    /// Returns whether there is no checksum among the messages, as far as it is known.
-    fn has_no_sums(&self) -> bool {
-        self.stated.is_none() || self.sorted.as_ref().is_some_and(|sorted| !sorted.has_sums)
     }
 
     /// Returns an error about the order of messages.

@@ -22,7 +22,7 @@ use crate::json::{JsonLine, real};
 use crate::output::Output;
 use crate::plural::counted;
 use crate::session::Processor;
-use crate::source::{Crop, Frame, LossReason, SourceEvent, Stamp, StreamInfo};
+use crate::source::{Crop, Fault, Frame, LossReason, SourceEvent, Stamp, StreamInfo};
 
 /// Bytes of a frame's message besides its own.
 const MESSAGE_ROOM: u64 = 1 << 12;
@@ -84,6 +84,11 @@ pub(super) fn description(
 pub(super) fn lost_line(frames: u64, why: &str) -> Vec<u8> {
     // Numbers and words can always be JSON.
     serde_json::to_vec(&Lost { frames, why }).unwrap_or_default()
+}
+
+/// Returns a fault of the source as a line of JSON.
+pub(super) fn fault_line(fault: &Fault) -> Vec<u8> {
+    serde_json::json!({"kind": "fault", "fault": fault.kind.name(), "message": fault.to_string()}).to_string().into()
 }
 
 /// Records a stream.

@@ -2,7 +2,7 @@
 //!
 //! A moment is sound if its checksum or that of its chunk is right. Frames of other moments are entered as lost where
 //! they were, so that those behind keep their place: checksums have the places of all frames. Recordings of before have
-//! none; there the numbers and times of frames give the places, and the index their count. The checksum of a chunk says
+//! none; there the times of frames give the places, and the index their count. The checksum of a chunk says
 //! nothing of messages outside of it.
 //!
 //! Other tools may have written the recording anew, with other numbers of channels. The checksums are checked with the
@@ -21,7 +21,7 @@ mod moments;
 mod order;
 mod settle;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
@@ -40,20 +40,17 @@ use super::compression::Compression;
 use super::file::{RecordingFile, Sensors, Topic, write_error};
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
-use super::recorder::lost_line;
+use super::recorder::{fault_line, lost_frames, lost_line};
 use super::reserved::give_back_of_killed;
 use super::sorted::{OrderCheck, Sorted};
-use super::summary::Summary;
-use super::sums::{self, Stated, Sum, Tally};
+use super::sums::{self, Stated, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 use crate::source::mcap::McapSource;
+use crate::source::spacing::{Positions, Spacing};
 use crate::source::{Source, SourceEvent};
-
-/// Nanoseconds of a second.
-const SECOND: u128 = 1_000_000_000;
 
 /// The result of a recovery.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -140,16 +137,18 @@ struct Recovery<'a> {
     is_suspect: bool,
     /// Whether a chunk's checksum was wrong.
     has_bad_chunk: bool,
-    /// The sum of the last moment of each sensor that was copied.
-    last_sums: BTreeMap<u8, Sum>,
+    /// The moments that were copied, by their checksums.
+    copied: HashSet<(u64, Option<u32>)>,
+    /// Frames of sound moments that were not copied, and are no copies.
+    others: u64,
     /// The counts of each sensor at the last of the recording's checksums that is right.
     known: Option<Tally>,
     /// Frames of each sensor that are entered as lost.
     entered: BTreeMap<u8, u64>,
     /// Whether frames are missing, and nothing says of which sensor. Nothing behind them is copied.
     is_over: bool,
-    /// The time when the last frame was taken of a recording of before.
-    taken: Option<u64>,
+    /// The frames of each sensor that no checksum counts.
+    spacings: BTreeMap<u8, Spacing>,
     /// Why the number of lost frames is not certain.
     doubt: Option<String>,
     found: Recovered,
@@ -158,8 +157,7 @@ struct Recovery<'a> {
 /// Returns whether all configurations can be read. If checksums are damaged as well, nothing else tells damage from text.
 fn has_configurations(description: &[Metadata]) -> bool {
     let all = description.iter().filter(|metadata| metadata.name.starts_with(CONFIGURATION));
-    let texts = all.filter_map(|metadata| metadata.metadata.get(TOML));
-    texts.map(|text| Config::parse_recorded(text)).all(|config| config.is_ok())
+    all.filter_map(|metadata| metadata.metadata.get(TOML)).all(|text| Config::parse_recorded(text).is_ok())
 }
 
 /// Recovers a file. Returns false as well if its messages stand in another order than they were recorded in.
@@ -188,11 +186,9 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         Err(error) => Some(error.clone()),
     };
     // All recordings of several sensors have checksums, unless another tool left them out.
-    let is_without = survey.summary().is_some_and(|summary| lacks_sums(summary, &sensors));
+    let is_with = survey.summary().is_none() || has_sum(old)?;
     let [with_crc, without_crc] = survey.crcs();
-    // A damaged index may lack them, and nothing else vouches for the frames of a file without chunks.
-    let is_without = is_without && (with_crc > 0 || !has_sum(old)?);
-    let has_sums = (stated.has_sums || sensors.first().is_some()) && !is_without;
+    let has_sums = (stated.has_sums || sensors.first().is_some()) && is_with;
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
     }
@@ -230,11 +226,12 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         suspects: 0,
         is_suspect: false,
         has_bad_chunk: false,
-        last_sums: BTreeMap::new(),
+        copied: HashSet::new(),
+        others: 0,
         known: None,
         entered: BTreeMap::new(),
         is_over: false,
-        taken: None,
+        spacings: BTreeMap::new(),
         doubt: None,
         found: Recovered { problem, ..Recovered::default() },
     };
@@ -256,37 +253,23 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
     Ok((recovery.finish(new)?, true))
 }
 
-/// Returns whether a file has frames, and no checksums of them.
-fn lacks_sums(summary: &Summary, sensors: &Sensors) -> bool {
-    let mut own = Channels::new(sensors.clone());
-    let is_empty = |body: &[u8]| {
-        let channel = body.first_chunk().map_or(0, |id| u16::from_le_bytes(*id));
-        summary.messages.as_ref().is_some_and(|messages| messages.get(&channel).is_none_or(|count| *count == 0))
-    };
-    for (op, body) in summary.definitions.iter().filter(|(op, body)| *op != op::CHANNEL || !is_empty(body)) {
-        // A damaged record describes nothing.
-        let _ = own.define(*op, body);
-    }
-    own.has_frames_and_sums() == (true, false)
-}
-
 /// Returns whether a file has a message that is a checksum, whatever its channel is.
 fn has_sum(old: &Path) -> Result<bool, Error> {
     let failed = |error| Error::io(old.display(), error);
     let mut walk = Walk::open(old, Mode::Salvage)?;
     loop {
-        match walk.next().map_err(failed)? {
-            WalkStep::Record(span) => {
-                let start = walk.start_of(span, moments::SUM_START).map_err(failed)?;
-                if span.op == op::MESSAGE && moments::looks_like_sum(start) {
-                    return Ok(true);
-                }
-            }
+        let span = match walk.next().map_err(failed)? {
+            WalkStep::Record(span) if span.op == op::MESSAGE => span,
             WalkStep::End { .. } => return Ok(false),
-            WalkStep::ChunkEnd | WalkStep::Damage(_) => {}
+            _ => continue,
+        };
+        if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
+            return Ok(true);
         }
     }
 }
+
+type Done = Result<(), RecoverFailure>;
 
 /// A failure of reading or of writing.
 enum RecoverFailure {
@@ -398,9 +381,8 @@ impl Recovery<'_> {
         // A record that cannot be read is damaged, and everything that needs it is left out.
         match parse_record(op, body) {
             Ok(Record::Schema { header, data }) => {
+                let data = data.into_owned().into();
                 let schema = Schema { id: header.id, name: header.name, encoding: header.encoding, data };
-                let data = schema.data.into_owned().into();
-                let schema = Schema { data, ..schema };
                 if is_better(self.schemas.get(&schema.id), sound) {
                     let of_schema = |(of, _): &&(Channel, bool)| is_believed && of.schema_id == schema.id;
                     for (channel, _) in self.channels.values().filter(of_schema) {
@@ -443,11 +425,6 @@ impl Recovery<'_> {
         // This program's numbers are fixed, so a damaged record of a channel loses nothing.
         let is_fixed = self.has_sums && !self.own.is_renumbered();
         self.own.of(channel).or_else(|| self.sensors.topic(channel).filter(|_| is_fixed))
-    }
-
-    /// Returns whether a recording is written, and no file of another program.
-    fn is_own(&self) -> bool {
-        self.about.is_some()
     }
 
     /// Reads a message's body.
@@ -529,18 +506,13 @@ impl Recovery<'_> {
         if sound.is_empty() {
             return Ok(());
         }
-        let is_counted = |of: &&Waiting| of.is_frame() || (of.own.is_none() && !self.is_own());
-        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown).filter(is_counted);
+        let is_other = |of: &Waiting| of.own.is_none() && self.about.is_none();
+        let unchecked = sound.iter().filter(|of| of.crc == Crc::Unknown && (of.is_frame() || is_other(of)));
         self.found.unchecked += unchecked.count() as u64;
-        if self.has_sums || !self.is_own() {
+        if self.has_sums || self.about.is_none() {
             return self.copy(&sound);
         }
-        let mut gap = 0;
-        if sound.iter().any(Waiting::is_frame) && self.is_suspect {
-            gap = self.gap_of_before(&sound)?;
-            (self.is_suspect, self.suspects) = (false, 0);
-        }
-        self.copy_after_gaps(&sound, &[(0, gap)])
+        self.copy_by_times(&sound)
     }
 
     /// Leaves messages out that no checksum vouches for.
@@ -557,32 +529,46 @@ impl Recovery<'_> {
         }
     }
 
-    /// Returns how many frames are missing before a moment of a recording of before, by the frame's number or time.
-    fn gap_of_before(&mut self, moment: &[Waiting]) -> Result<u64, RecoverFailure> {
-        let Some(about) = &self.about else { return Ok(0) };
-        let (driver_times, rate) = (about.driver_times, about.info.rate);
-        let place = self.out.tally().all.all();
-        for message in moment.iter().filter(|message| message.is_frame()) {
-            self.read(message)?;
+    /// Copies a moment that no checksum counts. The times of frames say how many are missing before it, and whether they come
+    /// evenly.
+    fn copy_by_times(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
+        let Some(About { driver_times, info, .. }) = &self.about else { return self.copy(moment) };
+        let (driver_times, step) = (*driver_times, 1000.0 / info.rate.per_second());
+        let mut gaps = Vec::new();
+        for of in moment {
+            let Some((sensor, topic)) = of.own else { continue };
+            self.read(of)?;
             let Some(message) = MessageBody::parse(&self.body) else { continue };
-            if !driver_times {
-                let gap = message.sequence.wrapping_sub(place as u32);
-                return Ok(if gap < 1 << 31 { gap.into() } else { 0 });
+            if !topic.is_frame() {
+                let lost = if topic == Topic::FaultsJson { lost_frames(message.data) } else { 0 };
+                self.spacings.entry(sensor).and_modify(|spacing| spacing.lose(lost));
+                continue;
             }
-            let Some(last) = self.taken else {
+            let is_after_damage = self.is_suspect && !self.spacings.contains_key(&sensor);
+            let new = || Spacing::new(self.old.display().to_string(), Positions::Times, step);
+            let spacing = self.spacings.entry(sensor).or_insert_with(new);
+            if is_after_damage && driver_times {
                 self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
-                return Ok(self.suspects);
-            };
-            let time = u128::from(message.times[1].saturating_sub(last));
-            let (numerator, denominator) = (u128::from(rate.numerator()), SECOND * u128::from(rate.denominator()));
-            let frames = (time * numerator + denominator / 2) / denominator;
-            return Ok(u64::try_from(frames.saturating_sub(1)).unwrap_or(u64::MAX).max(self.suspects));
+                gaps.push((sensor, self.suspects));
+            } else if is_after_damage {
+                // The first frame has the time 0.
+                spacing.arrive(-step);
+            }
+            spacing.arrive(message.times[0] as f64 / 1e6);
+            (self.is_suspect, self.suspects) = (false, 0);
+            for event in std::iter::from_fn(|| spacing.next_event()).collect::<Vec<_>>() {
+                match event {
+                    SourceEvent::Lost { frames, .. } => gaps.push((sensor, frames)),
+                    SourceEvent::Fault(fault) => self.enter(sensor, &fault_line(&fault))?,
+                    _ => {}
+                }
+            }
         }
-        Ok(0)
+        self.copy_after_gaps(moment, &gaps)
     }
 
     fn copy(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
-        let is_own = self.is_own();
+        let is_own = self.about.is_some();
         let mut targets = Vec::with_capacity(moment.len());
         // All channels come before the first message.
         for message in moment {
@@ -602,7 +588,6 @@ impl Recovery<'_> {
                     Some(topic) if topic.is_frame() => {
                         self.time = log_time;
                         self.found.frames += 1;
-                        self.taken = Some(publish_time);
                     }
                     Some(Topic::EventsJson) => {
                         self.found.events += u64::from(data.starts_with(br#"{"kind":"event""#));
@@ -635,7 +620,7 @@ impl Recovery<'_> {
 
     /// Enters frames of a sensor that are missing as lost, before a message.
     fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), RecoverFailure> {
-        if frames == 0 || !self.is_own() {
+        if frames == 0 || self.about.is_none() {
             return Ok(());
         }
         if self.out.tally().all.all() == 0
@@ -647,18 +632,26 @@ impl Recovery<'_> {
         self.found.damaged = self.found.damaged.saturating_add(frames);
         let entered = self.entered.entry(sensor).or_default();
         *entered = entered.saturating_add(frames);
-        let data = lost_line(frames, "damaged in the recording");
+        self.enter(sensor, &lost_line(frames, "damaged in the recording"))
+    }
+
+    /// Enters a line of JSON about a sensor's source.
+    fn enter(&mut self, sensor: u8, data: &[u8]) -> Result<(), RecoverFailure> {
         let channel_id = self.out.add_own(sensor, Topic::FaultsJson)?;
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
-        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, &data)?;
+        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, data)?;
         Ok(self.out.end_moment()?)
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {
-        let is_own = self.is_own();
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
         found.problem = found.problem.or(self.doubt);
+        // Frames that were moved are entered as lost where they were.
+        if self.others > found.damaged {
+            let others = counted(self.others, "frame");
+            found.problem.get_or_insert_with(|| format!("has {others} of another recording, which were not copied"));
+        }
         if found.frames == 0 {
             let what = match (found.damaged, found.unread) {
                 (0, Some(unread)) => format!("{} that are no complete record", counted(unread.bytes, "byte")),
@@ -669,7 +662,7 @@ impl Recovery<'_> {
             };
             found.problem.get_or_insert_with(|| format!("has no frame that can be recovered (found {what})"));
         }
-        if found.problem.is_none() && is_own {
+        if found.problem.is_none() && self.about.is_some() {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };

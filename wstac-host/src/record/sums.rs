@@ -153,6 +153,11 @@ impl Sum {
         Tally { all: self.counts, each: self.each.clone() }
     }
 
+    /// Returns the place of the moment and its checksum, which no other moment has.
+    pub(super) fn key(&self) -> (u64, Option<u32>) {
+        (self.counts.all(), self.crc())
+    }
+
     /// Returns the checksum; `None` if it is no number.
     pub(super) fn crc(&self) -> Option<u32> {
         u32::from_str_radix(&self.crc32, 16).ok()

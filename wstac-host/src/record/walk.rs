@@ -352,7 +352,7 @@ impl Walk {
         self.file.peek(span.at + HEAD, count.min(usize::try_from(span.length).unwrap_or(usize::MAX)))
     }
 
-    /// Returns the channel of a message.
+    /// Returns the number of the channel that a message or a channel's record states.
     ///
     /// # Errors
     /// The file cannot be read.
@@ -447,8 +447,8 @@ impl Walk {
                     self.at = span.end();
                     self.others += u64::from(span.op == op::ATTACHMENT || span.op >= UNKNOWN);
                     if span.op == op::CHANNEL {
-                        let id = self.file.peek(span.at + HEAD, 2)?.first_chunk().map(|id| u16::from_le_bytes(*id));
-                        self.channels.extend(id);
+                        let id = self.channel_of(span)?;
+                        self.channels.insert(id);
                     }
                     return Ok(WalkStep::Record(span));
                 }

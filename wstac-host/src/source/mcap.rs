@@ -8,6 +8,7 @@ use std::time::{Duration, SystemTime};
 use serde::Deserialize;
 use wstac_core::rate::FrameRate;
 
+use super::spacing::{Positions, Spacing};
 use super::{
     Fault, FaultKind, Frame, LossReason, Recorded, Source, SourceEvent, Stamp, StreamInfo, SummedFrame, replaced_rate,
 };
@@ -44,14 +45,11 @@ pub struct McapSource {
     decoder: Option<Decoder>,
     /// The wall-clock time when the driver's clock showed 0, and its uncertainty.
     wall: Option<(SystemTime, Duration)>,
+    /// Finds gaps between the times of frames that no checksum counts.
+    spacing: Spacing,
+    /// The topic of the frame that `reader` has and that comes next.
+    waiting: Option<Topic>,
     ended: bool,
-}
-
-/// The next thing to hand out.
-enum Next {
-    Frame(Topic),
-    Lost(u64, LossReason),
-    Fault(Fault),
 }
 
 impl McapSource {
@@ -120,10 +118,14 @@ impl McapSource {
         } else {
             "; nothing vouches for its frames: they have no checksum"
         };
-        let recorded = format!("recorded from {}{}{replaced}{vouched}", info.about, labels(&about));
+        let labels: String = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat()).collect();
+        let recorded = format!("recorded from {}{labels}{replaced}{vouched}", info.about);
         info.about = format!("{subject}: {of_sensor}{recorded}");
         reader.select(names.iter().position(|name| sensor == Some(name)).unwrap_or(0) as u8);
-        Ok(Self { reader, about, info, whole: Vec::new(), decoder: None, wall: None, ended: false, subject })
+        let step = 1000.0 / about.info.rate.per_second();
+        let spacing = Spacing::new(subject.clone(), Positions::Times, step);
+        let (whole, waiting) = (Vec::new(), None);
+        Ok(Self { subject, reader, about, info, whole, decoder: None, wall: None, spacing, waiting, ended: false })
     }
 
     /// Returns what the recording says of itself.
@@ -135,8 +137,8 @@ impl McapSource {
         damaged(&self.subject, what)
     }
 
-    /// Goes on to the next message that matters; `None` is the end. A frame's message stays in `reader`.
-    fn advance(&mut self) -> Result<Option<Next>, Error> {
+    /// Goes on to the next message that matters; `None` is a frame, whose message stays in `reader`.
+    fn advance(&mut self) -> Result<Option<SourceEvent<'static>>, Error> {
         while let Some(topic) = self.reader.next()? {
             if topic == Topic::TaxelSums && !self.info.taxels_only {
                 continue;
@@ -149,10 +151,12 @@ impl McapSource {
                     let line = serde_json::from_slice(message.data);
                     match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
                         Line::Lost { frames, why } => {
-                            return Ok(Some(Next::Lost(frames, LossReason::from(why.as_str()))));
+                            self.spacing.lose(frames);
+                            return Ok(Some(SourceEvent::Lost { frames, reason: LossReason::from(why.as_str()) }));
                         }
                         Line::Fault { fault, message } => {
-                            return Ok(Some(Next::Fault(Fault::from_text(FaultKind::from(fault.as_str()), &message))));
+                            let fault = Fault::from_text(FaultKind::from(fault.as_str()), &message);
+                            return Ok(Some(SourceEvent::Fault(fault)));
                         }
                         Line::Other => {}
                     }
@@ -165,10 +169,17 @@ impl McapSource {
                     let zero = time.checked_sub(Duration::from_nanos(line.time_ns));
                     self.wall = zero.map(|zero| (zero, Duration::from_nanos(line.within_ns)));
                 }
-                topic => return Ok(Some(Next::Frame(topic))),
+                topic => {
+                    if !self.reader.has_sums() {
+                        self.spacing.arrive(message.times[0] as f64 / 1e6);
+                    }
+                    self.waiting = Some(topic);
+                    return Ok(None);
+                }
             }
         }
-        Ok(None)
+        self.spacing.finish();
+        Ok(Some(SourceEvent::End))
     }
 
     /// Returns the frame that `reader` has.
@@ -217,19 +228,19 @@ impl Source for McapSource {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        if self.ended {
-            return Ok(SourceEvent::End);
+        if let Some(event) = self.spacing.next_event() {
+            return Ok(event);
+        }
+        if let Some(topic) = self.waiting.take() {
+            return self.frame(topic);
         }
         // After an error, nothing that follows can be relied on.
-        self.ended = true;
-        let next = self.advance()?;
-        self.ended = next.is_none();
-        match next {
-            Some(Next::Frame(topic)) => self.frame(topic),
-            Some(Next::Lost(frames, reason)) => Ok(SourceEvent::Lost { frames, reason }),
-            Some(Next::Fault(fault)) => Ok(SourceEvent::Fault(fault)),
-            None => Ok(SourceEvent::End),
+        if std::mem::replace(&mut self.ended, true) {
+            return Ok(SourceEvent::End);
         }
+        let next = self.advance()?;
+        self.ended = matches!(next, Some(SourceEvent::End));
+        next.filter(|_| !self.ended).map_or_else(|| self.next_event(), Ok)
     }
 }
 
@@ -249,10 +260,4 @@ fn check_sensor(subject: &str, sensor: Option<&str>, names: &[String]) -> Result
         }
         Some(sensor) => refused(format_args!("has no sensor {sensor:?}, expected one of {all}")),
     }
-}
-
-/// Returns the labels for a person.
-fn labels(about: &About) -> String {
-    let each = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat());
-    each.collect::<Vec<_>>().concat()
 }

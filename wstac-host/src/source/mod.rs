@@ -24,7 +24,7 @@ pub mod png_folder;
 mod replaced_rate;
 // Only folders of pictures use all of it.
 #[cfg_attr(not(any(feature = "jpeg", feature = "png")), allow(dead_code))]
-mod spacing;
+pub(crate) mod spacing;
 pub mod video;
 pub mod y4m;
 

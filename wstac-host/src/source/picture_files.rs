@@ -112,8 +112,7 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<(Vec<PathBuf>, Pla
     let (files, places) = in_order(files);
     if let Some(series) = several(&files, places.as_ref()) {
         let message = format_args!(
-            "has several series of pictures ({series}); help: put the pictures of each camera into a folder of its own, \
-            or name those of one by a counter, or by times with three digits of a second's fraction"
+            "has several series of pictures ({series}); help: a folder for each camera, or one camera's names with a counter"
         );
         return Err(Error::new(ErrorKind::Data, folder.display(), message));
     }

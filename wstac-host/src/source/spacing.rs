@@ -30,8 +30,8 @@ const EVEN_AGAIN: u32 = 10;
 
 /// The meaning of positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Positions {
-    /// Milliseconds, by the time stamps of a video.
+pub(crate) enum Positions {
+    /// Milliseconds, by the time stamps of a video or a recording.
     Times,
     /// Milliseconds, by the names of pictures.
     NamedTimes,
@@ -41,7 +41,7 @@ pub(super) enum Positions {
 
 /// Finds gaps and unevenness.
 #[derive(Debug)]
-pub(super) struct Spacing {
+pub(crate) struct Spacing {
     subject: String,
     positions: Positions,
     /// The usual distance from frame to frame.
@@ -66,7 +66,7 @@ pub(super) struct Spacing {
 }
 
 impl Spacing {
-    pub(super) fn new(subject: String, positions: Positions, step: f64) -> Self {
+    pub(crate) fn new(subject: String, positions: Positions, step: f64) -> Self {
         let (least, most, ready) = (f64::INFINITY, 0.0, VecDeque::new());
         let (last, mean, off, frame, even, is_uneven, missing, uneven) = (None, 0.0, 0.0, 0, 0, false, 0, 0);
         Self { subject, positions, step, last, mean, off, frame, even, is_uneven, missing, uneven, least, most, ready }
@@ -74,7 +74,7 @@ impl Spacing {
 
     /// Takes the position of the next frame. [`Self::next_event`] has what comes before it. If it is not a number, the
     /// frame is taken to be in its place.
-    pub(super) fn arrive(&mut self, position: f64) {
+    pub(crate) fn arrive(&mut self, position: f64) {
         let frame = self.frame;
         self.frame += 1;
         let position = match self.last {
@@ -98,17 +98,9 @@ impl Spacing {
                 self.fault(FaultKind::Even, "frames come evenly again");
             }
         } else {
-            self.uneven += 1;
-            (self.even, self.mean) = (0, 0.0);
-            if !std::mem::replace(&mut self.is_uneven, true) {
-                let message = format!(
-                    "frame {frame} comes {} after the one before, expected {}; events are not reliable until frames come \
-                     evenly",
-                    self.distance(distance),
-                    self.distance(self.step)
-                );
-                self.fault(FaultKind::Uneven, &message);
-            }
+            self.mean = 0.0;
+            let [found, expected] = [distance, self.step].map(|distance| self.distance(distance));
+            self.come_unevenly(&format!("frame {frame} comes {found} after the one before, expected {expected}"));
         }
         if missing > 0.0 {
             let frames = missing as u64;
@@ -117,15 +109,23 @@ impl Spacing {
         }
     }
 
+    /// Takes frames that are known to be lost.
+    pub(crate) fn lose(&mut self, frames: u64) {
+        for position in self.last.iter_mut().flat_map(|(last, place)| [last, place]) {
+            *position += frames as f64 * self.step;
+        }
+    }
+
     /// Takes a frame of unknown position.
     fn stray(&mut self) {
-        let frame = self.frame;
-        (self.frame, self.even) = (self.frame + 1, 0);
-        self.uneven += 1;
+        self.come_unevenly(&format!("the name of frame {} is not as those of the others", self.frame));
+        self.frame += 1;
+    }
+
+    fn come_unevenly(&mut self, what: &str) {
+        (self.even, self.uneven) = (0, self.uneven + 1);
         if !std::mem::replace(&mut self.is_uneven, true) {
-            let message = format!(
-                "the name of frame {frame} is not as those of the others; events are not reliable until frames come evenly"
-            );
+            let message = format!("{what}; events are not reliable until frames come evenly");
             self.fault(FaultKind::Uneven, &message);
         }
     }
@@ -172,7 +172,7 @@ impl Spacing {
     }
 
     /// Returns the next event that comes before the frame that arrived last, or before the end.
-    pub(super) fn next_event(&mut self) -> Option<SourceEvent<'static>> {
+    pub(crate) fn next_event(&mut self) -> Option<SourceEvent<'static>> {
         self.ready.pop_front()
     }
 

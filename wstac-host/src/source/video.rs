@@ -79,7 +79,7 @@ impl Video {
     ///
     /// The time stamps of the frames say where frames are missing, which are lost frames, or come unevenly. Where the file
     /// states no range or matrix, the frames are taken to have limited range and BT.601, and the description says so. Of
-    /// red, green and blue, green is taken as it is.
+    /// red, green and blue, green is taken as it is. Gray that states limited range is made full.
     ///
     /// From a frame that ffmpeg cannot decode without errors on, nothing is reliable until a later key frame. Errors
     /// before the first frame say only that the file was cut.

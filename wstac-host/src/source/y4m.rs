@@ -42,6 +42,7 @@ pub struct Y4m {
     reader: InputBuffer,
     /// Bytes of a frame, without its line.
     frame_bytes: usize,
+    limited_bits: Option<u32>,
     /// Number of the frame that comes next.
     frame: u64,
     ended: bool,
@@ -136,7 +137,7 @@ impl Y4m {
             bytes_per_row: bytes_per_row as u32,
             ..StreamInfo::new(about, header.size, header.format, header.rate)
         };
-        Ok(Self { info, reader, frame_bytes, frame: 0, ended: false })
+        Ok(Self { info, reader, frame_bytes, limited_bits: header.limited_bits, frame: 0, ended: false })
     }
 
     /// Reads on until the next frame is whole; it is still the next one then.
@@ -165,6 +166,9 @@ impl Y4m {
         if let NextFrame::Frame(range) = &step {
             self.frame += 1;
             self.reader.used = range.end;
+            if let Some(bits) = self.limited_bits {
+                make_full(self.reader.buffer.get_mut(range.clone()).unwrap_or_default(), bits);
+            }
         }
         Ok(step)
     }
@@ -186,6 +190,16 @@ impl Y4m {
             None => "ends within its FRAME line".into(),
         };
         self.reader.error(format_args!("truncated: frame {} (the first is 0) {found}", self.frame))
+    }
+}
+
+/// Makes full range of gray of limited range.
+fn make_full(bytes: &mut [u8], bits: u32) {
+    let (shift, most) = (bits - 8, (1 << bits) - 1);
+    let full = |level: u32| ((level.saturating_sub(16 << shift) * most + (110 << shift)) / (219 << shift)).min(most);
+    for level in bytes.chunks_exact_mut(bits.div_ceil(8) as usize) {
+        let made = full(level.iter().rev().fold(0, |all, byte| (all << 8) | u32::from(*byte)));
+        level.iter_mut().zip(made.to_le_bytes()).for_each(|(byte, made)| *byte = made);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{RecoverFailure, Recovery, Waiting};
+use super::{Done, RecoverFailure, Recovery, Waiting};
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
 use crate::record::recorder::lost_frames;
@@ -55,7 +55,7 @@ impl Recovery<'_> {
                 let own = self.sensors.topic(channel);
                 moment.push(Waiting { span, channel, own, crc, is_unfinished: false, body: None });
             }
-            return self.sound_moment(&moment, sum);
+            return self.sound_moment(&moment, &sum);
         }
         let is_good = self.walk.crc() == Crc::Good;
         if let Some(start) = self.summed_from(&message, &sum)? {
@@ -65,12 +65,12 @@ impl Recovery<'_> {
             let (moment, others): (Vec<_>, _) =
                 moment.into_iter().partition(|of| of.own.is_some() || of.crc == Crc::Good);
             self.leave(&others);
-            return self.sound_moment(&moment, sum);
+            return self.sound_moment(&moment, &sum);
         }
         if is_good && self.fits(&message, &sum)? {
             self.held = 0;
             let moment = std::mem::take(&mut self.pending);
-            return self.sound_moment(&moment, sum);
+            return self.sound_moment(&moment, &sum);
         }
         if is_good && self.sorted.is_none() {
             let what = "has other messages than those that were recorded, or has them in another order";
@@ -132,20 +132,28 @@ impl Recovery<'_> {
     }
 
     /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
-    fn sound_moment(&mut self, moment: &[Waiting], sum: Sum) -> Result<(), RecoverFailure> {
+    fn sound_moment(&mut self, moment: &[Waiting], sum: &Sum) -> Result<(), RecoverFailure> {
         let own = self.frames_of(moment)?;
         (self.is_suspect, self.suspects) = (false, 0);
+        self.spacings.clear();
         let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
             return self.moment_of_any(moment, &own, sum);
         };
         if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
             self.known = Some(known.clone());
         }
+        // Other programs' messages may be alike.
+        let is_copy = self.copied.contains(&sum.key()) && moment.iter().any(|of| of.own.is_some());
+        if is_copy || self.is_over {
+            self.leave_out(&own, !is_copy);
+            return Ok(());
+        }
         let mut gaps = Vec::new();
         for (&sensor, &of_moment) in &own {
             let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
-                // The moment is there already, or it stands behind one that came later.
-                self.leave_out(&own);
+                // It stands behind one that came later. If it is a first one, all others behind it are not of this recording.
+                self.is_over |= known.all.all() == own.values().map(|counts| counts.all()).fold(0, u64::saturating_add);
+                self.leave_out(&own, true);
                 return Ok(());
             };
             if missing.is_early {
@@ -154,14 +162,10 @@ impl Recovery<'_> {
             }
             gaps.push((sensor, missing));
         }
-        if own.keys().any(|sensor| self.last_sums.get(sensor) == Some(&sum)) {
-            self.leave_out(&own);
-            return Ok(());
-        }
         for &(sensor, Missing { leading, .. }) in &gaps {
             self.enter_lost(sensor, leading, moment.first())?;
-            self.last_sums.insert(sensor, sum.clone());
         }
+        self.copied.insert(sum.key());
         let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
         self.copy_after_gaps(moment, &gaps)
     }
@@ -169,30 +173,26 @@ impl Recovery<'_> {
     /// Copies a moment of a recording of several sensors that counts the frames of all together.
     ///
     /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
-    fn moment_of_any(
-        &mut self,
-        moment: &[Waiting],
-        own: &BTreeMap<u8, Counts>,
-        sum: Sum,
-    ) -> Result<(), RecoverFailure> {
+    fn moment_of_any(&mut self, moment: &[Waiting], own: &BTreeMap<u8, Counts>, sum: &Sum) -> Done {
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
-        if before < there || self.last_sums.values().any(|last| *last == sum) {
-            self.leave_out(own);
+        if before < there || self.copied.contains(&sum.key()) {
+            self.leave_out(own, false);
             return Ok(());
         }
         self.is_over |= before > there;
         if self.is_over {
             return Ok(());
         }
-        self.last_sums.insert(0, sum);
+        self.copied.insert(sum.key());
         self.copy(moment)
     }
 
-    /// Counts frames of a moment that is not copied.
-    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>) {
-        let frames = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.frames));
+    /// Counts frames of a moment that is not copied, because it is there already or `is_other`.
+    fn leave_out(&mut self, own: &BTreeMap<u8, Counts>, is_other: bool) {
+        let frames = own.values().map(|counts| counts.frames).sum::<u64>();
         self.found.repeated = self.found.repeated.saturating_add(frames);
+        self.others = self.others.saturating_add(if is_other { frames } else { 0 });
     }
 
     /// Returns the frames of a moment, found and lost, of each sensor that it is of.

@@ -12,7 +12,7 @@ impl Recovery<'_> {
             return self.settle_by(end);
         }
         let is_unread = self.found.unread.is_some_and(|unread| unread.damaged);
-        if !self.is_own() {
+        if self.about.is_none() {
             if self.is_suspect || is_unread {
                 self.doubt.get_or_insert_with(|| "is damaged".to_owned());
             }
@@ -20,14 +20,12 @@ impl Recovery<'_> {
         }
         let recorded = self.walk.summary().and_then(|summary| summary.messages.clone());
         if self.has_sums && self.found.whole && !stated.is_ended && (recorded.is_none() || !is_unread) {
-            let what = "was finished, and lacks the record of how many frames it had";
-            self.doubt.get_or_insert_with(|| what.to_owned());
+            self.doubt.get_or_insert_with(|| "was finished, and lacks the record of how many frames it had".into());
         }
         let Some(recorded) = recorded else {
             let is_any = self.found.damaged > 0 || self.found.unread.is_some();
             if self.is_suspect || (self.found.whole && is_any) {
-                let what = "is damaged, and nothing says how many frames it had";
-                self.doubt.get_or_insert_with(|| what.to_owned());
+                self.doubt.get_or_insert_with(|| "is damaged, and nothing says how many frames it had".to_owned());
             }
             return self.settle_unfinished();
         };
@@ -63,10 +61,9 @@ impl Recovery<'_> {
             if found > recorded {
                 self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
             } else if found < recorded && !self.has_sums {
-                let what = format!(
-                    "has {found} frames, expected {recorded}, and no checksums that say where they are missing"
-                );
-                self.doubt.get_or_insert(what);
+                let what =
+                    || format!("has {found} frames, expected {recorded}, and nothing says where they are missing");
+                self.doubt.get_or_insert_with(what);
             }
             self.enter_lost(sensor, recorded.saturating_sub(found), None)?;
         }

@@ -92,14 +92,14 @@ impl Stated {
             FrameRate::new(numerator.parse().ok()?, denominator.parse().ok()?).ok()
         };
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
-        let (pixels, stated) = (pixels, mean.or(base));
+        let stated = mean.or(base);
         let codec = value("codec_name").to_owned();
+        let known = Self { pixels, range, matrix, other_matrix, is_turned, row_order, codec, ..Self::default() };
         let format = value("format_name");
         if format.ends_with("_pipe") || format == PARTS || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
-            let known = Self { pixels, range, matrix, other_matrix, rate, is_turned, row_order, ..Self::default() };
-            return Self { is_made_up, codec, ..known };
+            return Self { rate, is_made_up, ..known };
         }
         let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
         let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
@@ -114,8 +114,7 @@ impl Stated {
         let are_equal = step.is_none() && times.len() > 1;
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         let rate = by_header.or(by_times);
-        let known = Self { pixels, range, matrix, other_matrix, rate, is_turned, row_order, ..Self::default() };
-        Self { step, is_by_times, codec, ..known }
+        Self { rate, step, is_by_times, ..known }
     }
 
     /// Returns whether its codec calls every frame a key frame, although most are made of those before.

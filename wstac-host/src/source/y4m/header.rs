@@ -19,6 +19,8 @@ pub(super) struct Header {
     pub(super) color: YcbcrEncoding,
     /// Whether the header does not state the range of Y, Cb and Cr, though it matters.
     pub(super) is_range_assumed: bool,
+    /// The bits of gray that states limited range.
+    pub(super) limited_bits: Option<u32>,
     /// The format's name in Y4M.
     pub(super) name: String,
 }
@@ -50,6 +52,7 @@ impl Header {
             return Err(format!("A is {aspect:?}, expected two numbers as in 1:1"));
         }
         let (name, format) = checked_format(format.as_deref(), tags.sampling.as_deref())?;
+        let is_limited = tags.range == Some(QuantizationRange::Limited);
         Ok(Self {
             size: size.map_err(|error| error.to_string())?,
             rate,
@@ -60,6 +63,7 @@ impl Header {
                 range: tags.range.unwrap_or(QuantizationRange::Limited),
             },
             is_range_assumed: tags.range.is_none() && format.is_ycbcr(),
+            limited_bits: name.strip_prefix("Cmono").filter(|_| is_limited).map(|bits| bits.parse().unwrap_or(8)),
             name,
         })
     }

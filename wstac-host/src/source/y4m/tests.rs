@@ -90,6 +90,26 @@ fn the_range_is_what_the_header_says() {
 }
 
 #[test]
+fn gray_of_limited_range_becomes_full() {
+    let mono = [0, 16, 17, 126, 235, 255];
+    for (format, bits) in [("mono", 8), ("mono10", 10), ("mono12", 12), ("mono16", 16)] {
+        for (range, expected) in [("LIMITED", [0, 0, 1, 128, 255, 255]), ("FULL", mono)] {
+            let mut bytes = format!("YUV4MPEG2 W6 H1 F1:1 C{format} XCOLORRANGE={range}\nFRAME\n").into_bytes();
+            let words = mono.map(|level: u16| (level << (bits - 8)).to_le_bytes());
+            bytes.extend(words.iter().flat_map(|word| &word[..if bits == 8 { 1 } else { 2 }]));
+            let mut source = open(&bytes).unwrap();
+            source.has_next();
+            let found = frames(&mut source).0.concat();
+            let levels = found.chunks(if bits == 8 { 1 } else { 2 });
+            let levels: Vec<_> = levels
+                .map(|word| word.iter().rev().fold(0, |all, byte| all << 8 | u32::from(*byte)) >> (bits - 8))
+                .collect();
+            assert_eq!(levels, expected.map(u32::from), "{format} {range}");
+        }
+    }
+}
+
+#[test]
 fn what_is_wrong_with_a_header_is_named() {
     for (header, part) in [
         ("", "is empty"),
