@@ -26,8 +26,6 @@ pub(crate) const OF_CONDITION: u64 = 96;
 const SPAN_MM: f64 = 16.0;
 /// Path in mm over which a speed must have been even for an answer to be compared.
 const EVEN_MM: f64 = 20.0;
-/// Readout of a rolling shutter, in ms.
-const READOUT_MS: f64 = 33.0;
 /// Frames after an object has left in which its velocity may be said first: that of a short one is known when it has.
 const LATEST: f64 = 2.0;
 /// Speeds of objects, in mm/s.
@@ -165,10 +163,7 @@ fn replay(script: &SceneConfig, has_taxels: bool, condition: Condition) -> Repla
 
 /// Follows the touch of a number.
 fn follow(kind: Kind, number: u64, has_taxels: bool) -> Followed {
-    let mut script = script(kind, number);
-    if kind == Kind::Readout {
-        script.sensor.readout_ms = READOUT_MS;
-    }
+    let script = script(kind, number);
     let Replayed { velocities, truth, .. } = replay(&script, has_taxels, PLAIN);
     let end = truth.end_s * 30.0;
     let Some(slide) = truth.touch.slide() else {
@@ -421,18 +416,6 @@ pub(crate) fn tables(page: &mut String) {
     rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
     first(page, "speed", &rows);
     all(page, "speed", &rows);
-    let conditions = [
-        (Kind::Readout, "rows read within 33 ms, known"),
-        (Kind::Dim, "a fifth of the light"),
-        (Kind::Noisy, "2.5 times the noise, 3 times the spread of gains"),
-        (Kind::Dead, "one dead whisker, three weak ones"),
-        (Kind::Narrow, "blocks of 6 to 20 mm in width"),
-        (Kind::Step, "80, then 200 mm/s after 40 mm"),
-        (Kind::Changing, "speed that changes from 8 to 40 mm"),
-    ]
-    .map(|(kind, name)| (name.to_owned(), each(OTHERS, |number| follow(kind, number, false))));
-    let rows: Vec<_> = conditions.iter().map(|(name, slides)| (name.clone(), slides.iter().collect())).collect();
-    first(page, "condition", &rows);
     let wrong = |touches: &[Followed]| touches.iter().map(|touch| touch.wrong).sum::<usize>();
     let still = [(Kind::Press, "presses"), (Kind::Poke, "pokes"), (Kind::Hold, "holds")].map(|(kind, name)| {
         let touches = each(OTHERS, |number| follow(kind, number, false));

@@ -55,10 +55,8 @@ pub(crate) enum Kind {
     Pitch,
     /// The speed changes by a factor of 0.4 to 2.4 within 40 mm.
     Changing,
-    /// The speed changes from 80 to 200 mm/s after 40 mm.
-    Step,
-    /// The slide stops for 3 mm at 1 mm/s, somewhere.
-    Stop,
+    /// The slide stops for 3 mm at 1 mm/s, somewhere. Its number, and those behind it, draw its touches.
+    Stop = 14,
     /// Speeds below the range: 1 to 9 mm/s.
     Slow,
     /// Two slides of 30 mm at 60 to 400 mm/s, at most 45 frames apart; compared with the first.
@@ -129,11 +127,6 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
         Kind::Narrow => {
             let specimen = Specimen { width_mm: between(6.0, 20.0), ..specimen };
             Touch::Slide(Slide { specimen, offset_mm: between(-6.0, 6.0), ..slide })
-        }
-        Kind::Step => {
-            let specimen = Specimen { length_mm: 105.0, ..specimen };
-            let profile = SpeedProfile::new(&[[0.0, 80.0], [40.0, 80.0], [42.0, 200.0]]);
-            Touch::Slide(Slide { profile, ..Slide::new(specimen, 80.0, degrees) })
         }
         Kind::Stop => {
             let [speed, at] = [30.0 * 10.0_f64.powf(between(0.0, 1.0)), between(5.0, 60.0)];
