@@ -256,10 +256,10 @@ class Clips:
         limited = {
             "yuv420p10le": "scale=out_range=limited,format=yuv420p10le",
             "gray": "lutyuv=y=16+val*219/255",
-            "gray10le": "format=gray10le,lutyuv=y=64+val*876/1023",
+            "gray10le": "format=gray16le,lutyuv=y=4096+val*56064/65535",
         }
         for pixels, filters in limited.items():
-            same(f"{pixels}_limited.mkv", "-vf", filters, "-c:v", "ffv1", "-color_range", "tv", without=("range is stated",))
+            same(f"{pixels}_limited.mkv", "-vf", filters, "-pix_fmt", pixels, "-c:v", "ffv1", "-color_range", "tv", without=("range is stated",))
         same("png8/%d.png")
         same("png16/%d.png", "-pix_fmt", "gray16be")
         jpeg = ("-c:v", "mjpeg", "-qmin", "1", "-q:v", "1", "-pix_fmt", "yuvj422p")
