@@ -220,7 +220,9 @@ impl Config {
     pub(crate) fn parse_recorded(text: &str) -> Result<Self, Error> {
         match text.parse::<toml::Table>() {
             Ok(mut table) if removed_law(text).is_some() => {
-                table.remove("speed");
+                // What was the default then.
+                let speed = toml::Table::from_iter([("estimator".to_owned(), "coherence".into())]);
+                table.insert("speed".to_owned(), speed.into());
                 Self::parse(&table.to_string())
             }
             _ => Self::parse(text),

@@ -155,7 +155,6 @@ fn certainty(confidence: f64) -> String {
 }
 
 /// Returns a standard deviation with one decimal below 10, and without above.
-/// Returns a deviation as people read it: never 0.0, which no deviation is.
 fn short(sd: f32) -> String {
     if sd < 9.95 { format!("{:.1}", sd.max(0.1)) } else { format!("{sd:.0}") }
 }

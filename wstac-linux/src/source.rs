@@ -498,7 +498,7 @@ mod tests {
             b"none".to_vec(),
             with(1, 0xc9),
             with(6, 100),
-            before_markers(&[9; 40]),
+            before_markers(&[9; 80]),
         ];
         let count = read.len();
         let mut source = camera([&read[..], &refused].concat());

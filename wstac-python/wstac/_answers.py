@@ -329,7 +329,7 @@ class Motion:
     >>> motions[-1].frame, motions[-1].speed.mm_s, motions[-1].direction.deg
     (71, 150.1, 90.0)
     >>> motions == stream.motions, motions[-1].to_dict()["speed_mm_s"], motions[-1].record["kind"]
-    (True, 148.8, 'motion')
+    (True, 150.1, 'motion')
     """
 
     frame: int

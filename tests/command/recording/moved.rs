@@ -408,10 +408,14 @@ fn a_second_recording_is_counted() {
     let folder = Folder::new("recording-moved-second");
     let first = numbered(&folder, &[]);
     let (second, (frames, _)) = small(&folder, &[]);
-    let (at, truth) = (chunks(&first)[3], stream(&folder.0.join("whole.mcap"), None).unwrap());
-    let (code, found, said) = recovered(&folder, &[&first[..at], &second[8..]].concat(), &truth);
-    assert_eq!((code, found > 0 && found < FRAMES.into()), (Some(1), true), "{said}");
-    assert!(said.contains(&format!("has {frames} frames of another recording, which were not copied")), "{said}");
+    let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
+    for is_damaged in [false, true] {
+        let (places, mut first) = (chunks(&first), first.clone());
+        first[places[1] + 500] ^= u8::from(is_damaged);
+        let (code, found, said) = recovered(&folder, &[&first[..places[3]], &second[8..]].concat(), &truth);
+        assert_eq!((code, found > 0 && found < FRAMES.into()), (Some(1), true), "{said}");
+        assert!(said.contains(&format!("has {frames} frames of another recording, which were not copied")), "{said}");
+    }
 }
 
 /// MCAP gives these operation codes no meaning yet. Readers skip them.

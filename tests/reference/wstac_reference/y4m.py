@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import BinaryIO
 
+import numpy as np
+
 from .formats import FORMATS, PixelFormat
 
 MAX_LINE = 4096
@@ -84,4 +86,13 @@ def read_frames(stream: BinaryIO, header: Header) -> Iterator[bytes]:
         data = stream.read(header.frame_bytes)
         if len(data) < header.frame_bytes:
             raise ValueError("Y4M file ends inside a frame")
-        yield data
+        is_limited = header.format.family == "gray" and header.full_range is False
+        yield full_gray(data, header.format.full_scale) if is_limited else data
+
+
+def full_gray(data: bytes, most: int) -> bytes:
+    """Makes gray of limited range full."""
+    step = (most + 1) // 256
+    levels = np.frombuffer(data, "<u1" if most == 255 else "<u2").astype(np.int64)
+    full = (2 * np.maximum(levels - 16 * step, 0) * most + 219 * step) // (438 * step)
+    return np.minimum(full, most).astype("<u1" if most == 255 else "<u2").tobytes()

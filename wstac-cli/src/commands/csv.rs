@@ -196,7 +196,7 @@ mod tests {
             Table::Features.head(false),
             "frame,time_ns,time_s,stamp,stamp_within_ms,r1,r2,r3,r4,r5,c1,c2,c3,c4,c5\n"
         );
-        assert_eq!(Table::Motion.row(Some("left"), &json!({"speed": {"mm_s": 150.0}}), None), "left,,,,,,,150.0,,,");
+        assert_eq!(Table::Motion.row(Some("left"), &json!({"speed": {"mm_s": 150.0}}), None), "left,,,,,,,150.0,,,,");
         for table in [Table::Events, Table::Features, Table::Motion] {
             let cells = table.row(Some("a,b"), &json!({}), None).replace("\"a,b\"", "ab").split(',').count();
             assert_eq!(table.head(true).split(',').count(), cells);

@@ -21,7 +21,7 @@ mod moments;
 mod order;
 mod settle;
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
@@ -137,9 +137,9 @@ struct Recovery<'a> {
     is_suspect: bool,
     /// Whether a chunk's checksum was wrong.
     has_bad_chunk: bool,
-    /// The moments that were copied, by their checksums.
-    copied: HashSet<(u64, Option<u32>)>,
-    /// Frames of sound moments that were not copied, and are no copies.
+    /// The checksums of moments that were copied, by their places and whether they have frames.
+    copied: HashMap<(u64, bool), Option<u32>>,
+    /// Frames of sound moments of another recording.
     others: u64,
     /// The counts of each sensor at the last of the recording's checksums that is right.
     known: Option<Tally>,
@@ -226,7 +226,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         suspects: 0,
         is_suspect: false,
         has_bad_chunk: false,
-        copied: HashSet::new(),
+        copied: HashMap::new(),
         others: 0,
         known: None,
         entered: BTreeMap::new(),
@@ -647,8 +647,7 @@ impl Recovery<'_> {
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
         found.problem = found.problem.or(self.doubt);
-        // Frames that were moved are entered as lost where they were.
-        if self.others > found.damaged {
+        if self.others > 0 {
             let others = counted(self.others, "frame");
             found.problem.get_or_insert_with(|| format!("has {others} of another recording, which were not copied"));
         }

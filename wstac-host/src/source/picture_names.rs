@@ -18,6 +18,8 @@ const NS_PER_MS: f64 = 1e6;
 const EPOCH: std::ops::Range<i128> = 1_000_000_000..5_000_000_000;
 /// The rates that times in names may have, in frames per second.
 const RATES: std::ops::RangeInclusive<f64> = 0.5..=500.0;
+/// The shortest time in 10⁻⁹ s between pictures whose names are times of day in one number.
+const SHORTEST: i128 = 8_000_000;
 /// Most series of pictures that are told apart.
 const MOST_SERIES: usize = 16;
 /// Each series has at least one in so many pictures.
@@ -95,6 +97,7 @@ pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
         return (files, placed(Positions::Numbers, 1.0, numbers));
     }
     let Some(times) = decimals(&files) else {
+        let files = by_clock(files);
         let places = by_parts(&files);
         return (files, places);
     };
@@ -105,6 +108,18 @@ pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
     let clock: Option<Vec<_>> = times.iter().map(|time| of_clock(*time)).collect();
     let times = clock.unwrap_or(times).into_iter().map(Some).collect();
     (files, placed(Positions::NamedTimes, NS_PER_MS, times))
+}
+
+/// Returns pictures in the order of their times, if some of these lack a fraction: `01Z` is before `01.040Z`.
+fn by_clock(files: Vec<PathBuf>) -> Vec<PathBuf> {
+    let times = Names::new(&files).filter(|names| names.lacks_fraction).and_then(|names| {
+        let time = |name: &[Part<'_>]| date(name).or_else(|| time_of_day(name));
+        (0..names.parts.first()?.len()).find_map(|at| names.read(|name| time(name.get(at..)?)))
+    });
+    let Some(times) = times else { return files };
+    let mut timed: Vec<_> = times.into_iter().zip(files).collect();
+    timed.sort_by_key(|(time, _)| *time);
+    timed.into_iter().map(|(_, file)| file).collect()
 }
 
 fn positions(files: &[PathBuf]) -> Places {
@@ -121,10 +136,13 @@ fn by_parts(files: &[PathBuf]) -> Places {
         [] => (files.len() == 1).then(|| (Positions::Numbers, vec![0.0])),
         [at] => {
             let numbers = names.column(at)?;
-            // A counter rises by one, such as 000000041; so does no clock of milliseconds.
-            let counts = || numbers.windows(2).any(|pair| matches!(pair, [Some(a), Some(b)] if b - a == 1));
+            // A counter such as 000000041 would be a clock of more frames per second than there are.
+            let is_clock = |(_, times): &Times| {
+                let known: Vec<i128> = times.iter().flatten().copied().collect();
+                known.windows(2).all(|pair| pair[1] - pair[0] >= SHORTEST)
+            };
             let times = names.clock(date).or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
-            match times.or_else(|| names.clock(time_of_day).filter(|_| !counts())) {
+            match times.or_else(|| names.clock(time_of_day).filter(is_clock)) {
                 Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
                 None => placed(Positions::Numbers, 1.0, numbers),
             }
@@ -154,6 +172,8 @@ struct Names<'a> {
     fits: Vec<bool>,
     /// The numbers that differ.
     differing: Vec<usize>,
+    /// Whether a time without a fraction is among them.
+    lacks_fraction: bool,
 }
 
 /// Units per millisecond, and numbers that rise; `None` for a name that is not as the others.
@@ -163,13 +183,14 @@ impl<'a> Names<'a> {
     fn new(files: &'a [PathBuf]) -> Option<Self> {
         let mut parts: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
         let usual = &*usual(&parts)?.to_vec();
+        let mut lacks_fraction = false;
         for name in &mut parts {
-            add_fraction(name, usual);
+            lacks_fraction |= add_fraction(name, usual);
         }
         let fits: Vec<bool> = parts.iter().map(|name| is_alike(name, usual)).collect();
         let differs = |at: &usize| parts.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
         let differing = (0..usual.len()).filter(differs).collect();
-        Some(Self { parts, fits, differing })
+        Some(Self { parts, fits, differing, lacks_fraction })
     }
 
     /// Returns the numbers that names have; `None` if one cannot be read, which is no stray name.
@@ -252,7 +273,11 @@ fn hexadecimal(files: &[PathBuf]) -> Option<Vec<i128>> {
         i128::from_str_radix(name, 16).ok()
     };
     let numbers: Vec<i128> = files.iter().map(value).collect::<Option<_>>()?;
-    let has = |is_of: fn(&u8) -> bool| files.iter().any(|file| stem(file).iter().any(is_of));
+    // The letter of `f0001` is no digit: all have it.
+    let first = stem(files.first()?);
+    let is_shared = |at: usize| files.iter().all(|file| stem(file).get(at) == first.get(at));
+    let shared = (0..width).take_while(|at| is_shared(*at)).count();
+    let has = |is_of: fn(&u8) -> bool| files.iter().any(|file| stem(file).iter().skip(shared).any(is_of));
     let mut sorted: Vec<_> = numbers.iter().copied().map(Some).collect();
     sorted.sort_unstable();
     (has(u8::is_ascii_digit) && has(u8::is_ascii_alphabetic) && is_index(&sorted)).then_some(numbers)
@@ -298,12 +323,14 @@ fn usual<'a, 'b>(names: &'a [Vec<Part<'b>>]) -> Option<&'a [Part<'b>]> {
     names.iter().step_by((names.len() / 16).max(1)).find(is_usual).map(Vec::as_slice)
 }
 
-/// Adds the fraction that Python leaves out of a time if it is 0.
-fn add_fraction<'a>(name: &mut Vec<Part<'a>>, usual: &[Part<'a>]) {
+/// Adds the fraction that Python leaves out of a time if it is 0. Returns whether it did.
+fn add_fraction<'a>(name: &mut Vec<Part<'a>>, usual: &[Part<'a>]) -> bool {
     let at = name.iter().zip(usual).take_while(|(a, b)| a.digits().is_some() || a == b).count();
-    if name.len() + 2 == usual.len() && usual.get(at) == Some(&Part::Text(b".")) {
+    let lacks_it = name.len() + 2 == usual.len() && usual.get(at) == Some(&Part::Text(b"."));
+    if lacks_it {
         name.splice(at..at, [Part::Text(b"."), Part::Number(b"000000")]);
     }
+    lacks_it
 }
 
 fn is_alike(a: &[Part<'_>], b: &[Part<'_>]) -> bool {
@@ -351,8 +378,8 @@ fn date(name: &[Part<'_>]) -> Option<i128> {
     Some(seconds * NS_PER_S + fraction)
 }
 
-/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Two digits behind another text than a point count
-/// something else; .NET writes seven.
+/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Behind another text than a point, only 3, 6, 7 (.NET)
+/// or 9 digits are one.
 fn fraction(digits: &[u8], behind: Option<&Part<'_>>) -> Option<i128> {
     let has_point = matches!(behind, Some(Part::Text(b"." | b",")));
     nanoseconds(digits).filter(|_| matches!(digits.len(), 3 | 6 | 7 | 9) || (digits.len() >= 2 && has_point))
@@ -447,6 +474,16 @@ mod tests {
 
     fn found(names: &[&str]) -> Option<Vec<f64>> {
         positions(&paths(names)).map(|(_, positions)| positions)
+    }
+
+    /// Returns what places 130 pictures, and the place of the last, after it was checked that they are in their order.
+    fn last(name: &dyn Fn(u64) -> PathBuf) -> (Positions, f64) {
+        let mut files: Vec<_> = (0..130).map(name).collect();
+        files.sort_by(|a, b| crate::source::natural::compare(stem(a), stem(b)));
+        let (files, places) = in_order(files);
+        assert_eq!(files, (0..130).map(name).collect::<Vec<_>>());
+        let (kind, places) = places.unwrap();
+        (kind, places[129])
     }
 
     #[test]
@@ -547,8 +584,7 @@ mod tests {
                 let fraction = if ms == 0 { String::new() } else { format!(".{ms:03}000") };
                 PathBuf::from(format!("2026-11-27T10:{:02}:{:02}{fraction}{zone}.png", second / 60, second % 60))
             };
-            let (kind, places) = positions(&(0..130).map(name).collect::<Vec<_>>()).unwrap();
-            assert_eq!((kind, places[129], step), (NamedTimes, (129 * step) as f64, step));
+            assert_eq!(last(&name), (NamedTimes, (129 * step) as f64), "{step}");
         }
         for (before, point) in [("2026-11-27_10-00-", "."), ("10-00-", "."), ("20261127T1000", "."), ("10.00.", ",")] {
             for digits in [2, 4, 7, 8] {
@@ -567,16 +603,15 @@ mod tests {
 
     #[test]
     fn numbers_of_one_width_or_without_zeros_are_placed() {
-        let last = |name: &dyn Fn(u64) -> String| {
-            let mut files: Vec<_> = (0..130).map(|n| PathBuf::from(name(n))).collect();
-            files.sort_by(|a, b| crate::source::natural::compare(stem(a), stem(b)));
-            let (files, places) = in_order(files);
-            assert_eq!(files, (0..130).map(|n| PathBuf::from(name(n))).collect::<Vec<_>>());
-            let (kind, places) = places.unwrap();
-            (kind, places[129])
-        };
+        let last = |name: &dyn Fn(u64) -> String| last(&|n| PathBuf::from(name(n)));
         assert_eq!(last(&|n| format!("{n:08x}.png")), (Numbers, 129.0));
-        assert_eq!(last(&|n| format!("{n:09}.png")), (Numbers, 129.0));
+        for before in ["f", "c", "cafe"] {
+            assert_eq!(last(&|n| format!("{before}{n:04}.png")), (Numbers, 129.0));
+        }
+        for step in [1, 2, 5] {
+            assert_eq!(last(&|n| format!("{:09}.png", step * n)), (Numbers, (step * 129) as f64));
+            assert_eq!(last(&|n| format!("{:012}.png", step * n)), (Numbers, (step * 129) as f64));
+        }
         let ns = |n: u64| (1_700_000_000 + n / 30, n % 30 * 1_000_000_000 / 30);
         assert_eq!(last(&|n| format!("{}.{}.png", ns(n).0, ns(n).1)), (NamedTimes, 4300.0));
         let of_day = |s: u64, ms| format!("10{:02}{:02}{ms:03}.png", 41 + s / 60, s % 60);

@@ -195,10 +195,11 @@ impl Y4m {
 
 /// Makes full range of gray of limited range.
 fn make_full(bytes: &mut [u8], bits: u32) {
-    let (shift, most) = (bits - 8, (1 << bits) - 1);
-    let full = |level: u32| ((level.saturating_sub(16 << shift) * most + (110 << shift)) / (219 << shift)).min(most);
+    let (shift, most) = (bits - 8, (1_u64 << bits) - 1);
+    let full =
+        |level: u64| ((2 * level.saturating_sub(16 << shift) * most + (219 << shift)) / (438 << shift)).min(most);
     for level in bytes.chunks_exact_mut(bits.div_ceil(8) as usize) {
-        let made = full(level.iter().rev().fold(0, |all, byte| (all << 8) | u32::from(*byte)));
+        let made = full(level.iter().rev().fold(0, |all, byte| (all << 8) | u64::from(*byte)));
         level.iter_mut().zip(made.to_le_bytes()).for_each(|(byte, made)| *byte = made);
     }
 }

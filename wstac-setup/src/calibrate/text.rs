@@ -15,7 +15,7 @@ impl fmt::Display for PressedReadout {
         let presses = if self.presses == 1 { "1 press".to_owned() } else { format!("{} presses", self.presses) };
         // Avoids "-0.0".
         let ms = (10.0 * self.ms).round() / 10.0 + 0.0;
-        write!(f, "{ms:.1} ± {:.1} ms by {presses} and {releases}", self.sd_ms)
+        write!(f, "{ms:.1} ± {:.1} ms by {presses} and {releases}", self.sd_ms.max(0.1))
     }
 }
 

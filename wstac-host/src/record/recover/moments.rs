@@ -139,21 +139,25 @@ impl Recovery<'_> {
         let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
             return self.moment_of_any(moment, &own, sum);
         };
+        let (place, crc) = sum.key();
+        let key = (place, own.values().any(|counts| counts.frames > 0));
+        // Other programs' messages may be alike.
+        let there = self.copied.get(&key).filter(|_| moment.iter().any(|of| of.own.is_some()));
+        let is_copy = there == Some(&crc);
+        // Two frames of one place are of two recordings.
+        self.is_over |= key.1 && there.is_some() && !is_copy;
+        if is_copy || self.is_over {
+            self.leave_out(&own, self.is_over);
+            return Ok(());
+        }
         if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
             self.known = Some(known.clone());
-        }
-        // Other programs' messages may be alike.
-        let is_copy = self.copied.contains(&sum.key()) && moment.iter().any(|of| of.own.is_some());
-        if is_copy || self.is_over {
-            self.leave_out(&own, !is_copy);
-            return Ok(());
         }
         let mut gaps = Vec::new();
         for (&sensor, &of_moment) in &own {
             let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
-                // It stands behind one that came later. If it is a first one, all others behind it are not of this recording.
-                self.is_over |= known.all.all() == own.values().map(|counts| counts.all()).fold(0, u64::saturating_add);
-                self.leave_out(&own, true);
+                // It stands behind one that came later.
+                self.leave_out(&own, false);
                 return Ok(());
             };
             if missing.is_early {
@@ -165,7 +169,7 @@ impl Recovery<'_> {
         for &(sensor, Missing { leading, .. }) in &gaps {
             self.enter_lost(sensor, leading, moment.first())?;
         }
-        self.copied.insert(sum.key());
+        self.copied.insert(key, crc);
         let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
         self.copy_after_gaps(moment, &gaps)
     }
@@ -176,7 +180,8 @@ impl Recovery<'_> {
     fn moment_of_any(&mut self, moment: &[Waiting], own: &BTreeMap<u8, Counts>, sum: &Sum) -> Done {
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
-        if before < there || self.copied.contains(&sum.key()) {
+        let (place, crc) = sum.key();
+        if before < there || self.copied.get(&(place, of_moment > 0)) == Some(&crc) {
             self.leave_out(own, false);
             return Ok(());
         }
@@ -184,7 +189,7 @@ impl Recovery<'_> {
         if self.is_over {
             return Ok(());
         }
-        self.copied.insert(sum.key());
+        self.copied.insert((place, of_moment > 0), crc);
         self.copy(moment)
     }
 
