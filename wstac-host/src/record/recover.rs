@@ -139,7 +139,7 @@ struct Recovery<'a> {
     has_bad_chunk: bool,
     /// The checksums of moments that were copied, by their places and whether they have frames.
     copied: HashMap<(u64, bool), Option<u32>>,
-    /// Frames of sound moments of another recording.
+    /// Frames of sound moments that were not copied, and are no copies.
     others: u64,
     /// The counts of each sensor at the last of the recording's checksums that is right.
     known: Option<Tally>,
@@ -365,7 +365,8 @@ impl Recovery<'_> {
         self.settle(stated)?;
         // Frames are missing, and nothing is damaged: perhaps other messages were moved.
         let is_damaged = self.has_bad_chunk || self.found.unread.is_some() || !self.found.whole;
-        Ok(self.sorted.is_some() || self.found.damaged == 0 || is_damaged)
+        let is_of_two = self.is_over && self.others > 0;
+        Ok(self.sorted.is_some() || self.found.damaged == 0 || is_damaged || is_of_two)
     }
 
     /// Notes a schema or a channel.
@@ -647,7 +648,8 @@ impl Recovery<'_> {
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
         found.problem = found.problem.or(self.doubt);
-        if self.others > 0 {
+        // Frames that were moved are entered as lost where they were, unless two are of one place.
+        if self.others > if self.is_over { 0 } else { found.damaged } {
             let others = counted(self.others, "frame");
             found.problem.get_or_insert_with(|| format!("has {others} of another recording, which were not copied"));
         }

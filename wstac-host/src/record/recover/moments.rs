@@ -157,7 +157,7 @@ impl Recovery<'_> {
         for (&sensor, &of_moment) in &own {
             let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
                 // It stands behind one that came later.
-                self.leave_out(&own, false);
+                self.leave_out(&own, true);
                 return Ok(());
             };
             if missing.is_early {
