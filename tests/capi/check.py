@@ -159,6 +159,8 @@ def record_of(line):
         "basis": line.get("basis"),
         **{"place_mm": place.get("value"), "place_sd_mm": place.get("sd"), "width_mm": width.get("value"), "width_sd_mm": width.get("sd")},
         "contacts": line.get("contacts", -1),
+        "acceleration_mm_s2": line.get("acceleration", {}).get("mm_s2"),
+        "acceleration_sd_mm_s2": line.get("acceleration", {}).get("sd"),
         **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm", "confidence")},
         "known": {None: -1, False: 0, True: 1}[texture.get("known")],
         "other": texture.get("class"),

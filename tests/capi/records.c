@@ -58,6 +58,8 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     number("width_mm", event->width_mm);
     number("width_sd_mm", event->width_sd_mm);
     whole("contacts", event->contacts);
+    number("acceleration_mm_s2", event->acceleration_mm_s2);
+    number("acceleration_sd_mm_s2", event->acceleration_sd_mm_s2);
     text("specimen", texture->specimen);
     text("pattern", texture->pattern);
     number("depth_mm", texture->depth_mm);

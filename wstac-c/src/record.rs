@@ -126,6 +126,10 @@ pub struct WstacEvent {
     pub width_sd_mm: f64,
     /// Objects side by side, as far as 25 taxels tell them apart; -1 if it is unknown.
     pub contacts: i32,
+    /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown.
+    pub acceleration_mm_s2: f64,
+    /// Standard deviation of the acceleration in mm/s^2; NaN without one.
+    pub acceleration_sd_mm_s2: f64,
 }
 
 /// How a stream ended.
@@ -213,6 +217,8 @@ const EMPTY: WstacRecord = WstacRecord {
         width_mm: f64::NAN,
         width_sd_mm: f64::NAN,
         contacts: -1,
+        acceleration_mm_s2: f64::NAN,
+        acceleration_sd_mm_s2: f64::NAN,
     },
     texture: NO_TEXTURE,
     frames: 0,
@@ -341,6 +347,7 @@ impl Given {
         let (direction, why_texture) = (event.direction, event.why_texture());
         let place = event.extent.and_then(|extent| extent.place_mm);
         let width = event.extent.and_then(|extent| extent.width_mm);
+        let acceleration = event.extent.and_then(|extent| extent.acceleration);
         self.sample = event.sample;
         WstacEvent {
             speed_mm_s: event.speed.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
@@ -371,6 +378,8 @@ impl Given {
             width_mm: width.map_or(f64::NAN, |width| millimeters(width.value)),
             width_sd_mm: width.map_or(f64::NAN, |width| millimeters(width.sd)),
             contacts: event.extent.map_or(-1, |extent| extent.contacts.into()),
+            acceleration_mm_s2: acceleration.map_or(f64::NAN, |acceleration| millimeters(acceleration.value)),
+            acceleration_sd_mm_s2: acceleration.map_or(f64::NAN, |acceleration| millimeters(acceleration.sd).max(0.01)),
         }
     }
 

@@ -261,6 +261,8 @@ pub struct EventLine<'a> {
     width_mm: Option<MeasuredField>,
     #[serde(skip_serializing_if = "Option::is_none")]
     contacts: Option<u8>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acceleration: Option<AccelerationField>,
     texture: Option<&'a Texture>,
     frames_filled: u8,
     reliable: bool,
@@ -287,6 +289,7 @@ impl<'a> EventLine<'a> {
             place_mm: event.extent.and_then(|extent| extent.place_mm).map(MeasuredField::from),
             width_mm: event.extent.and_then(|extent| extent.width_mm).map(MeasuredField::from),
             contacts: event.extent.map(|extent| extent.contacts),
+            acceleration: event.extent.and_then(|extent| extent.acceleration).map(AccelerationField::from),
             texture: event.texture.as_ref().ok(),
             frames_filled: event.frames_filled,
             reliable: event.reliable,
@@ -345,6 +348,20 @@ pub struct MeasuredField {
 impl From<Measured> for MeasuredField {
     fn from(measured: Measured) -> Self {
         Self { value: millimeters(measured.value), sd: millimeters(measured.sd) }
+    }
+}
+
+/// An acceleration in mm/s², with its standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct AccelerationField {
+    mm_s2: f64,
+    sd: f64,
+}
+
+impl From<Measured> for AccelerationField {
+    fn from(measured: Measured) -> Self {
+        Self { mm_s2: millimeters(measured.value), sd: millimeters(measured.sd).max(0.01) }
     }
 }
 

@@ -279,6 +279,7 @@ impl<'py> Classes<'py> {
             ("place_mm", self.measured(event.extent.and_then(|extent| extent.place_mm))?),
             ("width_mm", self.measured(event.extent.and_then(|extent| extent.width_mm))?),
             ("contacts", event.extent.map(|extent| extent.contacts).into_bound_py_any(py)?),
+            ("acceleration", self.acceleration(event.extent.and_then(|extent| extent.acceleration))?),
             ("texture", event.texture.ok().map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
             ("frames_filled", event.frames_filled.into_bound_py_any(py)?),
             ("reliable", event.reliable.into_bound_py_any(py)?),
@@ -302,6 +303,11 @@ impl<'py> Classes<'py> {
 
     fn measured(&self, measured: Option<Measured>) -> PyResult<Bound<'py, PyAny>> {
         let of = |Measured { value, sd }| self.make("Measured", (millimeters(value), millimeters(sd)));
+        measured.map(of).transpose()?.into_bound_py_any(self.0.py())
+    }
+
+    fn acceleration(&self, measured: Option<Measured>) -> PyResult<Bound<'py, PyAny>> {
+        let of = |Measured { value, sd }| self.make("Acceleration", (millimeters(value), millimeters(sd).max(0.01)));
         measured.map(of).transpose()?.into_bound_py_any(self.0.py())
     }
 

@@ -26,6 +26,7 @@ that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises 
 from __future__ import annotations
 
 from ._answers import (
+    Acceleration,
     ContactEnd,
     Direction,
     EarlyTexture,
@@ -53,6 +54,7 @@ from ._train import Training, train
 from ._wstac import Error, __version__
 
 __all__ = [
+    "Acceleration",
     "Config",
     "ContactEnd",
     "Direction",

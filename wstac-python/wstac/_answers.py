@@ -50,6 +50,16 @@ class Measured:
 
 
 @dataclass(frozen=True)
+class Acceleration:
+    """A mean acceleration while an edge passes the sensor."""
+
+    mm_s2: float
+    """Acceleration in mm/s², below 0 if the touch slows down."""
+    sd: float
+    """Its standard deviation."""
+
+
+@dataclass(frozen=True)
 class Direction:
     """A sliding direction.
 
@@ -148,6 +158,8 @@ class Event:
     """Width of the touch across its motion; None if it is unknown."""
     contacts: Optional[int]
     """Objects side by side, as far as 25 taxels tell them apart; None if they do not tell the velocity."""
+    acceleration: Optional[Acceleration]
+    """Mean acceleration while an edge passes the sensor; None if it is unknown."""
     texture: Optional[Texture]
     """Texture; None without a model, and for a touch that is no slide."""
     frames_filled: int
@@ -208,6 +220,8 @@ class Event:
             **_lengths("place", self.place_mm),
             **_lengths("width", self.width_mm),
             "contacts": self.contacts,
+            "acceleration_mm_s2": self.acceleration and self.acceleration.mm_s2,
+            "acceleration_sd_mm_s2": self.acceleration and self.acceleration.sd,
             **{name.rstrip("_"): value for name, value in asdict(texture).items() if name not in ("confidence", "known")},
             "texture_confidence": texture.confidence,
             "texture_known": texture.known,
@@ -229,7 +243,7 @@ class Event:
             del found["stamp_within_ms"]
         else:
             found["stamp"] = _in_utc(self.stamp)
-        for name in ("speed_at_most", "basis", "place_mm", "width_mm", "contacts"):
+        for name in ("speed_at_most", "basis", "place_mm", "width_mm", "contacts", "acceleration"):
             if found[name] is None:
                 del found[name]
         for answer in ("speed", "speed_at_most", "direction"):

@@ -113,7 +113,8 @@ const ROWS: [Row; 30] = [
 ];
 
 /// What is not on the page, for whoever breaks the estimator.
-const BREAKS: [Row; 7] = [
+const BREAKS: [Row; 8] = [
+    row("even", "speed that changes by less than 15 %", Kind::Even, PAIR),
     row("any-corner", "corner of 30 to 150°", Kind::AnyCorner, PAIR),
     row("any-fingers", "two round things of any size", Kind::AnyFingers, PAIR),
     row("turned-fingers", "two round things in a slow turn", Kind::TurnedFingers, refused(0.5)),
@@ -480,6 +481,11 @@ fn list(page: &mut String, row: &Row, answered: &[Answered], estimators: &[usize
                 " | {:.2} ± {:.2} mm left, {:.2} ± {:.2} mm wide",
                 place.value, place.sd, width.value, width.sd
             );
+        }
+        if let (Some(Extent { acceleration: Some(found), .. }), Some(slide)) = (one.extent, script.touches[0].slide()) {
+            let squares = [0.0, 8.0].map(|place| slide.speed_at(place) * slide.speed_at(place));
+            let truth = (squares[1] - squares[0]) / 16.0;
+            let _ = write!(page, " | {:.2} ± {:.2} mm/s², truth {truth:.2}", found.value, found.sd);
         }
         let touches: Vec<_> = script.touches.iter().map(ToString::to_string).collect();
         let _ = writeln!(page, " | {}, sensor {}", touches.join(" and "), script.light.unit);

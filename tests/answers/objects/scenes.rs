@@ -32,6 +32,7 @@ pub(crate) enum Kind {
     Stop,
     Two,
     Changing,
+    Even,
     Stick,
     Turn,
     Pressed,
@@ -238,6 +239,11 @@ impl Draw {
             Kind::Changing => {
                 let slide = self.any();
                 let factor = if self.one_in(2.0) { self.between(1.15, 2.5) } else { self.between(0.4, 0.85) };
+                Slide { profile: accelerated(&slide, factor), ..slide }
+            }
+            Kind::Even => {
+                let slide = self.any();
+                let factor = self.between(0.85, 1.15);
                 Slide { profile: accelerated(&slide, factor), ..slide }
             }
             Kind::Turn => {

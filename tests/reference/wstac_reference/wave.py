@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -78,6 +78,8 @@ class WaveAnswer:
     deg: float | None = None
     deg_sd: float | None = None
     basis: str | None = None
+    mm_s2: float | None = None
+    mm_s2_sd: float | None = None
 
 
 def light_of(samples: list[list[int] | None]) -> tuple[np.ndarray, float]:
@@ -553,4 +555,10 @@ def answer_of_wave(
         variance += (of_phase + flash) ** 2 * sum(float(each[way]) ** 2 for each in shared) / 2
         variance += flash**2 * LOCKED * one_phase
         deviations.append(math.sqrt(variance) / whole)
-    return velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)
+    answer = velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)
+    if not is_edge:
+        return answer
+    # What is curved alike along and across is a dome.
+    gain_sd = curve_scale * math.sqrt(of_curve[3, 3] + of_curve[4, 4] - 2 * of_curve[3, 4])
+    unit = 8 / whole * answer.mm_s**2 / (4 * PITCH_MM)
+    return replace(answer, mm_s2=(curve[3] - curve[4]) * unit, mm_s2_sd=gain_sd * unit)

@@ -13,7 +13,7 @@ use wstac_core::touch::motion::{
     Contact, LiveContact, LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity,
 };
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_core::touch::wave::{Basis, Wave};
+use wstac_core::touch::wave::{Basis, Measured, Wave};
 
 use super::case::{directory, read};
 use super::live::MOST;
@@ -45,6 +45,8 @@ struct WaveOf {
     deg: Option<f64>,
     deg_sd: Option<f64>,
     basis: Option<String>,
+    mm_s2: Option<f64>,
+    mm_s2_sd: Option<f64>,
 }
 
 /// Returns the reference's word for a reason.
@@ -172,6 +174,12 @@ fn every_wave_is_that_of_the_reference() {
             (deviations[1] - degrees_sd).abs() < 0.05 * degrees_sd + 0.1,
             "{name}: {found:?}, expected {expected:?}"
         );
+        let acceleration = wave.extent(&velocity).acceleration.map(|Measured { value, sd }| [value, sd].map(f64::from));
+        assert_eq!(acceleration.is_some(), expected.mm_s2.is_some(), "{name}: {found:?}, expected {expected:?}");
+        if let (Some(found), Some(of), Some(of_sd)) = (acceleration, expected.mm_s2, expected.mm_s2_sd) {
+            let off = [(found[0] - of).abs(), (found[1] - of_sd).abs()];
+            assert!(off[0] < 0.4 * of_sd && off[1] < 0.2 * of_sd, "{name}: {found:?}, expected {expected:?}");
+        }
     }
     println!("{} waves, off by at most {:.4} % and {:.4}°", cases.len(), 100.0 * worst[0], worst[1]);
 }

@@ -45,6 +45,8 @@ const EVENTS: &[&str] = &[
     "width_mm/value",
     "width_mm/sd",
     "contacts",
+    "acceleration/mm_s2",
+    "acceleration/sd",
     "texture/specimen",
     "texture/pattern",
     "texture/depth_mm",
@@ -185,7 +187,10 @@ mod tests {
     #[test]
     fn lengths_have_the_names_of_c_and_python() {
         let head = Table::Events.head(false);
-        assert!(head.contains(",basis,place_mm,place_sd_mm,width_mm,width_sd_mm,contacts,"), "{head}");
+        assert!(
+            head.contains(",basis,place_mm,place_sd_mm,width_mm,width_sd_mm,contacts,acceleration_mm_s2,"),
+            "{head}"
+        );
     }
 
     #[test]

@@ -18,7 +18,7 @@ mod pair;
 mod squares;
 
 use crate::paper::trigger::Event;
-use crate::params::TAXELS;
+use crate::params::{PITCH_MM, TAXELS};
 use crate::reason::Reason;
 use crate::touch::motion::{
     Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, length, readout, sqrt,
@@ -100,6 +100,8 @@ const FACTORS: [[[f32; 3]; 2]; 2] = [[[0.6, 0.08, 0.01], [1.05, 0.03, 0.0]], [[0
 const OF_FLASH: f32 = 4.1;
 /// The variance of a slowness, in squares of that per pitch, if all whiskers have one phase: then nothing shows the error.
 const LOCKED: f32 = 0.06;
+/// From the first to the last whisker of a row.
+const SENSOR_MM: f32 = 4.0 * PITCH_MM;
 /// The weight of a whisker whose gain is 1.
 const ONE_WEIGHT: f32 = 4096.0;
 
@@ -107,11 +109,12 @@ const ONE_WEIGHT: f32 = 4096.0;
 #[derive(Clone, Debug)]
 pub struct Wave {
     lines: Lines,
+    acceleration: Option<Measured>,
 }
 
 impl Wave {
     /// Memory without a touch.
-    pub const EMPTY: Self = Self { lines: Lines::EMPTY };
+    pub const EMPTY: Self = Self { lines: Lines::EMPTY, acceleration: None };
 
     /// Returns the velocity of the first touch in a sample of 25 taxels, and what it is known by.
     ///
@@ -141,20 +144,23 @@ impl Wave {
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
         self.lines.fill(&Samples::new(samples))?;
-        self.answer(config)
+        let (velocity, basis, acceleration) = self.answer(config)?;
+        self.acceleration = acceleration;
+        Ok((velocity, basis))
     }
 
-    /// Returns where and how wide the touch is of which [`Wave::fit`] has just returned this velocity.
+    /// Returns what else is known of the touch of which [`Wave::fit`] has just returned this velocity.
     ///
     /// A touch that was not over at the sample's end has neither a place nor a width.
     pub fn extent(&self, velocity: &Velocity) -> Extent {
         let extent = Extent::new(&self.lines.energies(), velocity.degrees, velocity.degrees_sd);
+        let extent = Extent { acceleration: self.acceleration, ..extent };
         if self.lines.is_cut { Extent { place_mm: None, width_mm: None, ..extent } } else { extent }
     }
 
     /// Answers about the lines.
     #[inline(never)]
-    fn answer(&self, config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+    fn answer(&self, config: MotionConfig) -> Result<Answer, Reason> {
         let peaks = &self.lines.peaks;
         let highest = peaks.iter().copied().max().unwrap_or(0);
         let mut lit = 0_u32;
@@ -177,12 +183,12 @@ impl Wave {
             answer => return answer,
         };
         let pair = Pair::of_corner(&whiskers, lit, delays(config)).ok_or(reason)?;
-        Ok((Slide::new(pair.slowness, config)?.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline))
+        Ok((Slide::new(pair.slowness, config)?.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline, None))
     }
 
     /// Answers by two contacts: one wave cannot tell how far ahead of the other one is.
     #[inline(never)]
-    fn of_contacts(&self, sides: [u32; 2], config: MotionConfig) -> Result<(Velocity, Basis), Reason> {
+    fn of_contacts(&self, sides: [u32; 2], config: MotionConfig) -> Result<Answer, Reason> {
         if self.lines.is_cut || sides.iter().any(|side| side.count_ones() < FEWEST_OF_CONTACT) {
             return Err(Reason::TwoObjects);
         }
@@ -198,7 +204,7 @@ impl Wave {
                 return Err(Reason::NotCrossed);
             }
         }
-        Ok((slide.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline))
+        Ok((slide.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline, None))
     }
 
     /// Answers by one wave.
@@ -209,7 +215,7 @@ impl Wave {
         outline: &Outline,
         count: u32,
         config: MotionConfig,
-    ) -> Result<(Velocity, Basis), Reason> {
+    ) -> Result<Answer, Reason> {
         let peaks = &self.lines.peaks;
         let wave = whiskers.wave()?;
         let [of_columns, of_rows] = delays(config);
@@ -229,9 +235,18 @@ impl Wave {
         if !is_crossed(peaks, right, up) {
             return Err(Reason::NotCrossed);
         }
-        Ok((slide.velocity(rest.sd, self.lines.lost, config)?, basis))
+        let velocity = slide.velocity(rest.sd, self.lines.lost, config)?;
+        // The front of what is narrower may be round.
+        let acceleration = (basis == Basis::Edge).then(|| {
+            let unit = velocity.mm_s * velocity.mm_s / SENSOR_MM;
+            Measured { value: rest.gain[0] * unit, sd: rest.gain[1] * unit }
+        });
+        Ok((velocity, basis, acceleration))
     }
 }
+
+/// A velocity, what it is known by, and the acceleration.
+type Answer = (Velocity, Basis, Option<Measured>);
 
 /// Returns the delays of columns and rows.
 fn delays(config: MotionConfig) -> [f32; 2] {
@@ -306,7 +321,7 @@ pub struct TaxelMotion {
     pub motion: Motion,
     /// What its velocity is known by; `None` unless that is reliable.
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is; `None` unless the wave tells the velocity, or two objects
+    /// What else is known of the touch; `None` unless the wave tells the velocity, or two objects
     /// ([`Reason::TwoObjects`]), whose places and widths it does not tell.
     pub extent: Option<Extent>,
 }
@@ -351,7 +366,7 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
         Reason::NoSlide(_) => coherent.doubt.unwrap_or(Reason::NotAlike),
         _ => coherent.doubt.unwrap_or(reason),
     };
-    let extent = (doubt == Reason::TwoObjects).then_some(Extent { place_mm: None, width_mm: None, contacts: 2 });
+    let extent = (doubt == Reason::TwoObjects).then_some(Extent::TWO);
     TaxelMotion { extent, ..by_edge(Motion { reliable: false, doubt: Some(doubt), ..coherent }) }
 }
 
@@ -366,6 +381,9 @@ struct Rest {
     /// Changes over the sensor, along the motion and by a turn, and their standard deviations.
     faster: [f32; 2],
     twist: [f32; 2],
+    /// Change of the speed over the sensor, without that of a dome, which is curved alike along and across; and its standard
+    /// deviation.
+    gain: [f32; 2],
     /// Standard deviations of the slowness along and across the motion.
     sd: [f32; 2],
 }
@@ -398,7 +416,7 @@ impl Rest {
         let flash = OF_FLASH * wave.lacks * wave.lacks;
         let [sine, cosine] = wave.locked.map(|[whole, ..]| whole / wave.moments.plane()[0].max(1.0));
         let shared = flash * flash * LOCKED * (sine * sine + cosine * cosine);
-        // Over the sensor's four pitches.
+        // Over the four pitches of [`SENSOR_MM`].
         let over = 8.0 * unit;
         Some(Self {
             late: wave.late_without(dome).map(|late| late / (slowness + LATE_FROM)),
@@ -406,6 +424,7 @@ impl Rest {
             change: if is_full && change <= NOISE_OF_CHANGE { 0.0 } else { change * unit },
             faster: [(dome - u).abs() * over, curve.deviation(3) * over],
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
+            gain: [(u - v) * over, curve.deviation_between(3, 4) * over],
             sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
                 let late = of_late * of_late * left.variance + of_miss * of_miss * ONE_WEIGHT * wave.miss;
                 // By half of the squares of a sine and a cosine.

@@ -198,6 +198,12 @@ impl Fit {
         variance * at(&self.inverse, k, k).max(0.0)
     }
 
+    /// Returns the standard deviation of the difference of two coefficients.
+    pub(super) fn deviation_between(&self, a: usize, b: usize) -> f32 {
+        let of = |row, column| at(&self.inverse, row, column);
+        sqrt(self.variance * (of(a, a) + of(b, b) - 2.0 * of(a, b)).max(0.0))
+    }
+
     /// Returns a coefficient of other values, of these weighted sums.
     #[inline(never)]
     pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; COLUMNS], sums: &Polynomial) -> f32 {
