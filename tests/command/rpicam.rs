@@ -66,6 +66,10 @@ fn frames_are_those_of_the_file_with_the_cameras_own_times() {
     assert!(text.contains("3 frames lost: dropped by the driver"), "{text}");
     let text = recorded(&folder, &json!({"period_us": 50_000}));
     assert!(text.contains("20 fps; 4 controls locked; asked for 30 fps"), "{text}");
+    recorded(&folder, &json!({"twice": 20}));
+    let event = first_event(&folder.path("r.mcap"));
+    let why = "the camera takes more frames per second than were agreed on";
+    assert_eq!((&event["reliable"], &event["why"]["reliable"]), (&json!(false), &json!(why)), "{event}");
 }
 
 #[test]

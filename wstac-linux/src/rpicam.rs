@@ -67,9 +67,11 @@ pub struct RpicamSource {
     next: Option<Metadata>,
     /// Events to report before the next frame.
     told: VecDeque<Told>,
-    /// Frames that came.
+    /// Frames that came, and frames that the camera took.
     number: u32,
-    /// When the last frame came, or silence was reported.
+    taken: u32,
+    /// When the last frame came, and when that or a report of silence was.
+    arrived: Duration,
     heard: Duration,
     lag: Lag,
 }
@@ -111,6 +113,8 @@ impl RpicamSource {
             next: None,
             told,
             number: 0,
+            taken: 0,
+            arrived: started,
             heard: monotonic(),
             lag,
         })
@@ -126,8 +130,9 @@ impl RpicamSource {
         let mut skipped = 0;
         while self.program.has_frame() {
             let metadata = self.program.take();
-            (self.number, self.heard) = (self.number.wrapping_add(1), monotonic());
-            let lost = self.timeline.arrive(self.number, metadata.time);
+            self.number = self.number.wrapping_add(1);
+            let lost = self.lost_before(metadata.time);
+            self.taken = self.taken.wrapping_add(1).wrapping_add(lost as u32);
             self.lose(lost, LossReason::Dropped);
             // The program writes whole frames: if the next one begins to come, all of it is there.
             if !self.newest || skipped == MOST_SKIPPED || !self.program.has_begun_next() {
@@ -147,6 +152,18 @@ impl RpicamSource {
         self.lag.skipped += u64::from(skipped);
         self.lose(skipped.into(), LossReason::Skipped);
         Ok(())
+    }
+
+    /// Notes a frame, and returns how many were lost before it.
+    fn lost_before(&mut self, time: Option<Duration>) -> u64 {
+        let (now, was_silent) = (monotonic(), self.heard > self.arrived);
+        let between = now.saturating_sub(self.arrived);
+        (self.arrived, self.heard) = (now, now);
+        if was_silent {
+            self.timeline.resume(self.number, time, between)
+        } else {
+            self.timeline.arrive(self.number, time)
+        }
     }
 
     fn lose(&mut self, frames: u64, reason: LossReason) {
@@ -183,7 +200,8 @@ impl Source for RpicamSource {
         self.lag.latency = timestamp.and_then(|timestamp| monotonic().checked_sub(timestamp));
         let stamp = timestamp.and_then(|timestamp| self.wall.stamp(timestamp));
         let lag = self.lag;
-        Ok(SourceEvent::Frame(Frame { timestamp, stamp, lag, ..Frame::new(self.program.bytes()) }))
+        let sequence = Some(self.taken);
+        Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, lag, ..Frame::new(self.program.bytes()) }))
     }
 }
 
