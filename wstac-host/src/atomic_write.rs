@@ -271,7 +271,7 @@ mod tests {
         recorder.lock().unwrap();
         fs::write(&path, "half").unwrap();
         let error = atomic_write(&path, "other").unwrap_err();
-        assert!(error.is_busy() && error.message().contains("another wstac is writing it"), "{error}");
+        assert!(error.kind() == ErrorKind::Busy && error.message().contains("another wstac is writing it"), "{error}");
         assert_eq!((names(folder.path()).len(), fs::read_to_string(&path).unwrap().as_str()), (1, "half"));
         drop(recorder);
         atomic_write(&path, "other").unwrap();
@@ -284,7 +284,7 @@ mod tests {
         let path = folder.path().join("a.svg");
         let file = AtomicFile::create(&path).unwrap();
         fs::write(&path, "theirs").unwrap();
-        assert!(file.commit_new().unwrap_err().is_already_exists());
+        assert_eq!(file.commit_new().unwrap_err().kind(), ErrorKind::AlreadyExists);
         assert_eq!((names(folder.path()).len(), fs::read_to_string(&path).unwrap().as_str()), (1, "theirs"));
     }
 

@@ -569,7 +569,7 @@ mod tests {
             ("[layout", vec!["TOML"]),
         ] {
             let error = Config::parse(text).unwrap_err();
-            assert!(error.is_config(), "{text:?}");
+            assert_eq!(error.kind(), ErrorKind::Config, "{text:?}");
             let message = error.message();
             for part in parts {
                 assert!(message.contains(part), "{text:?} gave {message:?}, expected {part:?}");

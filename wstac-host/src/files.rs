@@ -1,6 +1,6 @@
 //! Opens files without ever waiting: a named pipe without a writer, or a terminal without a carrier, blocks nobody.
 
-use std::fs::{File, OpenOptions};
+use std::fs::File;
 use std::io;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
@@ -38,29 +38,6 @@ fn of_file(file: File) -> io::Result<File> {
     }
     if !kind.is_file() {
         return Err(io::Error::new(io::ErrorKind::InvalidInput, "is a device or a pipe, expected a file"));
-    }
-    Ok(file)
-}
-
-/// Opens a file for reading and writing, and creates it if it does not exist. A symbolic link is not followed.
-///
-/// # Errors
-/// It cannot be opened, is no file, or has several names, so that it belongs to somebody else, too.
-pub fn open_own(path: &Path) -> io::Result<File> {
-    use std::os::unix::fs::MetadataExt;
-    let refused = |message| io::Error::new(io::ErrorKind::InvalidInput, message);
-    let mut options = OpenOptions::new();
-    options.read(true).write(true).create(true).truncate(false).custom_flags(libc::O_NOFOLLOW | libc::O_NONBLOCK);
-    let file = options.open(path).map_err(|error| match error.raw_os_error() {
-        Some(libc::ELOOP | libc::ENXIO) => refused("is a link, a pipe or a device, expected a file"),
-        _ => error,
-    })?;
-    let there = file.metadata()?;
-    if !there.is_file() {
-        return Err(refused("is a link, a pipe or a device, expected a file"));
-    }
-    if there.nlink() > 1 {
-        return Err(refused("has several names, expected a file of its own"));
     }
     Ok(file)
 }
@@ -174,22 +151,5 @@ mod tests {
         let link = folder.path().join("link");
         symlink(&file, &link).unwrap();
         assert_eq!(file_content(&link, 9).unwrap_err().to_string(), "is a link, expected a file");
-    }
-
-    #[test]
-    fn a_file_of_ones_own_is_no_link_and_has_one_name() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = |name: &str| folder.path().join(name);
-        fs::write(path("theirs"), "theirs").unwrap();
-        symlink(path("theirs"), path("link")).unwrap();
-        fs::hard_link(path("theirs"), path("hard")).unwrap();
-        pipe(&path("pipe"));
-        for name in ["link", "hard", "pipe"] {
-            let error = open_own(&path(name)).unwrap_err();
-            assert_eq!(error.kind(), io::ErrorKind::InvalidInput, "{name}: {error}");
-        }
-        open_own(&path("new")).unwrap().write_all(b"own").unwrap();
-        assert_eq!(fs::read(path("new")).unwrap(), b"own");
-        assert_eq!(fs::read(path("theirs")).unwrap(), b"theirs");
     }
 }

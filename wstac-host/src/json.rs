@@ -146,49 +146,36 @@ pub enum JsonLine<'a> {
 impl<'a> JsonLine<'a> {
     /// Returns the line of an output; `None` for lost frames and a disturbed baseline, which have none.
     pub fn new(output: &'a Output) -> Option<Self> {
-        Some(match output {
-            Output::Features(FrameFeatures { frame, time_ns, stamp, features }) => Self::Features {
-                frame: *frame,
-                time_ns: *time_ns,
-                stamp: StampFields::new(*stamp),
-                f: features.map(real),
-            },
+        Some(match *output {
+            Output::Features(FrameFeatures { frame, time_ns, stamp, ref features }) => {
+                Self::Features { frame, time_ns, stamp: StampFields::new(stamp), f: features.map(real) }
+            }
             Output::Motion(MotionReport { frame, time_ns, stamp, time_s, velocity, basis }) => Self::Motion {
-                frame: *frame,
-                time_ns: *time_ns,
-                stamp: StampFields::new(*stamp),
+                frame,
+                time_ns,
+                stamp: StampFields::new(stamp),
                 time_s: time_s.map(seconds),
                 contact: Contact::Slide.as_str(),
                 speed: Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd).into(),
                 direction: DirectionField::Arrival { deg: angle(velocity.degrees), sd: spread(velocity.degrees_sd) },
                 basis: basis.map(Basis::as_str),
             },
-            Output::Event(event) => Self::Event(Box::new(EventLine::new(event))),
-            Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }) => Self::Texture {
-                frame: *frame,
-                time_ns: *time_ns,
-                stamp: StampFields::new(*stamp),
-                frames: *frames,
-                texture,
-            },
-            Output::Interrupted(InterruptedReport { frame, time_ns, stamp, frames }) => {
-                Self::Incomplete { frame: *frame, time_ns: *time_ns, stamp: StampFields::new(*stamp), frames: *frames }
+            Output::Event(ref event) => Self::Event(Box::new(EventLine::new(event))),
+            Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, ref texture }) => {
+                Self::Texture { frame, time_ns, stamp: StampFields::new(stamp), frames, texture }
             }
-            Output::ContactEnd(ContactEndReport { frame, event_frame, time_ns, stamp, time_s }) => Self::ContactEnd {
-                frame: *frame,
-                event_frame: *event_frame,
-                time_ns: *time_ns,
-                stamp: StampFields::new(*stamp),
-                time_s: time_s.map(seconds),
-            },
-            Output::Fault(FaultReport { frame, time_ns, stamp, fault }) => Self::Fault {
-                frame: *frame,
-                time_ns: *time_ns,
-                stamp: StampFields::new(*stamp),
-                fault: fault.kind.name(),
-                message: fault.to_string(),
-            },
-            Output::End(end) => Self::End {
+            Output::Interrupted(InterruptedReport { frame, time_ns, stamp, frames }) => {
+                Self::Incomplete { frame, time_ns, stamp: StampFields::new(stamp), frames }
+            }
+            Output::ContactEnd(ContactEndReport { frame, event_frame, time_ns, stamp, time_s }) => {
+                let (stamp, time_s) = (StampFields::new(stamp), time_s.map(seconds));
+                Self::ContactEnd { frame, event_frame, time_ns, stamp, time_s }
+            }
+            Output::Fault(FaultReport { frame, time_ns, stamp, ref fault }) => {
+                let (fault, message) = (fault.kind.name(), fault.to_string());
+                Self::Fault { frame, time_ns, stamp: StampFields::new(stamp), fault, message }
+            }
+            Output::End(ref end) => Self::End {
                 frames: end.frames,
                 dropped: end.dropped,
                 dropped_by: end.dropped_by,

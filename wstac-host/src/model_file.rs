@@ -68,7 +68,7 @@ impl ModelFile {
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
             let is_known = MODELS.iter().any(|(known, _)| *known == about);
             return match file_bytes(name) {
-                Err(error) if error.is_not_found() && is_known => {
+                Err(error) if error.kind() == ErrorKind::NotFound && is_known => {
                     let message = format_args!("no such file; did you mean {BUILT_IN}{about}?");
                     Err(Error::new(ErrorKind::NotFound, &about, message).caused_by(error))
                 }

@@ -29,7 +29,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use wstac_host::error::Error;
+use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::visible::OneLine;
 
@@ -53,7 +53,7 @@ fn main() -> ExitCode {
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             note(format_args!("error: {error}"));
-            if error.is_usage() { ExitCode::from(2) } else { ExitCode::FAILURE }
+            if error.kind() == ErrorKind::Usage { ExitCode::from(2) } else { ExitCode::FAILURE }
         }
     }
 }

@@ -19,6 +19,7 @@ use std::fmt::Display;
 use pyo3::exceptions::PyValueError;
 use pyo3::types::PyAnyMethods;
 use pyo3::{PyErr, PyResult, Python, create_exception};
+use wstac_host::error::ErrorKind;
 use wstac_host::source::Source;
 use wstac_host::source::open::{OpenOptions, SourceKind};
 
@@ -46,7 +47,7 @@ fn refused(error: impl Display) -> PyErr {
 /// Makes an error of the host Python's, with its kind. That of a file that does not exist is a `FileNotFoundError`, too.
 fn failed(py: Python<'_>, error: &wstac_host::error::Error) -> PyErr {
     let made = py.import("wstac._errors").and_then(|module| {
-        let class = if error.is_not_found() { "NotFoundError" } else { "Error" };
+        let class = if error.kind() == ErrorKind::NotFound { "NotFoundError" } else { "Error" };
         let made = module.getattr(class)?.call1((error.to_string(),))?;
         made.setattr("kind", error.kind().name()).map(|()| made)
     });

@@ -109,7 +109,7 @@ impl SourceArguments {
 
     /// Adds the option that names a sensor to the error of a recording of several.
     fn with_advice(&self, source: &OsStr, error: Error) -> Error {
-        if !error.is_usage() || self.sensor.is_some() {
+        if error.kind() != ErrorKind::Usage || self.sensor.is_some() {
             return error;
         }
         match recorded_sensors(source).unwrap_or_default().first() {

@@ -72,42 +72,40 @@ pub enum Phase {
 }
 
 /// Most parts of a stream that are kept. Those that are closest to each other in the past count as one.
-const UNEVEN_PARTS: usize = 16;
+const MOST_PARTS: usize = 16;
 
 /// The largest deviation of a speed, as a part of it, that is reliable although the file leaves out frames of the sample:
-/// such a frame repeats the one before it, which moves the speed by one or two deviations.
-const MOST_SD_OF_GAPS: f32 = 0.02;
+/// such a frame repeats the one before it, which moves the speed by up to two deviations.
+const MOST_SD_OF_GAPS: f32 = 0.01;
 
-/// The frames that came unevenly, by faults of the source.
+/// Parts of a stream: the first frame of each and the one behind it, which is `u64::MAX` while it lasts.
 #[derive(Clone, Debug, Default)]
-struct UnevenFrames {
-    /// The first frame of each part and the one behind it; `u64::MAX` while it lasts.
-    parts: VecDeque<(u64, u64)>,
-}
+struct Parts(VecDeque<(u64, u64)>);
 
-impl UnevenFrames {
-    /// Takes a fault before this frame.
-    fn fault(&mut self, kind: &FaultKind, frame: u64) {
-        match (kind, self.parts.back_mut()) {
-            (FaultKind::Even, Some((_, end))) => *end = frame.min(*end),
-            (FaultKind::Uneven, Some((_, u64::MAX))) => {}
-            (FaultKind::Uneven, _) => {
-                self.parts.push_back((frame, u64::MAX));
-                if self.parts.len() > UNEVEN_PARTS
-                    && let Some((start, _)) = self.parts.pop_front()
-                    && let Some(first) = self.parts.front_mut()
-                {
-                    first.0 = start;
-                }
-            }
-            _ => {}
+impl Parts {
+    fn begin(&mut self, frame: u64) {
+        if self.0.back().is_some_and(|(_, end)| *end == u64::MAX) {
+            return;
+        }
+        self.0.push_back((frame, u64::MAX));
+        if self.0.len() > MOST_PARTS
+            && let Some((start, _)) = self.0.pop_front()
+            && let Some(first) = self.0.front_mut()
+        {
+            first.0 = start;
         }
     }
 
-    /// Returns whether a sample that begins at this frame has one of them.
+    fn end(&mut self, frame: u64) {
+        if let Some((_, end)) = self.0.back_mut() {
+            *end = frame.min(*end);
+        }
+    }
+
+    /// Returns whether a sample that begins at this frame has a frame of them.
     fn touch(&self, frame: u64) -> bool {
         let behind = frame.saturating_add(SAMPLE_FRAMES as u64);
-        self.parts.iter().any(|(start, end)| *start < behind && frame < *end)
+        self.0.iter().any(|(start, end)| *start < behind && frame < *end)
     }
 }
 
@@ -147,11 +145,11 @@ impl Places {
 /// The frames of which events are doubted.
 #[derive(Clone, Debug, Default)]
 struct Doubts {
-    uneven: UnevenFrames,
+    uneven: Parts,
     /// The frames of a camera that is faster than agreed on.
-    fast: UnevenFrames,
+    fast: Parts,
     /// The frames that a file leaves out, or that cannot be decoded.
-    missing: UnevenFrames,
+    missing: Parts,
     places: Places,
 }
 
@@ -243,10 +241,11 @@ impl Processor {
         if let SourceEvent::Fault(fault) = event {
             let frame = self.pipeline.next_frame();
             let Doubts { uneven, fast, .. } = &mut self.doubts;
-            uneven.fault(&fault.kind, frame);
             match fault.kind {
-                FaultKind::Fast => fast.fault(&FaultKind::Uneven, frame),
-                FaultKind::InTime | FaultKind::Rate | FaultKind::Slow => fast.fault(&FaultKind::Even, frame),
+                FaultKind::Uneven => uneven.begin(frame),
+                FaultKind::Even => uneven.end(frame),
+                FaultKind::Fast => fast.begin(frame),
+                FaultKind::InTime | FaultKind::Rate | FaultKind::Slow => fast.end(frame),
                 _ => {}
             }
         }
@@ -256,8 +255,8 @@ impl Processor {
         {
             let first = self.pipeline.next_frame();
             let added = u64::from(self.geometry().rate().frames_added());
-            self.doubts.missing.fault(&FaultKind::Uneven, first);
-            self.doubts.missing.fault(&FaultKind::Even, first.saturating_add(frames.div_ceil(added)));
+            self.doubts.missing.begin(first);
+            self.doubts.missing.end(first.saturating_add(frames.div_ceil(added)));
         }
         let (pipeline, answers) = self.parts();
         match event {
@@ -586,21 +585,20 @@ mod tests {
     #[test]
     fn uneven_parts_are_kept_from_their_first_frame_to_that_behind_them() {
         let sample = SAMPLE_FRAMES as u64;
-        let mut uneven = UnevenFrames::default();
-        uneven.fault(&FaultKind::Even, 5);
+        let mut uneven = Parts::default();
+        uneven.end(5);
         assert!(!uneven.touch(0));
-        uneven.fault(&FaultKind::Uneven, 100);
+        uneven.begin(100);
         // A sample ends at the first frame of the part, or before it.
         assert!(uneven.touch(101 - sample) && !uneven.touch(100 - sample));
         assert!(uneven.touch(u64::MAX - 1));
         // The part goes on, and ends once.
-        uneven.fault(&FaultKind::Uneven, 150);
-        uneven.fault(&FaultKind::Spacing, 160);
-        uneven.fault(&FaultKind::Even, 200);
-        uneven.fault(&FaultKind::Even, 300);
+        uneven.begin(150);
+        uneven.end(200);
+        uneven.end(300);
         assert!(uneven.touch(199) && !uneven.touch(200));
         // Another part at the frame where the last one ended.
-        uneven.fault(&FaultKind::Uneven, 200);
+        uneven.begin(200);
         assert!(uneven.touch(200));
     }
 
@@ -635,13 +633,13 @@ mod tests {
 
     #[test]
     fn of_many_uneven_parts_the_first_ones_count_as_one() {
-        let mut uneven = UnevenFrames::default();
+        let mut uneven = Parts::default();
         let parts = (0..20).map(|part| 1000 * part);
         for start in parts.clone() {
-            uneven.fault(&FaultKind::Uneven, start);
-            uneven.fault(&FaultKind::Even, start + 10);
+            uneven.begin(start);
+            uneven.end(start + 10);
         }
-        assert_eq!(uneven.parts.len(), UNEVEN_PARTS);
+        assert_eq!(uneven.0.len(), MOST_PARTS);
         assert!(parts.clone().all(|start| uneven.touch(start + 9)));
         // Between the first five parts nothing is reliable; between the others, all is.
         let between: Vec<_> = parts.map(|start| uneven.touch(start + 500)).collect();

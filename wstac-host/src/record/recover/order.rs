@@ -10,7 +10,7 @@ use mcap::records::op;
 use super::super::sorted::Index;
 use super::super::walk::WalkStep;
 use super::{RecoverFailure, Recovered, Recovery, attempt, not_written};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 /// Recovers everything that was completely written. `new` is an empty file at `path`.
 ///
@@ -34,7 +34,7 @@ pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Erro
 fn in_better_order(found: u64, mut attempt: impl FnMut(Order) -> Result<Recovered, Error>) -> Result<Recovered, Error> {
     match attempt(Order::Sorted) {
         // To put them in order takes too much work.
-        Err(error) if error.is_format() || error.is_data() => {
+        Err(error) if matches!(error.kind(), ErrorKind::Format | ErrorKind::Data) => {
             let mut found = attempt(Order::AsItStands)?;
             found.problem.get_or_insert_with(|| error.message().to_owned());
             Ok(found)
@@ -81,7 +81,6 @@ impl Recovery<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::ErrorKind;
 
     #[test]
     fn a_file_that_is_not_put_in_order_is_recovered_as_it_stands() {

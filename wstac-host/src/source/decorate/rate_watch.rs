@@ -84,8 +84,7 @@ struct FrameCopy {
     timestamp: Option<Duration>,
     stamp: Option<Stamp>,
     sequence: Option<u32>,
-    is_encoded: bool,
-    encoded: Vec<u8>,
+    encoded: Option<Vec<u8>>,
     lag: Lag,
 }
 
@@ -95,15 +94,12 @@ impl FrameCopy {
         (self.sequence, self.lag) = (frame.sequence, frame.lag);
         self.bytes.clear();
         self.bytes.extend_from_slice(frame.bytes);
-        self.is_encoded = frame.encoded.is_some();
-        self.encoded.clear();
-        self.encoded.extend_from_slice(frame.encoded.unwrap_or_default());
+        self.encoded = frame.encoded.map(<[u8]>::to_vec);
     }
 
     fn frame(&self) -> Frame<'_> {
-        let encoded = self.is_encoded.then_some(&self.encoded[..]);
         let Self { timestamp, stamp, sequence, lag, .. } = *self;
-        Frame { bytes: &self.bytes, timestamp, stamp, sequence, encoded, lag, off: 0.0 }
+        Frame { bytes: &self.bytes, timestamp, stamp, sequence, encoded: self.encoded.as_deref(), lag, off: 0.0 }
     }
 
     fn event(&self, ready: Ready) -> Result<SourceEvent<'_>, Error> {

@@ -51,30 +51,18 @@ impl From<png::DecodingError> for Problem {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct PngShape {
     pub(super) size: FrameSize,
-    kind: PixelKind,
-}
-
-/// The kind of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum PixelKind {
-    Gray8,
-    GrayAlpha8,
-    Rgb8,
-    Rgba8,
-    Gray16,
-    GrayAlpha16,
-    Rgb16,
-    Rgba16,
+    color: ColorType,
+    is_deep: bool,
 }
 
 impl PngShape {
     /// Returns the format of the frames. Alpha is dropped, and of 16-bit colors green is taken.
     pub(super) fn format(self) -> PixelFormat {
-        match self.kind {
-            PixelKind::Gray8 | PixelKind::GrayAlpha8 => PixelFormat::Gray,
-            PixelKind::Rgb8 => PixelFormat::Rgb24,
-            PixelKind::Rgba8 => PixelFormat::Rgbx32,
-            PixelKind::Gray16 | PixelKind::GrayAlpha16 | PixelKind::Rgb16 | PixelKind::Rgba16 => PixelFormat::Y16,
+        match self.color {
+            _ if self.is_deep => PixelFormat::Y16,
+            ColorType::Grayscale | ColorType::GrayscaleAlpha => PixelFormat::Gray,
+            ColorType::Rgb | ColorType::Indexed => PixelFormat::Rgb24,
+            ColorType::Rgba => PixelFormat::Rgbx32,
         }
     }
 
@@ -86,17 +74,14 @@ impl PngShape {
 
 impl fmt::Display for PngShape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let kind = match self.kind {
-            PixelKind::Gray8 => "8-bit gray",
-            PixelKind::GrayAlpha8 => "8-bit gray with alpha",
-            PixelKind::Rgb8 => "8-bit RGB",
-            PixelKind::Rgba8 => "8-bit RGBA",
-            PixelKind::Gray16 => "16-bit gray",
-            PixelKind::GrayAlpha16 => "16-bit gray with alpha",
-            PixelKind::Rgb16 => "16-bit RGB",
-            PixelKind::Rgba16 => "16-bit RGBA",
+        let color = match self.color {
+            ColorType::Grayscale => "gray",
+            ColorType::GrayscaleAlpha => "gray with alpha",
+            ColorType::Rgb | ColorType::Indexed => "RGB",
+            ColorType::Rgba => "RGBA",
         };
-        write!(f, "{}x{} {kind}", self.size.width(), self.size.height())
+        let bits = if self.is_deep { 16 } else { 8 };
+        write!(f, "{}x{} {bits}-bit {color}", self.size.width(), self.size.height())
     }
 }
 
@@ -119,18 +104,8 @@ impl PngPicture {
         let (width, height) = decoder.read_header_info()?.size();
         let size = FrameSize::new(width, height).map_err(|error| Problem::Refused(error.to_string()))?;
         let reader = decoder.read_info()?;
-        let kind = match reader.output_color_type() {
-            (ColorType::Grayscale, BitDepth::Sixteen) => PixelKind::Gray16,
-            (ColorType::GrayscaleAlpha, BitDepth::Sixteen) => PixelKind::GrayAlpha16,
-            (ColorType::Rgb, BitDepth::Sixteen) => PixelKind::Rgb16,
-            (ColorType::Rgba, BitDepth::Sixteen) => PixelKind::Rgba16,
-            (ColorType::Grayscale, _) => PixelKind::Gray8,
-            (ColorType::GrayscaleAlpha, _) => PixelKind::GrayAlpha8,
-            // The decoder looks palettes up.
-            (ColorType::Rgb | ColorType::Indexed, _) => PixelKind::Rgb8,
-            (ColorType::Rgba, _) => PixelKind::Rgba8,
-        };
-        let shape = PngShape { size, kind };
+        let (color, depth) = reader.output_color_type();
+        let shape = PngShape { size, color, is_deep: depth == BitDepth::Sixteen };
         match reader.output_buffer_size() {
             Some(bytes) if bytes <= MOST_DECODED => {
                 let exif = reader.info().exif_metadata.as_deref();
@@ -154,35 +129,20 @@ impl PngPicture {
             return Err(Problem::Corrupt("its first frame is smaller than itself".into()));
         }
         let pixels = usize::from(self.shape.size.width()) * usize::from(self.shape.size.height());
-        match self.shape.kind {
-            PixelKind::Gray8 | PixelKind::Rgb8 | PixelKind::Rgba8 => return Ok(false),
-            PixelKind::GrayAlpha8 => {
-                resize(frame, pixels)?;
-                for (gray, [value, _alpha]) in frame.iter_mut().zip(decoded.as_chunks().0) {
-                    *gray = *value;
-                }
-            }
-            PixelKind::Gray16 => words(decoded, frame, pixels, |&[high, low]: &[u8; 2]| [low, high])?,
-            PixelKind::GrayAlpha16 => words(decoded, frame, pixels, |&[high, low, ..]: &[u8; 4]| [low, high])?,
-            PixelKind::Rgb16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 6]| [low, high])?,
-            PixelKind::Rgba16 => words(decoded, frame, pixels, |&[_, _, high, low, ..]: &[u8; 8]| [low, high])?,
+        let bytes = match (self.shape.color, self.shape.is_deep) {
+            (ColorType::GrayscaleAlpha, false) => 1,
+            (_, false) => return Ok(false),
+            (_, true) => 2,
+        };
+        let samples = self.shape.color.samples();
+        let kept = if samples < 3 { 0 } else { bytes };
+        resize(frame, bytes * pixels)?;
+        for (to, from) in frame.chunks_exact_mut(bytes).zip(decoded.chunks_exact(bytes * samples)) {
+            // Words of PNG are big-endian.
+            to.iter_mut().rev().zip(from.iter().skip(kept)).for_each(|(to, from)| *to = *from);
         }
         Ok(true)
     }
-}
-
-/// Makes little-endian words of pixels of `BYTES` bytes. Those of PNG are big-endian.
-fn words<const BYTES: usize>(
-    decoded: &[u8],
-    frame: &mut Vec<u8>,
-    pixels: usize,
-    word: impl Fn(&[u8; BYTES]) -> [u8; 2],
-) -> Result<(), Problem> {
-    resize(frame, 2 * pixels)?;
-    for (to, from) in frame.as_chunks_mut().0.iter_mut().zip(decoded.as_chunks().0) {
-        *to = word(from);
-    }
-    Ok(())
 }
 
 fn resize(buffer: &mut Vec<u8>, size: usize) -> Result<(), Problem> {
