@@ -45,8 +45,8 @@ fn main() {
     let sizes = boards.iter().filter(|(feature, _)| env::var_os(feature).is_some()).map(|(_, size)| *size);
     let sizes: Vec<_> = sizes.collect();
     println!("cargo:rerun-if-changed=wstac.toml");
-    let config = named("WSTAC_CONFIG").unwrap_or_else(|| "wstac.toml".into());
-    match setup::source(&config, named("WSTAC_MODEL"), pixels.as_deref(), models.as_deref(), &sizes) {
+    let config = named("WSTAC_CONFIG");
+    match setup::source(config.as_deref(), named("WSTAC_MODEL"), pixels.as_deref(), models.as_deref(), &sizes) {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => refuse(&error),
     }

@@ -15,15 +15,16 @@ use wstac_host::config::{Config, Estimator, Kernel};
 /// Returns the source. An error says what is wrong with a file or with the name of the pixel format. `sizes` are those of
 /// the frames of the boards that are built.
 pub fn source(
-    file: &Path,
+    config: Option<&Path>,
     model: Option<PathBuf>,
     pixels: Option<&str>,
     models: Option<&str>,
     sizes: &[[u16; 2]],
 ) -> Result<String, String> {
     let pixels = Pixels::named(pixels)?;
-    let config = Config::read(file).map_err(|error| format!("WSTAC_CONFIG={error}{}", where_from(file)))?;
-    check_frame(&config, sizes).map_err(|error| format!("WSTAC_CONFIG={}: {error}", file.display()))?;
+    let (variable, file) = config.map_or(("", Path::new("wstac.toml")), |file| ("WSTAC_CONFIG=", file));
+    let config = Config::read(file).map_err(|error| format!("{variable}{error}{}", where_from(file)))?;
+    check_frame(&config, sizes).map_err(|error| format!("{variable}{}: {error}", file.display()))?;
     if is_wave(&config) {
         check::wave()?;
     }

@@ -496,7 +496,13 @@ pub fn rounded(mm_s: f32) -> f64 {
 /// assert_eq!(wstac_host::json::with_deviation(690.2, 13.73), "690 ± 14");
 /// ```
 pub fn with_deviation(value: f64, sd: f32) -> String {
-    if sd < 9.95 { format!("{value:.1} ± {:.1}", sd.max(0.1)) } else { format!("{value:.0} ± {sd:.0}") }
+    let decimals = usize::from(sd < 9.95);
+    format!("{value:.decimals$} ± {}", short(sd))
+}
+
+/// Returns a standard deviation with one decimal below 10, at least 0.1, and without above.
+pub(crate) fn short(sd: f32) -> String {
+    if sd < 9.95 { format!("{:.1}", sd.max(0.1)) } else { format!("{sd:.0}") }
 }
 
 #[cfg(test)]

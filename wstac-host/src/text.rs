@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 use wstac_core::touch::motion::Velocity;
 use wstac_core::touch::wave::Measured;
 
-use crate::json::{angle, confidence, real, rounded, with_deviation};
+use crate::json::{angle, confidence, real, rounded, short, with_deviation};
 use crate::output::{DisturbedBaseline, Output, TactileEvent};
 use crate::plural::counted;
 use crate::texture::{Texture, pattern_and_depth};
@@ -152,11 +152,6 @@ fn text_of_motion(line: &mut String, event: &TactileEvent) -> fmt::Result {
 /// Returns a confidence with two decimals, rounded down: nothing is certain.
 fn certainty(confidence: f64) -> String {
     format!("{:.2}", (100.0 * confidence + 1e-9).floor() / 100.0)
-}
-
-/// Returns a standard deviation with one decimal below 10, and without above.
-fn short(sd: f32) -> String {
-    if sd < 9.95 { format!("{:.1}", sd.max(0.1)) } else { format!("{sd:.0}") }
 }
 
 fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {

@@ -5,7 +5,7 @@ use wstac_core::paper::direction::Direction;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
-use wstac_host::json::{JsonLine, rounded};
+use wstac_host::json::{JsonLine, rounded, with_deviation};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
 use wstac_host::source::open::{OpenOptions, open};
@@ -108,7 +108,7 @@ fn the_numbers_are_those_of_the_event() {
     for expected in [
         " r1 ".into(),
         " c5 ".into(),
-        format!(": slide, speed {speed:.1} ± {:.1} mm/s, direction ", sd.max(0.1)),
+        format!(": slide, speed {} mm/s, direction ", with_deviation(speed, sd as f32)),
         format!("first frame {} (", event["frame"]),
         format!("lit {} frames", event["duration_frames"].as_u64().unwrap() + 1),
         "a  Rows".into(),

@@ -80,14 +80,16 @@ def _traces(ax: Axes, frames: NDArray[Any], features: NDArray[np.int16]) -> None
     ax.legend(ncols=2, fontsize="small")
 
 
+def _deviation(sd: Optional[float]) -> str:
+    return "" if sd is None else f" ± {max(sd, 0.1):.1f}"
+
+
 def _title(event: Event) -> str:
     words = [event.contact or "event"]
     if event.speed is not None:
-        sd = "" if event.speed.sd is None else f" ± {max(event.speed.sd, 0.1):.1f}"
-        words.append(f"{event.speed.mm_s:g}{sd} mm/s")
+        words.append(f"{event.speed.mm_s:g}{_deviation(event.speed.sd)} mm/s")
     if event.direction is not None and event.direction.deg is not None:
-        sd = "" if event.direction.sd is None else f" ± {max(event.direction.sd, 0.1):.1f}"
-        words.append(f"{event.direction.deg:g}{sd}°")
+        words.append(f"{event.direction.deg:g}{_deviation(event.direction.sd)}°")
     if event.texture is not None:
         texture = event.texture
         words.append(texture.specimen or texture.pattern or texture.class_ or "unknown texture")

@@ -9,7 +9,7 @@ use super::output::Stop;
 use super::source_arguments::at_least;
 use crate::open;
 use wstac_host::error::Error;
-use wstac_host::json::{angle, rounded};
+use wstac_host::json::{angle, rounded, with_deviation};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::plural::counted;
@@ -76,7 +76,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(answer) => {
                 let mm_s = rounded(answer.mm_s);
                 errors.push((mm_s - f64::from(speed)).abs() / f64::from(speed));
-                write!(out, "  {mm_s:6.1} ± {:3.1}", answer.sd.map_or(f32::NAN, |sd| sd.max(0.1)))?;
+                write!(out, "  {:>12}", with_deviation(mm_s, answer.sd.unwrap_or(f32::NAN)))?;
             }
             Err(_) => write!(out, "  {:>12}", "none")?,
         }
@@ -84,8 +84,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(degrees) => {
                 let off = (angle(degrees) - f64::from(direction) + 180.0).rem_euclid(360.0) - 180.0;
                 turns.push(off.abs());
-                let sd = event.direction.sd.map_or(f32::NAN, |sd| sd.max(0.1));
-                write!(out, "  {:6.1} ± {sd:3.1}°", angle(degrees))?;
+                let sd = event.direction.sd.unwrap_or(f32::NAN);
+                write!(out, "  {:>12}°", with_deviation(angle(degrees), sd))?;
             }
             Err(_) => write!(out, "  {:>13}", "none")?,
         }

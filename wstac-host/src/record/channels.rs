@@ -63,8 +63,10 @@ impl Channels {
     pub(super) fn add(&mut self, number: u16, name: &str, schema: &str) {
         self.found.remove(&number);
         let Some((prefix, sensor, topic)) = self.sensors.find(name, schema) else {
-            if self.others.len() < MOST_NAMES && !self.others.iter().any(|other| other == name) {
-                self.others.push(name.to_owned());
+            let of_schema = if schema.is_empty() { String::new() } else { format!(" of schema {schema}") };
+            let name = [name, &of_schema].concat();
+            if self.others.len() < MOST_NAMES && !self.others.contains(&name) {
+                self.others.push(name);
             }
             return;
         };

@@ -37,8 +37,7 @@ pub(crate) struct RecordingReader {
     /// The number of moments that were read, and of those that were given.
     moments: u64,
     given: u64,
-    /// The time of the last frame of the sensor, which no later one is before.
-    last: Option<u64>,
+    order: OrderCheck,
     /// Whether the last error is about the order of messages.
     is_disordered: bool,
     /// The messages in their order, if the file has another one.
@@ -102,7 +101,7 @@ impl RecordingReader {
             spare: Vec::new(),
             moments: 0,
             given: 0,
-            last: None,
+            order: OrderCheck::default(),
             is_disordered: false,
             sorted: None,
             has_ended: false,
@@ -172,10 +171,12 @@ impl RecordingReader {
 
     /// Reads the messages of a moment, up to its checksum. Returns false at the end.
     fn read_moment(&mut self) -> Result<bool, Error> {
-        let (mut frames, mut bytes, mut time) = (0, 0, None);
+        let mut bytes = 0;
         while let Some(span) = self.next_message()? {
-            let channel = self.channel_of(span)?;
-            let Some((sensor, topic)) = self.own.of(channel) else { continue };
+            let Some((sensor, topic, is_in_order)) = self.own_message(span)? else { continue };
+            if self.stated.is_some() && self.sorted.is_none() && !is_in_order {
+                return Err(self.disordered("has a frame or a checksum in another place than it was recorded in"));
+            }
             let is_given =
                 sensor == self.sensor && (topic.is_frame() || matches!(topic, Topic::FaultsJson | Topic::Clock));
             let is_unsure = self.stated.is_some() && (self.walk.crc() != Crc::Good || self.moment.is_some());
@@ -190,11 +191,6 @@ impl RecordingReader {
             let data = MessageBody::parse(&body).map_or(&[][..], |message| message.data);
             self.tally.add(sensor, topic, data);
             if topic == Topic::Sums && self.stated.is_some() {
-                // A moment has the time of its frame.
-                let sum_time = MessageBody::parse(&body).map(|message| message.times[0]);
-                if time.is_some() && time != sum_time && self.sorted.is_none() {
-                    return Err(self.disordered("has a frame before the checksum of another"));
-                }
                 let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
                 if !sum.tally().agrees(&self.tally) {
                     self.is_disordered = true;
@@ -204,13 +200,7 @@ impl RecordingReader {
                 self.spare.push(body);
                 return Ok(true);
             }
-            if is_given && topic.is_frame() {
-                time = MessageBody::parse(&body).map(|message| message.times[0]);
-                if time < std::mem::replace(&mut self.last, time) && self.sorted.is_none() {
-                    return Err(self.disordered("has a frame after one of a later time"));
-                }
-            }
-            (frames, bytes) = (frames + u32::from(topic.is_frame()), bytes + body.len() as u64);
+            bytes += body.len() as u64;
             if is_given {
                 self.ready.push_back((topic, body));
             } else {
@@ -220,8 +210,8 @@ impl RecordingReader {
                 self.moments += 1;
                 return Ok(true);
             }
-            if (frames > 1 && self.sorted.is_none()) || bytes > 2 * MOST_MESSAGE {
-                return Err(self.disordered(format_args!("has {frames} frames before a checksum, expected 1")));
+            if bytes > 2 * MOST_MESSAGE {
+                return Err(self.disordered(format_args!("has {} MB before a checksum", bytes >> 20)));
             }
         }
         if !std::mem::replace(&mut self.has_ended, true) {
@@ -251,18 +241,20 @@ impl RecordingReader {
 
     /// Returns whether frames of a recording without checksums are not in the order of their times.
     fn is_in_other_order(&mut self) -> Result<bool, Error> {
-        let mut check = OrderCheck::default();
         while let Some(span) = self.next_message()? {
-            let start =
-                self.walk.start_of(span, MESSAGE_HEADER as usize).map_err(|error| Error::io(&self.subject, error))?;
-            if let Some(message) = MessageBody::parse(start)
-                && let Some((sensor, topic)) = self.own.of(message.channel)
-            {
-                check.add(sensor, topic, &message);
-            }
+            self.own_message(span)?;
         }
+        let is_other = self.order.is_other(false);
         self.rewind();
-        Ok(check.is_other(false))
+        Ok(is_other)
+    }
+
+    /// Returns the sensor and the topic of a message of this program, and whether it stands where it was recorded.
+    fn own_message(&mut self, span: Span) -> Result<Option<(u8, Topic, bool)>, Error> {
+        let start = self.walk.start_of(span, MESSAGE_HEADER as usize);
+        let message = MessageBody::parse(start.map_err(|error| Error::io(&self.subject, error))?);
+        let own = message.and_then(|message| Some((self.own.of(message.channel)?, message)));
+        Ok(own.map(|((sensor, topic), message)| (sensor, topic, self.order.add(sensor, topic, &message))))
     }
 
     fn rewind(&mut self) {
@@ -270,7 +262,8 @@ impl RecordingReader {
         self.channels.clear();
         self.messages.clear();
         self.ready.clear();
-        (self.tally, self.moment, self.moments, self.last) = (Tally::new(self.tally.each.len()), None, 0, None);
+        (self.tally, self.moment, self.moments) = (Tally::new(self.tally.each.len()), None, 0);
+        self.order = OrderCheck::default();
     }
 
     /// Returns the next message; `None` at the end of a file that is whole.

@@ -17,11 +17,12 @@
 //!
 //! The choice of messages, and of their new form, is this project's policy. No MCAP library has it.
 
+mod copied;
 mod moments;
 mod order;
 mod settle;
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io;
 use std::os::fd::AsRawFd;
@@ -33,6 +34,7 @@ use mcap::{McapError, Schema};
 
 pub use self::order::recover;
 
+use self::copied::Copied;
 use self::order::Order;
 use super::about::{About, CONFIGURATION, TOML, is_description};
 use super::channels::Channels;
@@ -137,8 +139,7 @@ struct Recovery<'a> {
     is_suspect: bool,
     /// Whether a chunk's checksum was wrong.
     has_bad_chunk: bool,
-    /// The checksums of moments that were copied, by their places and whether they have frames.
-    copied: HashMap<(u64, bool), Option<u32>>,
+    copied: Copied,
     /// Frames of sound moments that were not copied, and are no copies.
     others: u64,
     /// The counts of each sensor at the last of the recording's checksums that is right.
@@ -226,7 +227,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         suspects: 0,
         is_suspect: false,
         has_bad_chunk: false,
-        copied: HashMap::new(),
+        copied: Copied::default(),
         others: 0,
         known: None,
         entered: BTreeMap::new(),
@@ -268,8 +269,6 @@ fn has_sum(old: &Path) -> Result<bool, Error> {
         }
     }
 }
-
-type Done = Result<(), RecoverFailure>;
 
 /// A failure of reading or of writing.
 enum RecoverFailure {
@@ -363,10 +362,10 @@ impl Recovery<'_> {
             }
         }
         self.settle(stated)?;
-        // Frames are missing, and nothing is damaged: perhaps other messages were moved.
+        // Frames are missing, and nothing is damaged, or frames stand behind later ones: perhaps messages were moved.
         let is_damaged = self.has_bad_chunk || self.found.unread.is_some() || !self.found.whole;
-        let is_of_two = self.is_over && self.others > 0;
-        Ok(self.sorted.is_some() || self.found.damaged == 0 || is_damaged || is_of_two)
+        let is_moved = self.found.damaged > 0 && (!is_damaged || self.others > 0) && !self.is_of_two();
+        Ok(self.sorted.is_some() || !is_moved)
     }
 
     /// Notes a schema or a channel.
@@ -546,7 +545,7 @@ impl Recovery<'_> {
                 continue;
             }
             let is_after_damage = self.is_suspect && !self.spacings.contains_key(&sensor);
-            let new = || Spacing::new(self.old.display().to_string(), Positions::Times, step);
+            let new = || Spacing::new(self.path.display().to_string(), Positions::Times, step);
             let spacing = self.spacings.entry(sensor).or_insert_with(new);
             if is_after_damage && driver_times {
                 self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());

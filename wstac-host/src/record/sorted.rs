@@ -4,7 +4,7 @@
 //! Messages of a sensor have running numbers, and a moment's checksum has the count of frames and the bytes of the moment. So
 //! the places and lengths of all messages are enough, and no frame is kept in memory.
 
-use std::collections::{BTreeSet, VecDeque};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
 
 use super::file::Topic;
@@ -20,13 +20,14 @@ const MOST_OF_FRAME: usize = 1 << 10;
 const MOST_UNPACKED: u64 = 32;
 
 /// Whether messages of this program stand in the order in which it writes them, as far as they were seen.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Debug, Default)]
 pub(super) struct OrderCheck {
-    /// Frames since the last checksum, and its number.
+    /// Frames since the last checksum, the time of the last of them, and the number of that checksum.
     frames: u32,
+    time: u64,
     sum: u32,
-    /// Time and number of the first sensor's last frame; `None` before it.
-    last: Option<(u64, u32)>,
+    /// Time and number of each sensor's last frame.
+    last: BTreeMap<u8, (u64, u32)>,
     /// Checksums behind the frames that they count, and others.
     fits: u64,
     misfits: u64,
@@ -35,27 +36,32 @@ pub(super) struct OrderCheck {
 }
 
 impl OrderCheck {
-    /// Takes a message of this program.
-    pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageBody<'_>) {
+    /// Takes a message of this program. Returns false for a frame or a checksum that does not stand where it was written:
+    /// each frame has a checksum behind it.
+    pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageBody<'_>) -> bool {
         let (number, time) = (message.sequence, message.times[0]);
         if topic == Topic::Sums {
             let counted = number.wrapping_sub(self.sum);
-            let is_fitting = (1..=counted).contains(&self.frames) && counted < 1 << 31;
-            self.fits += u64::from(is_fitting);
-            self.misfits += u64::from(!is_fitting && (counted, self.frames) != (0, 0));
+            // A moment has the time of its frame.
+            let is_of_time = self.frames == 0 || self.time == time;
+            let is_fitting = (1..=counted).contains(&self.frames) && counted < 1 << 31 && is_of_time;
+            let is_misfit = !is_fitting && (counted, self.frames) != (0, 0);
+            (self.fits, self.misfits) = (self.fits + u64::from(is_fitting), self.misfits + u64::from(is_misfit));
             (self.sum, self.frames) = (number, 0);
-        } else if topic.is_frame() {
-            self.frames = self.frames.saturating_add(1);
+            return !is_misfit;
         }
-        if sensor == 0 && (topic.is_frame() || topic == Topic::FaultsJson) {
-            let is_backward = self
-                .last
-                .is_some_and(|(last, of_last)| time < last || (topic.is_frame() && (time, number) == (last, of_last)));
-            self.backward += u64::from(is_backward);
-            if topic.is_frame() {
-                self.last = Some((time, number));
-            }
+        if !topic.is_frame() && topic != Topic::FaultsJson {
+            return true;
         }
+        let last = self.last.get(&sensor);
+        let is_backward = last
+            .is_some_and(|(last, of_last)| time < *last || (topic.is_frame() && (time, number) == (*last, *of_last)));
+        self.backward += u64::from(is_backward);
+        if topic.is_frame() {
+            (self.frames, self.time) = (self.frames.saturating_add(1), time);
+            self.last.insert(sensor, (time, number));
+        }
+        !topic.is_frame() || (!is_backward && self.frames == 1)
     }
 
     /// Returns whether the order is another one. Damage is no order: the most checksums decide.
@@ -367,7 +373,6 @@ impl Sorted {
 #[cfg(feature = "compression")]
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
     use std::sync::Arc;
 
     use mcap::records::op;

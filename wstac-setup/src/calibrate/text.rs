@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use wstac_host::json::with_deviation;
+
 use super::{Calibration, PressedReadout};
 
 /// The advice about a calibration whose light is too weak ([`Calibration::is_dim`]).
@@ -15,7 +17,7 @@ impl fmt::Display for PressedReadout {
         let presses = if self.presses == 1 { "1 press".to_owned() } else { format!("{} presses", self.presses) };
         // Avoids "-0.0".
         let ms = (10.0 * self.ms).round() / 10.0 + 0.0;
-        write!(f, "{ms:.1} ± {:.1} ms by {presses} and {releases}", self.sd_ms.max(0.1))
+        write!(f, "{} ms by {presses} and {releases}", with_deviation(ms, self.sd_ms as f32))
     }
 }
 

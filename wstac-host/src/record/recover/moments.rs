@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::{Done, RecoverFailure, Recovery, Waiting};
+use super::{RecoverFailure, Recovery, Waiting};
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
 use crate::record::recorder::lost_frames;
@@ -132,65 +132,60 @@ impl Recovery<'_> {
     }
 
     /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
+    ///
+    /// If a recording of several sensors counts the frames of all together, nobody knows of which sensor missing ones are.
+    /// Then everything behind them is left out.
     fn sound_moment(&mut self, moment: &[Waiting], sum: &Sum) -> Result<(), RecoverFailure> {
         let own = self.frames_of(moment)?;
         (self.is_suspect, self.suspects) = (false, 0);
         self.spacings.clear();
-        let Some(known) = sum.tally().told_apart(self.sensors.count()) else {
-            return self.moment_of_any(moment, &own, sum);
-        };
+        let known = sum.tally().told_apart(self.sensors.count());
         let (place, crc) = sum.key();
+        let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
+        let (before, there) = (place.saturating_sub(of_moment), self.out.tally().all.all());
         let key = (place, own.values().any(|counts| counts.frames > 0));
         // Other programs' messages may be alike.
-        let there = self.copied.get(&key).filter(|_| moment.iter().any(|of| of.own.is_some()));
-        let is_copy = there == Some(&crc);
+        let is_own = moment.iter().any(|of| of.own.is_some());
+        let is_copy = if is_own { self.copied.is_copy(key, crc) } else { None };
         // Two frames of one place are of two recordings.
-        self.is_over |= key.1 && there.is_some() && !is_copy;
-        if is_copy || self.is_over {
-            self.leave_out(&own, self.is_over);
+        let is_other = (key.1 && is_copy == Some(false)) || (is_copy.is_none() && self.is_of_two());
+        let is_there = !is_other && (is_copy == Some(true) || (known.is_none() && before < there));
+        self.is_over |= is_other || (known.is_none() && before > there);
+        if is_there || is_other {
+            self.leave_out(&own, is_other);
+        }
+        if is_there || self.is_over {
             return Ok(());
         }
-        if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
-            self.known = Some(known.clone());
-        }
         let mut gaps = Vec::new();
-        for (&sensor, &of_moment) in &own {
-            let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
-                // It stands behind one that came later.
-                self.leave_out(&own, true);
-                return Ok(());
-            };
-            if missing.is_early {
-                // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
-                return Ok(());
+        if let Some(known) = known {
+            if self.known.as_ref().is_none_or(|last| last.all.all() <= known.all.all()) {
+                self.known = Some(known.clone());
             }
-            gaps.push((sensor, missing));
+            for (&sensor, &of_moment) in &own {
+                let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
+                    // It stands behind one that came later.
+                    self.leave_out(&own, true);
+                    return Ok(());
+                };
+                if missing.is_early {
+                    // Frames were recorded before it, and none was found yet. The next frame's gap has these, too.
+                    return Ok(());
+                }
+                gaps.push((sensor, missing));
+            }
         }
         for &(sensor, Missing { leading, .. }) in &gaps {
             self.enter_lost(sensor, leading, moment.first())?;
         }
-        self.copied.insert(key, crc);
+        self.copied.add(key, crc);
         let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
         self.copy_after_gaps(moment, &gaps)
     }
 
-    /// Copies a moment of a recording of several sensors that counts the frames of all together.
-    ///
-    /// If frames are missing before it, nobody knows of which sensor. Then it is left out, and so is everything behind it.
-    fn moment_of_any(&mut self, moment: &[Waiting], own: &BTreeMap<u8, Counts>, sum: &Sum) -> Done {
-        let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
-        let (before, there) = (sum.counts.all().saturating_sub(of_moment), self.out.tally().all.all());
-        let (place, crc) = sum.key();
-        if before < there || self.copied.get(&(place, of_moment > 0)) == Some(&crc) {
-            self.leave_out(own, false);
-            return Ok(());
-        }
-        self.is_over |= before > there;
-        if self.is_over {
-            return Ok(());
-        }
-        self.copied.insert((place, of_moment > 0), crc);
-        self.copy(moment)
+    /// Returns whether frames of two recordings were found.
+    pub(super) fn is_of_two(&self) -> bool {
+        self.is_over && self.others > 0
     }
 
     /// Counts frames of a moment that is not copied, because it is there already or `is_other`.
