@@ -7,8 +7,8 @@
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
 use super::fit::place_of;
-use super::outline::has_valley;
-use super::squares::{Fit, Moments, NONE, Polynomial, fit, monomials};
+use super::outline::valley;
+use super::squares::{Fit, Moments, Polynomial, fit, monomials};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{PITCH_MM, TAXELS};
 use crate::touch::motion::sqrt;
@@ -201,7 +201,7 @@ impl Extent {
         let mut extent = Self { contacts: 0, ..Self::TWO };
         let Some(energies) = relative(light).filter(|_| (0.0..=360.0).contains(&degrees)) else { return extent };
         let [right, up] = unit(degrees);
-        extent.contacts = 1 + u8::from(has_valley(&energies, right, up));
+        extent.contacts = 1 + u8::from(valley(&energies, right, up).is_some());
         let [x, y] = [right.abs(), up.abs()];
         let is_oblique = x.min(y) > LEAST_OBLIQUE && (x - y).abs() > FROM_DIAGONAL;
         if extent.contacts == 1
@@ -356,8 +356,7 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let left_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
     let far = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0];
     let sums = sums.map(|sum| sum as f32 * unit);
-    let found =
-        fit(&moments.products(), &[one, left, left_2, far, NONE], &sums, squares as f32 * unit * unit, count, RIDGE)?;
+    let found = fit(&moments.products(), &[one, left, left_2, far], &sums, squares as f32 * unit * unit, count, RIDGE)?;
     let [height, slope, bow, dome, _] = found.coefficients;
     let top = whiskers.iter().filter(|whisker| whisker.is_lit).fold(0.3_f32, |top, whisker| {
         let across = whisker.across as f32 * (1.0 / PITCH);
@@ -375,14 +374,14 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
 fn amplitude(whiskers: &Whiskers, first: i32, last: i32) -> i32 {
     let inner = |whisker: &Whisker| whisker.across > first + SLOPING && whisker.across < last - SLOPING;
     let is_known = whiskers.iter().filter(|whisker| whisker.is_lit && inner(whisker)).count() >= 3;
-    ratio(whiskers, OF_SIDES, |whisker| if is_known && !inner(whisker) { 0 } else { ONE - whisker.lowered })
+    let height = |whisker: &Whisker| if is_known && !inner(whisker) { 0 } else { ONE - whisker.lowered };
+    ratio(whiskers, OF_SIDES, &whiskers.each_ref().map(height))
 }
 
 /// Returns the factor that fits heights to those of lit whiskers, within limits.
-fn ratio(whiskers: &Whiskers, [least, most]: [i32; 2], height: impl Fn(&Whisker) -> i32) -> i32 {
+fn ratio(whiskers: &Whiskers, [least, most]: [i32; 2], heights: &[i32; TAXELS]) -> i32 {
     let (mut products, mut squares) = (0, 0);
-    for whisker in whiskers.iter().filter(|whisker| whisker.is_lit) {
-        let height = height(whisker);
+    for (whisker, &height) in whiskers.iter().zip(heights).filter(|(whisker, _)| whisker.is_lit) {
         // Below 25 · 2^10 · 2^11.
         products += whisker.weight() * ((whisker.height * height) >> BITS);
         squares += whisker.weight() * ((height * height) >> BITS);
@@ -412,13 +411,19 @@ impl Borders {
         let end = (dark[2] + BEHIND).min(last_whisker + BEYOND);
         let step = (end - (last - INSIDE)) / BORDERS as i32;
         let mut borders = Self { squares: [[0; BORDERS]; 2], first: last - INSIDE + step / 2, step, last_whisker };
-        for (squares, [slope, at_border]) in borders.squares.iter_mut().zip(SIDES) {
-            for (squares, number) in squares.iter_mut().zip(0..) {
-                let border = borders.first + number * step;
-                for whisker in whiskers.iter().filter(|whisker| sign * whisker.across >= middle) {
-                    let inside = border - sign * whisker.across;
-                    let height = (((inside * slope) >> 8) + at_border).clamp(0, ONE);
-                    *squares += whisker.square((whisker.above(height) * amplitude) >> BITS);
+        for whisker in whiskers.iter().filter(|whisker| sign * whisker.across >= middle) {
+            let of = |height| whisker.square((whisker.above(height) * amplitude) >> BITS);
+            let [outside, inside] = [of(0), of(ONE)];
+            for (squares, [slope, at_border]) in borders.squares.iter_mut().zip(SIDES) {
+                let mut from_border = borders.first - sign * whisker.across;
+                for square in squares {
+                    let height = ((from_border * slope) >> 8) + at_border;
+                    *square += match height {
+                        ..=0 => outside,
+                        ONE.. => inside,
+                        _ => of(height),
+                    };
+                    from_border += step;
                 }
             }
         }
@@ -515,8 +520,11 @@ impl Ball {
                 let third = (((part * part) >> BITS) * part) >> BITS;
                 whisker.above(ONE - ((curved * part + (ONE - curved) * third) >> BITS))
             };
-            let amplitude = ratio(whiskers, OF_BALL, height);
-            *squares = whiskers.iter().map(|whisker| whisker.square((height(whisker) * amplitude) >> BITS)).sum();
+            let heights = whiskers.each_ref().map(height);
+            let amplitude = ratio(whiskers, OF_BALL, &heights);
+            *squares = (whiskers.iter().zip(heights))
+                .map(|(whisker, height)| whisker.square((height * amplitude) >> BITS))
+                .sum();
         }
         Some(ball)
     }

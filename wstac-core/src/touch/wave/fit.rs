@@ -96,7 +96,8 @@ impl Whisker<'_> {
     /// Returns the light in the brightest frame, and in the brighter one beside it.
     fn brightest(&self) -> [i32; 2] {
         let (mut most, mut beside) = (0, 0);
-        for &[before, light, after] in self.line.get(PAD - 1..).unwrap_or_default().array_windows() {
+        let [first, end] = [self.first - 1, self.last + 2].map(|at| (at + PAD as i32) as usize);
+        for &[before, light, after] in self.line.get(first..end).unwrap_or_default().array_windows() {
             if light > most {
                 (most, beside) = (light, before.max(after));
             }
@@ -279,7 +280,8 @@ impl Sums {
         if steps < FEWEST_STEPS {
             return Err(Reason::NotOver);
         }
-        let mut shape = [0_i32; MOST_STEPS];
+        // Each step's light and slope.
+        let mut shape = [[0_i32; 2]; MOST_STEPS];
         let shape = shape.get_mut(..steps).ok_or(Reason::NotAlike)?;
         for whisker in whiskers.iter() {
             let shifted = Shifted::new(whisker.line, delay(whisker), start, steps);
@@ -287,23 +289,21 @@ impl Sums {
         }
         // The mean of the lit whiskers.
         let by = (1 << TIME_BITS) / (whiskers.count as i32).max(1);
-        for light in shape.iter_mut() {
+        for [light, _] in shape.iter_mut() {
             *light = (*light * by) >> TIME_BITS;
         }
-        let mut slopes = [0_i32; MOST_STEPS];
-        let slopes = slopes.get_mut(..steps).ok_or(Reason::NotAlike)?;
         let (mut before, mut mm, mut energy) = (0, 0, 0);
-        for (number, slope) in slopes.iter_mut().enumerate() {
-            let here = shape.get(number).copied().unwrap_or(0);
-            let after = shape.get(number + 1).copied().unwrap_or(if known.is_some() { before } else { 0 });
+        for number in 0..steps {
+            let after = shape.get(number + 1).map_or(if known.is_some() { before } else { 0 }, |&[light, _]| light);
+            let Some([light, slope]) = shape.get_mut(number) else { break };
             *slope = (after - before + 1) >> 1;
-            (before, mm, energy) = (here, mm + here * here, energy + *slope * *slope);
+            (before, mm, energy) = (*light, mm + *light * *light, energy + *slope * *slope);
         }
         // Three parts of equal energy of the derivative.
         let mut sums = Self { of: [OfWhisker::default(); TAXELS], mm, md: [0; PARTS], dd: [0; PARTS] };
         let mut cuts = [steps; PARTS];
         let (mut so_far, mut part) = (0, 0);
-        for (number, (&slope, &light)) in slopes.iter().zip(shape.iter()).enumerate() {
+        for (number, &[light, slope]) in shape.iter().enumerate() {
             so_far += slope * slope;
             while part < PARTS - 1 && so_far >= (energy / PARTS as i32) * (part as i32 + 1) {
                 if let Some(cut) = cuts.get_mut(part) {
@@ -320,15 +320,13 @@ impl Sums {
             let shifted = Shifted::new(whisker.line, delay(whisker), start, steps);
             let mut first = 0;
             for (zd, cut) in of.zd.iter_mut().zip(cuts) {
-                shifted.sum(shape, slopes, first, cut, &mut of.zm, zd, &mut of.zz);
+                shifted.sum(shape, first, cut, &mut of.zm, zd, &mut of.zz);
                 first = cut;
             }
         }
         Ok(sums)
     }
-}
 
-impl Sums {
     /// Returns the Gauss-Newton step, and each whisker's lateness; sets gains and weights.
     #[inline(never)]
     fn step(&mut self, whiskers: &Whiskers<'_>, late: &mut [i32; TAXELS]) -> Result<[f32; 2], Reason> {
@@ -449,20 +447,19 @@ impl<'a> Shifted<'a> {
         })
     }
 
-    fn add_to(&self, shape: &mut [i32]) {
-        for (sum, light) in shape.iter_mut().skip(self.from).zip(self.of(self.values)) {
+    fn add_to(&self, shape: &mut [[i32; 2]]) {
+        for ([sum, _], light) in shape.iter_mut().skip(self.from).zip(self.of(self.values)) {
             *sum += light;
         }
     }
 
     /// Adds the products of the steps from `first` to before `end`.
-    #[expect(clippy::too_many_arguments, reason = "sums in registers")]
-    fn sum(&self, shape: &[i32], slopes: &[i32], first: usize, end: usize, zm: &mut i32, zd: &mut i32, zz: &mut i32) {
+    fn sum(&self, shape: &[[i32; 2]], first: usize, end: usize, zm: &mut i32, zd: &mut i32, zz: &mut i32) {
         let first = first.max(self.from);
         let values = self.values.get(first - self.from..).unwrap_or_default();
-        let (shape, slopes) = (shape.get(first..end).unwrap_or_default(), slopes.get(first..end).unwrap_or_default());
+        let shape = shape.get(first..end).unwrap_or_default();
         let (mut of_zm, mut of_zd, mut of_zz) = (0, 0, 0);
-        for ((z, m), d) in self.of(values).zip(shape).zip(slopes) {
+        for (z, [m, d]) in self.of(values).zip(shape) {
             of_zm += z * m;
             of_zd += z * d;
             of_zz += z * z;

@@ -1,6 +1,6 @@
 //! The light of a touch: 25 smoothed lines, cut out of a sample.
 
-use crate::params::{SAMPLE_FRAMES, TAXELS};
+use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
 use crate::reason::Reason;
 
 /// Frames at the start that count as dark, and units of light to one of a sum.
@@ -45,7 +45,9 @@ impl Lines {
 
     /// Returns each whisker's light over the touch, within ±70 · 4,096.
     pub(super) fn energies(&self) -> [i32; TAXELS] {
-        self.values.each_ref().map(|line| line.iter().map(|&light| i32::from(light)).sum())
+        let lit =
+            |line: &'_ [i16; PADDED]| line.iter().skip(PAD).take(self.length).map(|&light| i32::from(light)).sum();
+        self.values.each_ref().map(lit)
     }
 
     /// Fills the lines with the first touch of a sample's frames.
@@ -65,10 +67,10 @@ impl Lines {
         }
         let noise = (differences / NOISE).max(LEAST_NOISE);
         // Noise of 25 whiskers is five times that of one: three standard deviations.
-        let totals = Totals::new(samples, dark.iter().sum::<u32>() + 15 * noise);
+        let totals = totals(samples, dark.iter().sum::<u32>() + 15 * noise);
         let least = (8 * noise).max(LEAST_LIGHT);
         let (mut is_cut, mut most) = (false, 0);
-        let [first, last] = totals.span(|start, end| {
+        let [first, last] = span(totals.get(..samples.count).unwrap_or_default(), |start, end| {
             is_cut = end >= samples.count;
             most = samples.brightest(&dark, start, end);
             most > least
@@ -91,25 +93,28 @@ impl Lines {
         for (line, peak) in self.values.iter_mut().zip(&mut self.peaks) {
             let line = line.get_mut(PAD..PAD + self.length).unwrap_or_default();
             smooth(line);
-            smooth(line);
-            *peak = line.iter().copied().max().unwrap_or(0).max(0);
+            *peak = smooth(line);
         }
         Ok(())
     }
 }
 
-/// Smooths by the filter [1 2 1] / 4 in place. The first and last values stand for those beyond them.
-fn smooth(line: &mut [i16]) {
+/// Smooths by the filter [1 2 1] / 4 in place, and returns the highest value, at least 0. The first and last values stand for
+/// those beyond them.
+fn smooth(line: &mut [i16]) -> i16 {
     let mut places = line.iter_mut();
-    let Some(mut place) = places.next() else { return };
+    let Some(mut place) = places.next() else { return 0 };
     let mut here = i32::from(*place);
-    let mut before = here;
+    let (mut before, mut most) = (here, 0);
     for next in places {
         let after = i32::from(*next);
-        *place = ((before + 2 * here + after + 2) >> 2) as i16;
+        let smoothed = (before + 2 * here + after + 2) >> 2;
+        (*place, most) = (smoothed as i16, smoothed.max(most));
         (before, here, place) = (here, after, next);
     }
-    *place = ((before + 3 * here + 2) >> 2) as i16;
+    let smoothed = (before + 3 * here + 2) >> 2;
+    *place = smoothed as i16;
+    smoothed.max(most) as i16
 }
 
 /// A sample's frames, oldest first; `None` is a lost one.
@@ -171,57 +176,51 @@ impl<'a> Samples<'a> {
     }
 }
 
-/// Light of all whiskers over a sample, as far as it is above the noise.
-struct Totals {
-    total: [u32; SAMPLE_FRAMES],
-    frames: usize,
+/// Returns the light of all whiskers over a sample, as far as it is above the noise.
+fn totals(samples: &Samples<'_>, floor: u32) -> [u32; SAMPLE_FRAMES] {
+    let mut totals = [0; SAMPLE_FRAMES];
+    let mut place = [0; TAXELS];
+    for (number, total) in totals.iter_mut().enumerate().take(samples.count) {
+        let mut sum = 0;
+        for &[a, b, c, d, e] in samples.frame(number, &mut place).as_chunks::<COLUMNS>().0 {
+            sum += u32::from(a) + u32::from(b) + u32::from(c) + u32::from(d) + u32::from(e);
+        }
+        *total = (sum << DARK_SHIFT).saturating_sub(floor);
+    }
+    totals
 }
 
-impl Totals {
-    fn new(samples: &Samples<'_>, floor: u32) -> Self {
-        let mut totals = Self { total: [0; SAMPLE_FRAMES], frames: samples.count };
-        let mut place = [0; TAXELS];
-        for (number, total) in totals.total.iter_mut().enumerate().take(samples.count) {
-            let sum: u32 = samples.frame(number, &mut place).iter().map(|&light| u32::from(light)).sum();
-            *total = (sum << DARK_SHIFT).saturating_sub(floor);
+/// Returns the first frame of the first touch, and the first one behind it.
+fn span(total: &[u32], mut is_bright: impl FnMut(usize, usize) -> bool) -> Result<[usize; 2], Reason> {
+    let highest = total.iter().copied().max().unwrap_or(0);
+    let middle = total.iter().position(|&light| light == highest).unwrap_or(0);
+    // A frame is lit if it has a fifth of the light before it, and of that behind it.
+    let mut is_lit = 0_u128;
+    for (half, is_second) in [(0..middle + 1, false), (middle..total.len(), true)] {
+        let mut most = 0;
+        for number in 0..half.len() {
+            let at = if is_second { half.end - 1 - number } else { half.start + number };
+            let light = total.get(at).copied().unwrap_or(0);
+            most = light.max(most);
+            // At most 25 · 4 · 65,535 · 100.
+            if 5 * light > most && 100 * light > highest {
+                is_lit |= 1 << (at & 127);
+            }
         }
-        totals
     }
-
-    /// Returns the first frame of the first touch, and the first one behind it.
-    fn span(&self, mut is_bright: impl FnMut(usize, usize) -> bool) -> Result<[usize; 2], Reason> {
-        let total = self.total.get(..self.frames).unwrap_or_default();
-        let highest = total.iter().copied().max().unwrap_or(0);
-        let middle = total.iter().position(|&light| light == highest).unwrap_or(0);
-        // A frame is lit if it has a fifth of the light before it, and of that behind it.
-        let mut is_lit = 0_u128;
-        for half in [0..middle + 1, middle..total.len()] {
-            let is_second = half.start == middle && half.end != middle + 1;
-            let mut most = 0;
-            for number in 0..half.len() {
-                let at = if is_second { half.end - 1 - number } else { half.start + number };
-                let light = total.get(at).copied().unwrap_or(0);
-                most = light.max(most);
-                // At most 25 · 4 · 65,535 · 100.
-                if 5 * light > most && 100 * light > highest {
-                    is_lit |= 1 << (at & 127);
-                }
-            }
+    let mut end = 0;
+    while end < total.len() {
+        let start = end + (is_lit >> (end & 127)).trailing_zeros() as usize;
+        if start >= total.len() {
+            break;
         }
-        let mut end = 0;
-        while end < self.frames {
-            let start = end + (is_lit >> (end & 127)).trailing_zeros() as usize;
-            if start >= self.frames {
-                break;
-            }
-            end = start + (is_lit >> (start & 127)).trailing_ones() as usize;
-            if end - start < 2 || !is_bright(start, end) {
-                continue;
-            }
-            return if start < DARK { Err(Reason::NotCrossed) } else { Ok(widened(total, start, end)) };
+        end = start + (is_lit >> (start & 127)).trailing_ones() as usize;
+        if end - start < 2 || !is_bright(start, end) {
+            continue;
         }
-        Err(Reason::FewWhiskers)
+        return if start < DARK { Err(Reason::NotCrossed) } else { Ok(widened(total, start, end)) };
     }
+    Err(Reason::FewWhiskers)
 }
 
 /// Returns a touch with the frames at both ends in which its light still rises or falls.

@@ -27,9 +27,9 @@ use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
 use fit::{Wave as Fitted, Whisker, Whiskers};
 use light::{Lines, Samples};
-use outline::{Outline, has_valley, is_crossed, valley};
+use outline::{Outline, is_crossed, valley};
 use pair::Pair;
-use squares::{NONE, Polynomial, fit};
+use squares::{Polynomial, fit};
 
 /// What a velocity is known by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -222,7 +222,7 @@ impl Wave {
         let slide = Slide::new([wave.slowness[0] + of_columns, wave.slowness[1] + of_rows], config)?;
         let Slide { slowness, right, up } = slide;
         // Otherwise the valley across the outline tells it.
-        let is_apart = outline.degrees_sd > OUTLINE[0] && has_valley(peaks, right, up);
+        let is_apart = outline.degrees_sd > OUTLINE[0] && valley(peaks, right, up).is_some();
         let or_two = |reason| if is_apart { Reason::TwoObjects } else { reason };
         let rest = Rest::new(&wave, slowness, right, up, count).ok_or(Reason::NotAlike)?;
         if let Some(reason) = rest.doubt(count) {
@@ -317,7 +317,7 @@ pub(crate) fn dome(along: f32, across: f32) -> f32 {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct TaxelMotion {
-    /// The motion.
+    /// The motion. Its coherence is 0 if the wave tells the velocity: lines were not compared.
     pub motion: Motion,
     /// What its velocity is known by; `None` unless that is reliable.
     pub basis: Option<Basis>,
@@ -335,39 +335,38 @@ pub struct TaxelMotion {
 /// It takes at most 12 KiB of stack.
 #[inline(never)]
 pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion {
-    let coherent = by_coherence(event, config);
-    let by_edge = |motion: Motion| {
-        let basis = motion.velocity.filter(|_| motion.reliable).map(|_| Basis::Edge);
-        TaxelMotion { motion, basis, extent: None }
-    };
-    // Presses and pokes are not for a wave.
-    if !event.reliable || (coherent.doubt.is_none() && coherent.contact != Contact::Slide) {
-        return by_edge(coherent);
-    }
-    let is_slow = coherent.velocity.is_some_and(|velocity| velocity.mm_s * SLOW < config.pitch_per_frame());
-    let mut wave = Wave::EMPTY;
-    let reason = match wave.fit(taxels.frames(), config) {
-        Ok((velocity, basis)) => {
-            let extent = Some(wave.extent(&velocity));
-            let velocity = Some(velocity);
-            let motion = Motion { contact: Contact::Slide, velocity, reliable: true, doubt: None, ..coherent };
-            return TaxelMotion { motion, basis: Some(basis), extent };
-        }
-        // Of a slow touch the wave sees only the first of several flashes, and coherence all of it.
-        Err(Reason::NotCrossed | Reason::NotOver | Reason::FewWhiskers | Reason::NoSlide(_))
-            if is_slow && coherent.reliable && taxels.are_all_lit() =>
-        {
-            return by_edge(coherent);
-        }
+    let reason = match if event.reliable { by_fit(taxels, config) } else { Err(Reason::Baseline) } {
+        Ok(answer) => return answer,
         Err(reason) => reason,
     };
+    let coherent = by_coherence(event, config);
+    let is_slow = coherent.velocity.is_some_and(|velocity| velocity.mm_s * SLOW < config.pitch_per_frame());
+    let basis = coherent.velocity.filter(|_| coherent.reliable).map(|_| Basis::Edge);
+    // Of a slow touch the wave sees only the first of several flashes, and coherence all of it.
+    let is_part =
+        matches!(reason, Reason::NotCrossed | Reason::NotOver | Reason::FewWhiskers | Reason::NoSlide(_)) && is_slow;
+    // Presses and pokes are not for a wave.
+    let stays = coherent.doubt.is_none() && (coherent.contact != Contact::Slide || (is_part && taxels.are_all_lit()));
+    if !event.reliable || stays {
+        return TaxelMotion { motion: coherent, basis, extent: None };
+    }
     let doubt = match reason {
         Reason::Turning | Reason::TwoObjects | Reason::SpeedChanges => reason,
         Reason::NoSlide(_) => coherent.doubt.unwrap_or(Reason::NotAlike),
         _ => coherent.doubt.unwrap_or(reason),
     };
     let extent = (doubt == Reason::TwoObjects).then_some(Extent::TWO);
-    TaxelMotion { extent, ..by_edge(Motion { reliable: false, doubt: Some(doubt), ..coherent }) }
+    TaxelMotion { motion: Motion { reliable: false, doubt: Some(doubt), ..coherent }, basis: None, extent }
+}
+
+// It is not inlined: a wave does not lie on the stack of coherence.
+#[inline(never)]
+fn by_fit(taxels: &TaxelRing, config: MotionConfig) -> Result<TaxelMotion, Reason> {
+    let mut wave = Wave::EMPTY;
+    let (velocity, basis) = wave.fit(taxels.frames(), config)?;
+    let (basis, extent, velocity) = (Some(basis), Some(wave.extent(&velocity)), Some(velocity));
+    let motion = Motion { contact: Contact::Slide, velocity, coherence: 0.0, reliable: true, doubt: None };
+    Ok(TaxelMotion { motion, basis, extent })
 }
 
 /// What a plane wave leaves over, as fractions of its slowness.
@@ -399,10 +398,10 @@ impl Rest {
         let across_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
         let both = [0.0, 0.0, 0.0, 0.0 - right * up, up * up - right * right, right * up];
         let (products, late, squares, count) = (&wave.moments.products(), &wave.late, wave.squares, count as usize);
-        let plane = [one, along, across, NONE, NONE];
+        let plane = [one, along, across];
         let of_plane = fit(products, &plane, late, squares, count, 1e-4)?;
         let curve = fit(products, &[one, along, across, along_2, across_2], late, squares, count, 1e-3)?;
-        let twist = fit(products, &[one, along, across, both, NONE], late, squares, count, 1e-3)?;
+        let twist = fit(products, &[one, along, across, both], late, squares, count, 1e-3)?;
         let [_, _, _, u, v] = curve.coefficients;
         let dome = dome(u, v);
         let mut change = 0.0_f32;

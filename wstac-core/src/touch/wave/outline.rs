@@ -32,17 +32,15 @@ const MOST_MISSED: u32 = 1;
 
 /// One of the directions: the whiskers' order across it.
 struct Chain {
-    order: [u8; TAXELS],
-    /// How alike a whisker is to the one before it, in units of 2^-12.
-    like: [u16; TAXELS],
-    /// The inverse of the variance of what is left, in units of 2^-6.
-    weight: [u16; TAXELS],
+    /// How alike a whisker is to the one before it, in units of 2^-12; in higher bits its taxel; above that the inverse of the
+    /// variance of what is left, in units of 2^-6, below 2^10.
+    links: [u32; TAXELS],
     /// Half the logarithm of the variances' product, in units of 2^-20.
     half_ln: i32,
 }
 
 static CHAINS: [Chain; KEPT] = {
-    const NONE: Chain = Chain { order: [0; TAXELS], like: [0; TAXELS], weight: [0; TAXELS], half_ln: 0 };
+    const NONE: Chain = Chain { links: [0; TAXELS], half_ln: 0 };
     let mut chains = [NONE; KEPT];
     let mut k = 0;
     while k < KEPT {
@@ -69,7 +67,7 @@ const ROOT_3: f64 = 1.732_050_807_568_877_2;
 const fn chain(angle: f64) -> Chain {
     let (up, right) = (sine(angle), sine(core::f64::consts::FRAC_PI_2 - angle));
     let (mut across, mut along) = ([0.0; TAXELS], [0.0; TAXELS]);
-    let mut chain = Chain { order: [0; TAXELS], like: [0; TAXELS], weight: [0; TAXELS], half_ln: 0 };
+    let (mut links, mut order) = ([0; TAXELS], [0; TAXELS]);
     let mut taxel = 0;
     while taxel < TAXELS {
         let [x, y] = place_of(taxel);
@@ -78,15 +76,15 @@ const fn chain(angle: f64) -> Chain {
         // Sorted by the place across, and by that along.
         let mut at = taxel;
         while at > 0 {
-            let before = chain.order[at - 1] as usize;
+            let before: usize = order[at - 1];
             let apart = across[before] - across[taxel];
             if apart < -1e-6 || (apart < 1e-6 && along[before] < along[taxel]) {
                 break;
             }
-            chain.order[at] = chain.order[at - 1];
+            order[at] = before;
             at -= 1;
         }
-        chain.order[at] = taxel as u8;
+        order[at] = taxel;
         taxel += 1;
     }
     let whole = 1.0 + GAIN;
@@ -94,18 +92,17 @@ const fn chain(angle: f64) -> Chain {
     while at < TAXELS {
         let mut like = 0.0;
         if at > 0 {
-            let apart = across[chain.order[at] as usize] - across[chain.order[at - 1] as usize];
+            let apart = across[order[at]] - across[order[at - 1]];
             let scaled = ROOT_3 * PITCH_MM as f64 * (if apart > 0.0 { apart } else { 0.0 }) / LENGTH_MM;
             like = (1.0 + scaled) * exp(-scaled) / whole;
         }
         let variance = whole * (1.0 - like * like);
-        chain.like[at] = (like * (1 << PEAK_BITS) as f64 + 0.5) as u16;
-        chain.weight[at] = ((1 << WEIGHT_BITS) as f64 / variance + 0.5) as u16;
+        let weight = ((1 << WEIGHT_BITS) as f64 / variance + 0.5) as u32;
+        links[at] = (like * (1 << PEAK_BITS) as f64 + 0.5) as u32 | (order[at] as u32 | weight << 5) << PEAK_BITS;
         sum += ln(variance);
         at += 1;
     }
-    chain.half_ln = (0.5 * sum * (1 << EXP_FRACTION_BITS) as f64) as i32;
-    chain
+    Chain { links, half_ln: (0.5 * sum * (1 << EXP_FRACTION_BITS) as f64) as i32 }
 }
 
 /// Returns the grid turned or mirrored, so that a direction is one of those kept.
@@ -144,11 +141,11 @@ impl Outline {
                 (true, _) => &grids[usize::from(is_turned)],
             };
             let (mut before, mut sum) = (0, 0_u32);
-            for ((&taxel, &like), &weight) in chain.order.iter().zip(&chain.like).zip(&chain.weight) {
-                let value = values.get(usize::from(taxel)).copied().unwrap_or(0);
-                let rest = value - ((i32::from(like) * before) >> PEAK_BITS);
+            for link in &chain.links {
+                let value = values.get((link >> PEAK_BITS & 31) as usize).copied().unwrap_or(0);
+                let rest = value - (((link & ((1 << PEAK_BITS) - 1)) as i32 * before) >> PEAK_BITS);
                 // Below 2^16, times below 2^10, 25 times.
-                sum += ((rest * rest) as u32 >> 8) * u32::from(weight);
+                sum += ((rest * rest) as u32 >> 8) * (link >> (PEAK_BITS + 5));
                 before = value;
             }
             let ln = Fixed::<256>.ln(sum.max(1)) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);
@@ -199,30 +196,35 @@ fn values(peaks: &[i16; TAXELS]) -> [i32; TAXELS] {
     mended
 }
 
-/// Returns whether a dark valley across the motion parts two contacts.
-pub(super) fn has_valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
-    valley(peaks, right, up).is_some()
+/// Returns the whiskers' places to the left of a motion, in 2^-16 pitches.
+#[inline(never)]
+fn across(right: f32, up: f32) -> [i32; TAXELS] {
+    let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
+    core::array::from_fn(|taxel| {
+        let [x, y] = place_of(taxel);
+        -x * up - y * right
+    })
 }
 
 /// Returns the whiskers to the right of the deepest valley across the motion that parts two contacts, a bit for each.
 #[inline(never)]
 pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> {
-    let mut order = [(i32::MAX, 0_i16, 0_u8); TAXELS];
-    let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
-    for (taxel, &peak) in peaks.iter().enumerate() {
-        let [x, y] = place_of(taxel);
-        let each = (-x * up - y * right, peak, taxel as u8);
-        // A stable sort in few bytes: those before are sorted, and those behind are free.
-        let at = order.iter().take(taxel).rposition(|before| before.0 <= each.0).map_or(0, |before| before + 1);
-        let mut carried = each;
-        for place in order.iter_mut().take(taxel + 1).skip(at) {
-            core::mem::swap(place, &mut carried);
+    // The place across the motion, and in the lowest five bits the taxel.
+    let mut order = [i32::MAX; TAXELS];
+    for (across, taxel) in across(right, up).into_iter().zip(0..) {
+        let mut carried = across << 5 | taxel;
+        // Sorted in few bytes.
+        for place in order.iter_mut().take(taxel as usize + 1) {
+            if *place > carried {
+                core::mem::swap(place, &mut carried);
+            }
         }
     }
+    let sorted = order.map(|each| peaks.get(each as usize & 31).copied().unwrap_or(0));
     let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
-    let second = |part: &[(i32, i16, u8)]| {
+    let second = |part: &[i16]| {
         let (mut most, mut second) = (0, 0);
-        for &(_, peak, _) in part {
+        for &peak in part {
             if peak > most {
                 (most, second) = (peak, most);
             } else {
@@ -233,18 +235,22 @@ pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> 
     };
     let (mut deepest, mut side) = (0, None);
     for at in 3..TAXELS - 2 {
-        let Some((before, behind)) = order.split_at_checked(at) else { continue };
-        let [a, b] = [before.last(), behind.first()].map(|each| each.map_or(0, |&(_, peak, _)| i32::from(peak)));
+        let Some((before, behind)) = sorted.split_at_checked(at) else { continue };
+        let [a, b] = [before.last(), behind.first()].map(|peak| peak.map_or(0, |&peak| i32::from(peak)));
         let bottom = a.max(b);
         // No side is brighter than the brightest.
         if 20 * bottom >= 3 * highest {
             continue;
         }
-        let sides = second(before).min(second(behind));
         // Both sides are lit, and the valley has less than 15 % of either.
-        if sides << LIT_SHIFT > highest && 20 * bottom < 3 * sides && sides - bottom > deepest {
+        let is_side = |side| side << LIT_SHIFT > highest && 20 * bottom < 3 * side && side - bottom > deepest;
+        let mut sides = second(before);
+        if is_side(sides) {
+            sides = sides.min(second(behind));
+        }
+        if is_side(sides) {
             (deepest, side) =
-                (sides - bottom, Some(before.iter().fold(0, |side, &(_, _, taxel)| side | 1 << (taxel & 31))));
+                (sides - bottom, Some(order.iter().take(at).fold(0, |side, taxel| side | 1 << (taxel & 31))));
         }
     }
     side
@@ -253,17 +259,13 @@ pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> 
 /// Returns whether whiskers are lit along the whole way, but for a dead one. An object that stops on the sensor leaves
 /// whiskers ahead of it dark.
 pub(super) fn is_crossed(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
-    let [right, up] = [right, up].map(|part| (part * 65_536.0) as i32);
-    let across = |taxel| {
-        let [x, y] = place_of(taxel);
-        -x * up - y * right
-    };
+    let places = across(right, up);
     let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
     let mut missed = 0;
-    for (taxel, _) in peaks.iter().enumerate().filter(|&(_, &peak)| i32::from(peak) << LIT_SHIFT <= highest) {
+    for (_, here) in peaks.iter().zip(places).filter(|&(&peak, _)| i32::from(peak) << LIT_SHIFT <= highest) {
         let (mut before, mut behind) = (false, false);
-        for (other, _) in peaks.iter().enumerate().filter(|&(_, &peak)| 3 * i32::from(peak) >= highest) {
-            let apart = across(other) - across(taxel);
+        for (_, other) in peaks.iter().zip(places).filter(|&(&peak, _)| 3 * i32::from(peak) >= highest) {
+            let apart = other - here;
             before |= (-BESIDE..=SAME_WAY).contains(&apart);
             behind |= (-SAME_WAY..=BESIDE).contains(&apart);
         }

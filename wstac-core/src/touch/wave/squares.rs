@@ -171,12 +171,9 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     sum
 }
 
-/// Most columns. A column of zeros counts as none: one size takes less code than three.
-pub(super) const COLUMNS: usize = 5;
+/// Most columns. Fewer are as if the others were of zeros: one size takes less code than three.
+const COLUMNS: usize = 5;
 type Matrix = [[f32; COLUMNS]; COLUMNS];
-
-/// No column.
-pub(super) const NONE: Polynomial = [0.0; 6];
 
 /// Coefficients of the columns.
 #[derive(Clone, Copy, Debug)]
@@ -206,8 +203,8 @@ impl Fit {
 
     /// Returns a coefficient of other values, of these weighted sums.
     #[inline(never)]
-    pub(super) fn of_others(&self, k: usize, columns: &[Polynomial; COLUMNS], sums: &Polynomial) -> f32 {
-        self.inverse.get(k).map_or(0.0, |row| dot(row, &columns.map(|column| dot(&column, sums))))
+    pub(super) fn of_others(&self, k: usize, columns: &[Polynomial], sums: &Polynomial) -> f32 {
+        self.inverse.get(k).map_or(0.0, |row| dot(row, &with_each(columns, sums)))
     }
 }
 
@@ -217,7 +214,7 @@ impl Fit {
 #[inline(never)]
 pub(super) fn fit(
     products: &Products,
-    columns: &[Polynomial; COLUMNS],
+    columns: &[Polynomial],
     sums: &Polynomial,
     squares: f32,
     count: usize,
@@ -225,7 +222,7 @@ pub(super) fn fit(
 ) -> Option<Fit> {
     let mut matrix = [[0.0_f32; COLUMNS]; COLUMNS];
     for (row, a) in columns.iter().enumerate() {
-        let times = products.map(|row| dot(a, &row));
+        let times = products.each_ref().map(|row| dot(a, row));
         for (column, b) in columns.iter().enumerate().take(row + 1) {
             let value = dot(b, &times);
             for [row, column] in [[row, column], [column, row]] {
@@ -235,22 +232,19 @@ pub(super) fn fit(
             }
         }
     }
-    let right = columns.map(|column| dot(&column, sums));
+    let right = with_each(columns, sums);
     let normal = matrix;
     let trace: f32 = (0..COLUMNS).map(|k| at(&matrix, k, k)).sum();
-    let mut used = 0;
-    for (k, (row, column)) in matrix.iter_mut().zip(columns).enumerate() {
+    for (k, row) in matrix.iter_mut().enumerate().take(columns.len()) {
         if let Some(place) = row.get_mut(k) {
-            let is_none = *column == NONE;
-            *place = if is_none { 1.0 } else { *place + ridge * *place + 1e-6 * trace };
-            used += usize::from(!is_none);
+            *place = *place + ridge * *place + 1e-6 * trace;
         }
     }
-    let inverse = inverted(matrix)?;
+    let inverse = inverted(matrix, columns.len())?;
     let coefficients = inverse.map(|row| dot(&row, &right));
     // What is left of the squares.
     let explained = 2.0 * dot(&coefficients, &right) - dot(&coefficients, &normal.map(|row| dot(&row, &coefficients)));
-    let variance = (squares - explained).max(0.0) / count.saturating_sub(used).max(1) as f32;
+    let variance = (squares - explained).max(0.0) / count.saturating_sub(columns.len()).max(1) as f32;
     Some(Fit { coefficients, inverse, variance })
 }
 
@@ -258,9 +252,19 @@ fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
     matrix.get(row).and_then(|row| row.get(column)).copied().unwrap_or(0.0)
 }
 
-/// Returns the inverse of a symmetric matrix whose leading minors are above 0, by Gauss and Jordan in place.
-fn inverted(mut matrix: Matrix) -> Option<Matrix> {
-    for k in 0..COLUMNS {
+/// Returns the sums of values with each column; 0 without one.
+#[inline(never)]
+fn with_each(columns: &[Polynomial], sums: &Polynomial) -> [f32; COLUMNS] {
+    let mut with = [0.0; COLUMNS];
+    for (place, column) in with.iter_mut().zip(columns) {
+        *place = dot(column, sums);
+    }
+    with
+}
+
+/// Returns the inverse of a symmetric matrix of this size whose leading minors are above 0, by Gauss and Jordan in place.
+fn inverted(mut matrix: Matrix, size: usize) -> Option<Matrix> {
+    for k in 0..size {
         let pivot = at(&matrix, k, k);
         if pivot.is_nan() || pivot <= f32::MIN_POSITIVE {
             return None;
@@ -271,7 +275,7 @@ fn inverted(mut matrix: Matrix) -> Option<Matrix> {
         for place in &mut of_pivot {
             *place *= by;
         }
-        for (number, row) in matrix.iter_mut().enumerate() {
+        for (number, row) in matrix.iter_mut().enumerate().take(size) {
             if number == k {
                 *row = of_pivot;
                 continue;
