@@ -1,6 +1,6 @@
 //! Errors for a person. They say what cannot be used, which part of it, what was found and what was expected.
 //!
-//! Programs decide by [`Error::kind`], never by the text.
+//! Programs decide by [`Error::kind`] or its predicates, never by the text.
 //!
 //! ```
 //! use std::path::Path;
@@ -8,6 +8,7 @@
 //! use wstac_host::error::ErrorKind;
 //!
 //! let error = Config::read(Path::new("no-such-file.toml")).unwrap_err();
+//! assert!(error.is_not_found());
 //! assert_eq!(error.kind(), ErrorKind::NotFound);
 //! assert_eq!(error.subject(), "no-such-file.toml");
 //! // The cause is an `io::Error`.
@@ -149,6 +150,63 @@ impl Error {
     pub fn message(&self) -> &str {
         &self.message
     }
+
+    /// Returns whether a file, device or address does not exist.
+    pub fn is_not_found(&self) -> bool {
+        self.kind == ErrorKind::NotFound
+    }
+
+    /// Returns whether a file exists already and is not overwritten.
+    pub fn is_already_exists(&self) -> bool {
+        self.kind == ErrorKind::AlreadyExists
+    }
+
+    /// Returns whether another program uses the file or device.
+    pub fn is_busy(&self) -> bool {
+        self.kind == ErrorKind::Busy
+    }
+
+    /// Returns whether the operating system refused to read or write.
+    ///
+    /// Missing, existing and busy files have predicates of their own.
+    pub fn is_io(&self) -> bool {
+        self.kind == ErrorKind::Io
+    }
+
+    /// Returns whether a camera or board failed, is gone, or refused what was set.
+    pub fn is_device(&self) -> bool {
+        self.kind == ErrorKind::Device
+    }
+
+    /// Returns whether a configuration, a scene or a plan has a wrong value, or does not fit the source.
+    pub fn is_config(&self) -> bool {
+        self.kind == ErrorKind::Config
+    }
+
+    /// Returns whether a frame was not taken.
+    pub fn is_frame(&self) -> bool {
+        self.kind == ErrorKind::Frame
+    }
+
+    /// Returns whether a file or stream is damaged, or has another format.
+    pub fn is_format(&self) -> bool {
+        self.kind == ErrorKind::Format
+    }
+
+    /// Returns whether the data can be read, but do not hold what is needed.
+    pub fn is_data(&self) -> bool {
+        self.kind == ErrorKind::Data
+    }
+
+    /// Returns whether this build, or this kind of source, cannot do what is asked.
+    pub fn is_unsupported(&self) -> bool {
+        self.kind == ErrorKind::Unsupported
+    }
+
+    /// Returns whether an argument is wrong, or does not go with the others.
+    pub fn is_usage(&self) -> bool {
+        self.kind == ErrorKind::Usage
+    }
 }
 
 impl From<io::ErrorKind> for ErrorKind {
@@ -204,12 +262,12 @@ mod tests {
             (missing.kind(), missing.to_string().as_str()),
             (ErrorKind::NotFound, "a.y4m: no such file or folder")
         );
-        assert_eq!(missing.kind(), ErrorKind::NotFound);
+        assert!(missing.is_not_found() && !missing.is_io());
         let cause = missing.source().and_then(|cause| cause.downcast_ref::<io::Error>()).unwrap();
         assert_eq!(cause.kind(), io::ErrorKind::NotFound);
 
         let refused = Error::config("wstac.toml", ConfigError::Window(71)).about("other.toml");
-        assert_eq!(refused.kind(), ErrorKind::Config);
+        assert!(refused.is_config());
         assert_eq!((refused.subject(), refused.message()), ("other.toml", "window is 71 frames, expected 1 to 70"));
         assert_eq!(refused.source().unwrap().downcast_ref(), Some(&ConfigError::Window(71)));
 
@@ -219,7 +277,7 @@ mod tests {
         assert_eq!(frame.to_string(), "camera: frame has 1 byte, expected at least 2");
 
         let plain = Error::new(ErrorKind::Usage, "--label", "is empty, expected a name");
-        assert!(plain.kind() == ErrorKind::Usage && plain.source().is_none());
+        assert!(plain.is_usage() && plain.source().is_none());
         assert_eq!(format!("{plain:?}"), "--label: is empty, expected a name");
         for (io, kind) in [
             (io::ErrorKind::PermissionDenied, ErrorKind::Io),
