@@ -56,6 +56,8 @@ pub struct Video {
     doubt: Doubt,
     /// The fault about its rotation, until it is reported.
     turned: Option<Fault>,
+    /// Whether no picture has come.
+    is_empty: bool,
     ended: bool,
 }
 
@@ -120,9 +122,9 @@ impl Video {
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
-        let (has_arrived, waits, ended) = (false, 0, false);
+        let (has_arrived, waits, is_empty, ended) = (false, 0, true, false);
         let doubt = Doubt { lacks_keys: stated.lacks_keys(), ..Doubt::default() };
-        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, ended })
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, is_empty, ended })
     }
 
     fn start(
@@ -174,7 +176,7 @@ impl Source for Video {
         if let Some(fault) = self.turned.take() {
             return Ok(SourceEvent::Fault(fault));
         }
-        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, ended, .. } = self;
+        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, is_empty, ended, .. } = self;
         let fault = |kind, message: &str| Ok(SourceEvent::Fault(Fault::new(kind, format!("{subject}: {message}"))));
         if let Some(reports) = decoder.reports.as_ref().filter(|_| !*has_arrived && !*ended) {
             if !frames.has_next() {
@@ -228,6 +230,11 @@ impl Source for Video {
             return Ok(SourceEvent::End);
         }
         match frames.next_event() {
+            Ok(SourceEvent::End) if *is_empty => {
+                *ended = true;
+                let why = decoder.end().unwrap_or_else(|| "has no picture that ffmpeg can decode".to_owned());
+                Err(Error::new(ErrorKind::Format, subject, why))
+            }
             Ok(SourceEvent::End) => {
                 *ended = true;
                 spacing.iter_mut().for_each(Spacing::finish);
@@ -243,6 +250,7 @@ impl Source for Video {
             }
             other => {
                 *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
+                *is_empty &= *has_arrived;
                 match (other, spacing) {
                     (Ok(event), Some(spacing)) => Ok(spacing.placed(event)),
                     (other, _) => other,

@@ -57,7 +57,7 @@ pub struct Motion {
     /// axis are lit.
     ///
     /// By coherence it is the explained part of the lines' energy. By edges it is 1 less the mean square deviation of the
-    /// arrival times from their straight line, in units of (1 + |slowness|)² frames².
+    /// arrival times from their straight line, in units of (1 + |slowness|)² frames². By a wave it is 0.
     pub coherence: f32,
     /// Whether speed and direction hold within their standard deviations.
     pub reliable: bool,
