@@ -96,7 +96,7 @@ impl Whiskers {
     pub(super) fn begin(&mut self, ring: &TaxelRing) {
         *self = Self::EMPTY;
         let mut dark = (0..=NEWEST - DARK).rev().filter(|&frame| !ring.is_lost(frame));
-        let dark = [(); 2].map(|()| ring.frame(dark.next().unwrap_or(NEWEST - DARK)));
+        let dark = [(); 2].map(|()| dark.next().map_or([0; TAXELS], |frame| ring.frame(frame)));
         for (whisker, (a, b)) in self.each.iter_mut().zip(dark[0].iter().zip(&dark[1])) {
             whisker.dark = *a.min(b);
         }
