@@ -579,7 +579,8 @@ mod tests {
         );
         assert!(of(&|n| [format!("{}_cam0.png", at(n, 0)), format!("{}_cam1.png", at(n, 16))]).is_some());
         assert_eq!(of(&|n| [format!("{}.png", at(2 * n, 0)), format!("{}.png", at(2 * n + 1, 0))]), None);
-        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and names without an order.
+        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and names
+        // without an order.
         assert_eq!(of(&|n| [0, 500].map(|ms| format!("12_{:02}_{:02}_{ms:03}.png", n / 60, n % 60))), None);
         assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{n:05}_{}.png", at(n, 0)))), None);
         assert_eq!(of(&|n| [0_u64, 1].map(|take| format!("{take}_{}.png", ms(n, take * 9000)))), None);
