@@ -75,6 +75,15 @@ fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
 }
 
 #[test]
+fn a_pipe_that_nobody_writes_to_is_said_to_be_waited_for() {
+    let folder = Folder::new("signals-pipe");
+    let mut child = start(&["run", &pipe(&folder, "a.y4m")]);
+    let note = BufReader::new(child.stderr.take().unwrap()).lines().next().unwrap().unwrap();
+    assert!(note.ends_with("a.y4m: waits for Y4M from a program that writes to this pipe"), "{note}");
+    end(&mut child, Signal::INT).unwrap();
+}
+
+#[test]
 fn every_signal_ends_several_sensors_a_monitor_and_a_recording() {
     let folder = Folder::new("signals-kinds");
     let file = folder.0.join("a.mcap");

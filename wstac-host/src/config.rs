@@ -220,7 +220,7 @@ impl Config {
     pub(crate) fn parse_recorded(text: &str) -> Result<Self, Error> {
         match text.parse::<toml::Table>() {
             Ok(mut table) if removed_law(text).is_some() => {
-                // What was the default then.
+                // The default of that time.
                 let speed = toml::Table::from_iter([("estimator".to_owned(), "coherence".into())]);
                 table.insert("speed".to_owned(), speed.into());
                 Self::parse(&table.to_string())

@@ -54,7 +54,7 @@ pub enum JsonLine<'a> {
         speed: SpeedField,
         /// The sliding direction.
         direction: DirectionField,
-        /// What both are known by: `edge` or `outline`.
+        /// The part of the light that tells both: `edge` or `outline`.
         #[serde(skip_serializing_if = "Option::is_none")]
         basis: Option<&'static str>,
     },

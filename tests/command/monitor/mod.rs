@@ -320,6 +320,16 @@ fn a_device_that_is_gone_is_waited_for() {
     assert_eq!(monitor.wait().unwrap().code(), Some(0));
 }
 
+#[test]
+fn a_board_that_ends_before_its_baseline_is_said_to_be_too_short() {
+    let folder = Folder::new("monitor-short");
+    let mut sent = board::Sent { frames: Vec::new() };
+    sent.push(&Message::End { stream: StreamEnd::new(7), dropped: 0 });
+    let file = folder.file("short.bin", sent.frames.concat());
+    let notes = said(&run(&["run", &format!("board:{}", path(&file))]));
+    assert!(notes.contains("no event: the source ended before the baseline was complete"), "{notes}");
+}
+
 /// A monitor of a board that starts again and again, and does not read the requests for that, until the connection has
 /// no room for more of them and the monitor says so.
 struct Unread {

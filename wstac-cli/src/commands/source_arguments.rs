@@ -3,6 +3,7 @@
 use std::ffi::OsStr;
 use std::fmt::Display;
 use std::os::unix::ffi::OsStrExt;
+use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 use std::str::FromStr;
 
@@ -10,6 +11,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
 
+use super::output::note;
 use crate::open;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -89,6 +91,9 @@ impl SourceArguments {
     /// Opens a source and returns it with its stream information, as the arguments change it.
     pub(super) fn open(&self, source: &OsStr, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let options = OpenOptions { delivery, sensor: self.sensor.clone(), ..self.options.clone() };
+        if Path::new(source).metadata().is_ok_and(|metadata| metadata.file_type().is_fifo()) {
+            note(format_args!("{}: waits for Y4M from a program that writes to this pipe", source.display()));
+        }
         let source = open(source, &options).map_err(|error| self.with_advice(source, error))?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {

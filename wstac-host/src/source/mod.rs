@@ -7,6 +7,8 @@ pub mod every_sensor;
 pub mod jpeg_folder;
 #[cfg(feature = "mcap")]
 pub mod mcap;
+#[cfg(any(feature = "jpeg", feature = "png"))]
+mod name_times;
 pub mod names;
 #[cfg(any(feature = "jpeg", feature = "png"))]
 mod natural;

@@ -5,14 +5,12 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::rate::FrameRate;
 
+use super::name_times::{NS_PER_S, Part, date, decimal, number, of_clock, parts, seconds, time_of_day};
 use super::replaced_rate::{self, readable};
 use super::spacing::{self, Positions};
 
-/// Digits of a date and a time of day.
-const DATE: usize = 14;
 /// At most this part of names may be unlike the others.
 const STRAY: usize = 10;
-const NS_PER_S: i128 = 1_000_000_000;
 const NS_PER_MS: f64 = 1e6;
 /// The seconds since 1970 of a time that a whole number in a name may be: from 2001 to 2128.
 const EPOCH: std::ops::Range<i128> = 1_000_000_000..5_000_000_000;
@@ -96,30 +94,21 @@ pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
         let (numbers, files): (Vec<_>, _) = counted.into_iter().map(|(number, file)| (Some(number), file)).unzip();
         return (files, placed(Positions::Numbers, 1.0, numbers));
     }
-    let Some(times) = decimals(&files) else {
-        let files = by_clock(files);
+    let Some(times) = decimals(&files).or_else(|| by_clock(&files)) else {
         let places = by_parts(&files);
         return (files, places);
     };
     let mut timed: Vec<_> = times.into_iter().zip(files).collect();
     timed.sort_by_key(|(time, _)| *time);
-    let (times, files): (Vec<_>, _) = timed.into_iter().unzip();
-    // Times of day, such as 104158.520, unless seconds go on above 59.
-    let clock: Option<Vec<_>> = times.iter().map(|time| of_clock(*time)).collect();
-    let times = clock.unwrap_or(times).into_iter().map(Some).collect();
+    let (times, files) = timed.into_iter().unzip();
     (files, placed(Positions::NamedTimes, NS_PER_MS, times))
 }
 
-/// Returns pictures in the order of their times, if some of these lack a fraction: `01Z` is before `01.040Z`.
-fn by_clock(files: Vec<PathBuf>) -> Vec<PathBuf> {
-    let times = Names::new(&files).filter(|names| names.lacks_fraction).and_then(|names| {
-        let time = |name: &[Part<'_>]| date(name).or_else(|| time_of_day(name));
-        (0..names.parts.first()?.len()).find_map(|at| names.read(|name| time(name.get(at..)?)))
-    });
-    let Some(times) = times else { return files };
-    let mut timed: Vec<_> = times.into_iter().zip(files).collect();
-    timed.sort_by_key(|(time, _)| *time);
-    timed.into_iter().map(|(_, file)| file).collect()
+/// Returns the times of pictures of which some lack a fraction, so that their order is another: `01Z` is before `01.040Z`.
+fn by_clock(files: &[PathBuf]) -> Option<Vec<Option<i128>>> {
+    let names = Names::new(files).filter(|names| names.lacks_fraction)?;
+    let time = |name: &[Part<'_>]| date(name).or_else(|| time_of_day(name));
+    (0..names.usual.len()).find_map(|at| names.read(|name| time(name.get(at..)?)))
 }
 
 fn positions(files: &[PathBuf]) -> Places {
@@ -137,10 +126,7 @@ fn by_parts(files: &[PathBuf]) -> Places {
         [at] => {
             let numbers = names.column(at)?;
             // A counter such as 000000041 would be a clock of more frames per second than there are.
-            let is_clock = |(_, times): &Times| {
-                let known: Vec<i128> = times.iter().flatten().copied().collect();
-                known.windows(2).all(|pair| pair[1] - pair[0] >= SHORTEST)
-            };
+            let is_clock = |(_, times): &Times| rise(times, SHORTEST);
             let times = names.clock(date).or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
             match times.or_else(|| names.clock(time_of_day).filter(is_clock)) {
                 Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
@@ -148,10 +134,13 @@ fn by_parts(files: &[PathBuf]) -> Places {
             }
         }
         // A camera that slows down counts on: its times come before its numbers.
-        _ => match names.clear_times().or_else(|| index().is_none().then(|| names.seconds())?) {
-            Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
-            None => placed(Positions::Numbers, 1.0, index()?),
-        },
+        _ => {
+            let seconds = || names.parsed(names.differing.iter().copied(), seconds).filter(|_| index().is_none());
+            match names.clear_times().or_else(seconds) {
+                Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
+                None => placed(Positions::Numbers, 1.0, index()?),
+            }
+        }
     }
 }
 
@@ -169,7 +158,8 @@ fn placed(kind: Positions, unit: f64, numbers: Vec<Option<i128>>) -> Places {
 /// The parts of pictures' names, nearly all of which differ only by numbers.
 struct Names<'a> {
     parts: Vec<Vec<Part<'a>>>,
-    fits: Vec<bool>,
+    /// The parts of a name that is as the others.
+    usual: Vec<Part<'a>>,
     /// The numbers that differ.
     differing: Vec<usize>,
     /// Whether a time without a fraction is among them.
@@ -182,21 +172,20 @@ type Times = (f64, Vec<Option<i128>>);
 impl<'a> Names<'a> {
     fn new(files: &'a [PathBuf]) -> Option<Self> {
         let mut parts: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
-        let usual = &*usual(&parts)?.to_vec();
+        let usual = usual(&parts)?.to_vec();
         let mut lacks_fraction = false;
         for name in &mut parts {
-            lacks_fraction |= add_fraction(name, usual);
+            lacks_fraction |= add_fraction(name, &usual);
         }
-        let fits: Vec<bool> = parts.iter().map(|name| is_alike(name, usual)).collect();
-        let differs = |at: &usize| parts.iter().zip(&fits).any(|(name, fits)| *fits && name.get(*at) != usual.get(*at));
+        let differs = |at: &usize| parts.iter().any(|name| is_alike(name, &usual) && name.get(*at) != usual.get(*at));
         let differing = (0..usual.len()).filter(differs).collect();
-        Some(Self { parts, fits, differing, lacks_fraction })
+        Some(Self { parts, usual, differing, lacks_fraction })
     }
 
     /// Returns the numbers that names have; `None` if one cannot be read, which is no stray name.
     fn read(&self, number: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Vec<Option<i128>>> {
-        let read = |(name, fits): (&Vec<Part<'_>>, &bool)| if *fits { number(name).map(Some) } else { Some(None) };
-        self.parts.iter().zip(&self.fits).map(read).collect()
+        let read = |name: &Vec<Part<'_>>| if is_alike(name, &self.usual) { number(name).map(Some) } else { Some(None) };
+        self.parts.iter().map(read).collect()
     }
 
     fn column(&self, at: usize) -> Option<Vec<Option<i128>>> {
@@ -214,13 +203,13 @@ impl<'a> Names<'a> {
         mut starts: impl Iterator<Item = usize>,
         time: impl Fn(&[Part<'_>]) -> Option<i128>,
     ) -> Option<Times> {
-        let times = starts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| rises(times)))?;
+        let times = starts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| rise(times, 1)))?;
         Some((NS_PER_MS, times))
     }
 
     /// Returns the times of a clock, whose first parts may be those of all.
     fn clock(&self, time: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Times> {
-        self.parsed(0..self.parts.first()?.len(), time)
+        self.parsed(0..self.usual.len(), time)
     }
 
     /// Returns times since 1970: whole ones, or seconds and their fraction.
@@ -228,15 +217,15 @@ impl<'a> Names<'a> {
         let whole = self.columns().find_map(|numbers| Some((epoch_unit(&numbers)?, numbers)));
         let is_time = |time: &i128| EPOCH.contains(&(time / NS_PER_S));
         let fractions = || self.clock(|name| seconds(name).filter(is_time));
-        whole.filter(|(_, times)| rises(times)).or_else(fractions)
+        whole.filter(|(_, times)| rise(times, 1)).or_else(fractions)
     }
 
     /// Returns the numbers of a column behind which their unit stands.
     fn with_unit(&self, at: usize) -> Option<Times> {
         let units: [(&[u8], f64); 3] = [(b"ms", 1.0), (b"us", 1e3), (b"ns", NS_PER_MS)];
-        let Some(Part::Text(behind)) = self.parts.first()?.get(at + 1) else { return None };
+        let Some(Part::Text(behind)) = self.usual.get(at + 1) else { return None };
         let (_, unit) = units.into_iter().find(|(unit, _)| behind == unit)?;
-        Some((unit, self.column(at)?)).filter(|(_, times)| rises(times))
+        Some((unit, self.column(at)?)).filter(|(_, times)| rise(times, 1))
     }
 
     /// Returns the times that names state in a form that nothing else has.
@@ -245,22 +234,20 @@ impl<'a> Names<'a> {
         let clock = self.clock(date).or_else(|| self.clock(time_of_day));
         clock.or_else(|| self.since_1970()).or_else(of_units)
     }
-
-    fn seconds(&self) -> Option<Times> {
-        self.parsed(self.differing.iter().copied(), seconds)
-    }
 }
 
-fn rises(numbers: &[Option<i128>]) -> bool {
+/// Returns whether numbers rise by at least this each time.
+fn rise(numbers: &[Option<i128>], least: i128) -> bool {
     let known: Vec<i128> = numbers.iter().flatten().copied().collect();
-    known.windows(2).all(|pair| pair[0] < pair[1])
+    known.windows(2).all(|pair| pair[1].saturating_sub(pair[0]) >= least)
 }
 
 /// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or nanoseconds.
 fn epoch_unit(numbers: &[Option<i128>]) -> Option<f64> {
     let is_time = |per_s: &i128| numbers.iter().flatten().all(|number| EPOCH.contains(&(number / per_s)));
     let per_s = [1000, 1_000_000, NS_PER_S].into_iter().find(is_time)?;
-    let known: Vec<f64> = numbers.iter().flatten().map(|number| (number - numbers[0].unwrap_or(0)) as f64).collect();
+    let first = numbers.iter().flatten().next()?;
+    let known: Vec<f64> = numbers.iter().flatten().map(|number| (number - first) as f64).collect();
     let rate = per_s as f64 / spacing::step(&known)?;
     RATES.contains(&rate).then_some(per_s as f64 / 1000.0)
 }
@@ -285,7 +272,7 @@ fn hexadecimal(files: &[PathBuf]) -> Option<Vec<i128>> {
 
 /// Returns the decimals of names that consist of them alone, apart from what all have at their start and end, in parts
 /// of 10⁻⁹.
-fn decimals(files: &[PathBuf]) -> Option<Vec<i128>> {
+fn decimals(files: &[PathBuf]) -> Option<Vec<Option<i128>>> {
     let first = stem(files.first()?);
     let (mut start, mut end) = (first.len(), first.len());
     for file in files {
@@ -310,7 +297,10 @@ fn decimals(files: &[PathBuf]) -> Option<Vec<i128>> {
         && fractions().any(|digits| digits.len() < 8)
         && fractions().all(|digits| digits == b"0" || !digits.starts_with(b"0"));
     let digits = if is_nanoseconds { 9 } else { 0 };
-    texts.iter().map(|text| decimal(text, digits)).collect()
+    let times: Vec<_> = texts.iter().map(|text| decimal(text, digits)).collect::<Option<_>>()?;
+    // Times of day, such as 104158.520, unless seconds go on above 59.
+    let clock: Option<Vec<_>> = times.iter().map(|time| of_clock(*time)).collect();
+    Some(clock.unwrap_or(times).into_iter().map(Some).collect())
 }
 
 /// Returns the name that nearly all are like: they differ only by numbers.
@@ -354,110 +344,6 @@ fn is_index(numbers: &[Option<i128>]) -> bool {
     distances.iter().all(is_whole) && 2 * once > distances.len()
 }
 
-/// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of 10⁻⁹.
-fn date(name: &[Part<'_>]) -> Option<i128> {
-    let (mut digits, mut at) = (Vec::new(), 0);
-    while digits.len() < DATE {
-        digits.extend_from_slice(name.get(at)?.digits()?);
-        at += 2;
-    }
-    if digits.len() == DATE {
-        digits.extend_from_slice(name.get(at)?.digits()?);
-        at += 2;
-    }
-    let field = |from: usize, to: usize, range: std::ops::RangeInclusive<i128>| {
-        number(digits.get(from..to)?).filter(|field| range.contains(field))
-    };
-    let (year, month, day) = (field(0, 4, 1900..=2099)?, field(4, 6, 1..=12)?, field(6, 8, 1..=31)?);
-    let (hour, minute, second) = (field(8, 10, 0..=23)?, field(10, 12, 0..=59)?, field(12, 14, 0..=60)?);
-    let fraction = fraction(digits.get(DATE..)?, name.get(at.wrapping_sub(3)))?;
-    // The year begins in March, so that a leap day is its last.
-    let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
-    let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
-    let seconds = ((24 * days + hour) * 60 + minute) * 60 + second;
-    Some(seconds * NS_PER_S + fraction)
-}
-
-/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Behind another text than a point, only 3, 6, 7 (.NET)
-/// or 9 digits are one.
-fn fraction(digits: &[u8], behind: Option<&Part<'_>>) -> Option<i128> {
-    let has_point = matches!(behind, Some(Part::Text(b"." | b",")));
-    nanoseconds(digits).filter(|_| matches!(digits.len(), 3 | 6 | 7 | 9) || (digits.len() >= 2 && has_point))
-}
-
-/// Returns the time of day that a decimal such as 104158.520 means; `None` if it means none.
-fn of_clock(decimal: i128) -> Option<i128> {
-    let (whole, fraction) = (decimal / NS_PER_S, decimal % NS_PER_S);
-    let [hour, minute, second] = [whole / 10_000, whole / 100 % 100, whole % 100];
-    (hour < 24 && minute < 60 && second < 60).then(|| ((hour * 60 + minute) * 60 + second) * NS_PER_S + fraction)
-}
-
-/// Returns the time of day that a name begins with: hours, minutes, seconds and their fraction, in parts of 10⁻⁹.
-fn time_of_day(name: &[Part<'_>]) -> Option<i128> {
-    name.first()?.digits()?;
-    let digits: Vec<&[u8]> = name.iter().filter_map(Part::digits).take(4).collect();
-    let joined = digits.concat();
-    let fraction = fraction(joined.get(6..)?, name.get((2 * digits.len()).wrapping_sub(3)))?;
-    let field = |from: usize, most: i128| number(joined.get(from..from + 2)?).filter(|field| *field <= most);
-    let seconds = (field(0, 23)? * 60 + field(2, 59)?) * 60 + field(4, 59)?;
-    // Fields of two digits each, in one number or in several.
-    let is_clock = digits.iter().rev().skip(1).all(|part| part.len() % 2 == 0);
-    Some(seconds * NS_PER_S + fraction).filter(|_| is_clock)
-}
-
-/// Returns the time of whole seconds and their fraction that a name begins with, in parts of 10⁻⁹.
-fn seconds(name: &[Part<'_>]) -> Option<i128> {
-    let [seconds, Part::Text(between), fraction, ..] = name else { return None };
-    let fraction = fraction.digits()?;
-    let is_decimal =
-        *between == b"." || (matches!(*between, b"_" | b"-" | b"s") && matches!(fraction.len(), 3 | 6 | 9));
-    number(seconds.digits()?)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(fraction).filter(|_| is_decimal)?)
-}
-
-/// A part of a name.
-#[derive(Clone, Copy, PartialEq)]
-enum Part<'a> {
-    /// Digits.
-    Number(&'a [u8]),
-    Text(&'a [u8]),
-}
-
-impl<'a> Part<'a> {
-    fn digits(&self) -> Option<&'a [u8]> {
-        if let Self::Number(digits) = self { Some(digits) } else { None }
-    }
-}
-
-fn parts(name: &[u8]) -> Vec<Part<'_>> {
-    let is_number = |part: &[u8]| part.first().is_some_and(u8::is_ascii_digit);
-    name.chunk_by(|a, b| a.is_ascii_digit() == b.is_ascii_digit())
-        .map(|part| if is_number(part) { Part::Number(part) } else { Part::Text(part) })
-        .collect()
-}
-
-/// Returns the digits of a fraction as parts of 10⁻⁹.
-fn nanoseconds(fraction: &[u8]) -> Option<i128> {
-    let digits: Vec<u8> = fraction.iter().copied().chain(std::iter::repeat(b'0')).take(9).collect();
-    number(&digits)
-}
-
-/// Returns a decimal such as a time of a name in parts of 10⁻⁹, whose fraction has zeros in front up to so many digits; `None`
-/// if the name is anything else.
-fn decimal(name: &[u8], width: usize) -> Option<i128> {
-    let dot = name.iter().position(|byte| *byte == b'.')?;
-    let (whole, fraction) = (name.get(..dot)?, name.get(dot + 1..)?);
-    if fraction.is_empty() || !fraction.iter().all(u8::is_ascii_digit) {
-        return None;
-    }
-    let zeros = vec![b'0'; width.saturating_sub(fraction.len())];
-    number(whole)?.checked_mul(NS_PER_S)?.checked_add(nanoseconds(&[&zeros, fraction].concat())?)
-}
-
-/// Returns the value of digits; `None` if there are none, other bytes or too many digits.
-fn number(digits: &[u8]) -> Option<i128> {
-    str::from_utf8(digits).ok().filter(|digits| digits.bytes().all(|byte| byte.is_ascii_digit()))?.parse().ok()
-}
-
 /// Returns a file's name without its ending.
 pub(super) fn stem(file: &Path) -> &[u8] {
     file.file_stem().unwrap_or_default().as_encoded_bytes()
@@ -494,6 +380,8 @@ mod tests {
         assert_eq!(found(&["0.5.png", "0.75.png", "1.0.png"]), Some(vec![0.0, 250.0, 500.0]));
         assert_eq!(found(&["1764100000000000001.png", "1764100000000000003.png"]), Some(vec![0.0, 2.0]));
         assert_eq!(found(&["a.png", "b.png"]), None);
+        let decimal = |name: &str| decimals(&paths(&[name, "img_10.0.png"])).unwrap()[0];
+        assert!(decimal("img_9.5.png") > decimal("img_9.45.png"));
         assert_eq!(found(&["1.png"]), Some(vec![0.0]));
         assert_eq!(found(&[&"9".repeat(99), &"8".repeat(99)]), None);
     }
@@ -531,6 +419,13 @@ mod tests {
             }),
             ((NamedTimes, 33.3, 10, None), &|frame, _| {
                 format!("{}_{:09}.png", time(frame) / 1000, time(frame) % 1000 * 1_000_000)
+            }),
+            ((NamedTimes, 33.3, 10, None), &|_, ms| format!("cam_251125_12{}.png", at(ms).replacen('-', "", 1))),
+            ((NamedTimes, 33.3, 10, Some(true)), &|frame, ms| {
+                if frame == 0 { "background.png".into() } else { format!("2025-11-25_12-{}.png", at(ms)) }
+            }),
+            ((NamedTimes, 33.3, 10, Some(true)), &|frame, ms| {
+                if frame == 0 { "background.png".into() } else { format!("{ms}ms.png") }
             }),
             ((Numbers, 1.0, 9, Some(true)), &|frame, _| {
                 if frame == 30 { "background.png".into() } else { format!("{frame}.png") }
@@ -629,12 +524,6 @@ mod tests {
     }
 
     #[test]
-    fn decimals_behind_a_prefix_are_in_the_order_of_their_values() {
-        let files = ["img_9.5.png", "img_9.45.png"].map(PathBuf::from);
-        assert_eq!(decimals(&files), Some(vec![9_500_000_000, 9_450_000_000]));
-    }
-
-    #[test]
     fn times_in_names_give_the_rate() {
         let rate_of = |name: &dyn Fn(u32) -> String| {
             let files: Vec<_> =
@@ -690,7 +579,8 @@ mod tests {
         );
         assert!(of(&|n| [format!("{}_cam0.png", at(n, 0)), format!("{}_cam1.png", at(n, 16))]).is_some());
         assert_eq!(of(&|n| [format!("{}.png", at(2 * n, 0)), format!("{}.png", at(2 * n + 1, 0))]), None);
-        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and names without an order.
+        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and names
+        // without an order.
         assert_eq!(of(&|n| [0, 500].map(|ms| format!("12_{:02}_{:02}_{ms:03}.png", n / 60, n % 60))), None);
         assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{n:05}_{}.png", at(n, 0)))), None);
         assert_eq!(of(&|n| [0_u64, 1].map(|take| format!("{take}_{}.png", ms(n, take * 9000)))), None);

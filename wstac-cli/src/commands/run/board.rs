@@ -5,8 +5,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::super::output::Stop;
 use super::super::records::Records;
+use super::no_event::Reason;
 use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::{Monitor, Report, telemetry};
+use wstac_host::output::Output;
 use wstac_host::plural::counted;
 
 /// A board that is ready for reading.
@@ -33,7 +35,12 @@ impl OpenBoard<'_> {
         };
         line.run(is_over, |report| {
             match report {
-                Report::Output(output) => records.write(&output)?,
+                Report::Output(output) => {
+                    records.write(&output)?;
+                    if matches!(&output, Output::End(end) if end.frames > 0 && !end.baseline_complete) {
+                        records.note(Reason::TooShort);
+                    }
+                }
                 Report::Note(text) => records.note(text),
                 Report::LostEvents(lost) => {
                     lost_events += lost;

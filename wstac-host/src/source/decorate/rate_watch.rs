@@ -315,7 +315,7 @@ mod tests {
         }
 
         fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-            // What was lent before is gone.
+            // Bytes that were lent before are gone.
             self.bytes = [0];
             Ok(match self.events.pop_front() {
                 Some(Played::Frame(sequence, time)) => {

@@ -183,7 +183,7 @@ impl Stated {
         }
         match &self.other_matrix {
             _ if !frames.format.is_ycbcr() || self.matrix.is_some() => {}
-            // What a file says reaches a terminal escaped.
+            // A file's words reach a terminal escaped.
             Some(other) => {
                 about.extend(["; its matrix is ", other, ": read as bt601, unless --matrix says bt709"]);
             }
