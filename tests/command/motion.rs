@@ -8,12 +8,11 @@ use wstac_tests::folder::Folder;
 #[test]
 fn every_slide_behind_a_slow_one_has_its_motions() {
     let folder = Folder::new("motion-creep");
-    let file = folder.0.join("creep.toml");
     for slow in [12, 16, 20, 25] {
         let slides = [slow, 120, 120, 45, 120]
             .map(|speed| format!("[[touch]]\nkind = \"slide\"\nspecimen = \"Sin2\"\nspeed = {speed}\n"));
-        std::fs::write(&file, format!("fidelity = \"taxel\"\n{}", slides.concat())).unwrap();
-        let lines = good(&["run", &format!("scene:{}", file.display()), "--motion", "--json"]);
+        let scene = folder.scene("creep.toml", format!("fidelity = \"taxel\"\n{}", slides.concat()));
+        let lines = good(&["run", &scene, "--motion", "--json"]);
         let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
         let of = |kind: &'static str| lines.iter().filter(move |line| line["kind"] == kind);
         let touches: Vec<u64> = of("event").map(|event| event["touch_frame"].as_u64().unwrap()).collect();

@@ -298,8 +298,8 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
     folder.file("a.toml", "specimens = [\"Saw3\"]\nslides = 2\n");
     let trained = concat!(env!("CARGO_MANIFEST_DIR"), "/fuzz/seeds/model_import/forest.onnx");
     fs::copy(trained, folder.0.join("forest.onnx")).unwrap();
-    folder.file("s.toml", SMALL.replace("40, 40", "80, 80"));
-    good(&["record", &format!("scene:{}", path("s.toml")), "-o", &path("a.mcap"), "--label", "specimen=Saw3"]);
+    let scene = folder.scene("s.toml", SMALL.replace("40, 40", "80, 80"));
+    good(&["record", &scene, "-o", &path("a.mcap"), "--label", "specimen=Saw3"]);
     folder.file("old.new.jsonl", "mine");
     let before = folder.names();
     for (command, blocks) in [
@@ -335,8 +335,8 @@ fn a_file_that_cannot_be_written_leaves_nothing() {
 #[test]
 fn a_full_output_is_an_error_of_every_command() {
     let folder = Folder::new("signals-full");
-    folder.file("s.toml", SMALL.replace("40, 40", "160, 120"));
-    good(&["record", &format!("scene:{}", folder.path("s.toml")), "-o", &folder.path("a.mcap")]);
+    let scene = folder.scene("s.toml", SMALL.replace("40, 40", "160, 120"));
+    good(&["record", &scene, "-o", &folder.path("a.mcap")]);
     for arguments in [
         &["--help"][..],
         &["-h"],
@@ -371,9 +371,8 @@ fn a_full_output_is_an_error_of_every_command() {
 #[test]
 fn a_limit_of_frames_is_exact() {
     let folder = Folder::new("signals-frames");
-    let scene =
-        folder.file("s.toml", "specimen = \"Saw3\"\nspeed = 150\nseed = 2\n[sensor]\nsize = [40, 40]\ndropped = 0.5\n");
-    let scene = format!("scene:{}", scene.display());
+    let text = "specimen = \"Saw3\"\nspeed = 150\nseed = 2\n[sensor]\nsize = [40, 40]\ndropped = 0.5\n";
+    let scene = folder.scene("s.toml", text);
     let file = folder.0.join("a.mcap");
     for limit in (60..80).step_by(3) {
         let limit = limit.to_string();

@@ -32,12 +32,10 @@ fn models_that_come_with_the_program_name_specimens() {
 #[test]
 fn an_unknown_texture_has_no_names() {
     let folder = Folder::new("unknown");
-    let scene = folder.0.join("long.toml");
     let texts = ["period = 16.0\n", ""].map(|period| format!("specimen = \"Saw3\"\nspeed = 150\n{period}"));
     let mut found = Vec::new();
     for text in texts {
-        fs::write(&scene, text).unwrap();
-        let source = format!("scene:{}", scene.display());
+        let source = folder.scene("long.toml", text);
         let asked = ["run", &source, "--size", "320x180", "--model", "builtin:taxel-path-svm"];
         found.push(records(&[&asked[..], &["--json"]].concat())[0]["texture"].clone());
         let text = String::from_utf8(run(&asked).stdout).unwrap();

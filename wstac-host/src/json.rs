@@ -496,8 +496,7 @@ pub fn rounded(mm_s: f32) -> f64 {
 /// assert_eq!(wstac_host::json::with_deviation(690.2, 13.73), "690 ± 14");
 /// ```
 pub fn with_deviation(value: f64, sd: f32) -> String {
-    let decimals = usize::from(sd < 9.95);
-    format!("{value:.decimals$} ± {}", short(sd))
+    format!("{value:.*} ± {}", usize::from(sd < 9.95), short(sd))
 }
 
 /// Returns a standard deviation with one decimal below 10, at least 0.1, and without above.

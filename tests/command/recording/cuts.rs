@@ -9,20 +9,15 @@ use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
 use super::flips::{outcome, small};
-use super::{run, said};
+use super::{good, run, said};
 
 const FRAME: usize = 40 * 40;
 
 /// Makes a recording of some seconds with an event and lost frames. Returns its bytes, its frames, and where each frame
 /// ends in the bytes, with its checksum.
 fn recording(folder: &Folder) -> (Vec<u8>, Vec<Vec<u8>>, Vec<usize>) {
-    let (scene, file, raw) = (folder.0.join("s.toml"), folder.0.join("a.mcap"), folder.0.join("a.raw"));
-    let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\ndropped = 0.03\n";
-    fs::write(&scene, text).unwrap();
-    let scene = format!("scene:{}", scene.display());
-    assert!(run(&["run", &scene, "--save-raw", raw.to_str().unwrap()]).status.success());
-    assert!(run(&["record", &scene, "-o", file.to_str().unwrap()]).status.success());
-    let bytes = fs::read(&file).unwrap();
+    let ((bytes, _), raw) = (small(folder, &[]), folder.path("a.raw"));
+    good(&["run", &format!("scene:{}", folder.path("s.toml")), "--save-raw", &raw]);
     let frames: Vec<Vec<u8>> = fs::read(&raw).unwrap().chunks_exact(FRAME).map(<[u8]>::to_vec).collect();
     let mut ends = Vec::new();
     let mut from = 0;

@@ -112,10 +112,8 @@ pub(super) fn check(folder: &Path, damaged: &[u8], recorded: (u64, u64), tally: 
 /// Makes a small recording with an event and lost frames with these options, and returns its frames and lost frames,
 /// too.
 pub(super) fn small(folder: &Folder, options: &[&str]) -> (Vec<u8>, (u64, u64)) {
-    let (scene, file) = (folder.0.join("s.toml"), folder.0.join("a.mcap"));
     let text = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\ndropped = 0.03\n";
-    fs::write(&scene, text).unwrap();
-    let (scene, file) = (format!("scene:{}", scene.display()), file.to_str().unwrap());
+    let (scene, file) = (folder.scene("s.toml", text), &*folder.path("a.mcap"));
     good(&[&["record", &scene, "-o", file, "--force"], options].concat());
     let recorded = ended(good(&["run", file, "--json", "--features"]).as_bytes());
     assert!(recorded.0 > 120 && recorded.1 > 2, "{recorded:?}");

@@ -28,12 +28,10 @@ use wstac_tests::folder::Folder;
 
 /// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
 fn scene(folder: &Folder, format: &str) -> String {
-    let path = folder.0.join(format!("{format}.toml"));
     let text = format!(
         "specimen = \"Saw3\"\nspeed = 150\nseed = 5\n[sensor]\nsize = [240, 180]\nformat = \"{format}\"\ndropped = 0.03\n"
     );
-    fs::write(&path, text).unwrap();
-    format!("scene:{}", path.display())
+    folder.scene(&format!("{format}.toml"), text)
 }
 
 /// `wstac run` prints the same for a recording as it prints without one, byte for byte. While recording, the same
@@ -94,9 +92,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     // Labels that a data set would refuse are refused before anything is recorded.
     bad(2, &["record", scene, "-o", name, "--label", "speed=fast"], "--label: label speed is \"fast\", expected mm/s");
     bad(2, &["record", scene, "-o", name, "--label", "direction=360"], "expected whole degrees, 0 to 359");
-    let taxels = folder.0.join("t.toml");
-    fs::write(&taxels, "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n").unwrap();
-    let taxels = format!("scene:{}", taxels.display());
+    let taxels = folder.scene("t.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n");
     bad(1, &["record", &taxels, "-o", name], "expected fidelity = \"rendered\"");
     bad(2, &["record", "scene:None@1", "-o", name], "None");
     assert!(!file.exists());

@@ -56,39 +56,6 @@ fn recovered(folder: &Folder, bytes: &[u8], truth: &Stream) -> (Option<i32>, u64
     (code, found.frames.iter().flatten().count() as u64, said(&done))
 }
 
-/// Returns the places of a message's record of this channel in a chunk, from its code to its end.
-fn messages_of(bytes: &[u8], chunk: usize, channel: u16) -> Vec<(usize, usize)> {
-    let number = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().unwrap()) as usize;
-    let (mut at, end, mut found) = (chunk + 49, chunk + 9 + number(chunk + 1), Vec::new());
-    while at < end {
-        let next = at + 9 + number(at + 1);
-        found.extend((bytes[at] == 5 && bytes[at + 9..at + 11] == channel.to_le_bytes()).then_some((at, next)));
-        at = next;
-    }
-    found
-}
-
-/// The next chunk's checksum says nothing of a message that stands before that chunk.
-#[test]
-fn a_message_outside_of_a_chunk_is_no_frame() {
-    let folder = Folder::new("recording-moved-message");
-    let bytes = numbered(&folder, &[]);
-    let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
-    let chunks = chunks(&bytes);
-    let (from, to) = messages_of(&bytes, chunks[0], 1)[7];
-    let (at, right) = (chunks[5], bytes[from..to].to_vec());
-    let mut wrong = right.clone();
-    wrong[71] ^= 0xFF;
-    for record in [right, wrong] {
-        let mut over_index = bytes.clone();
-        over_index[at - record.len()..at].copy_from_slice(&record);
-        for damaged in [[&bytes[..at], &record, &bytes[at..]].concat(), over_index] {
-            let (code, frames, said) = recovered(&folder, &damaged, &truth);
-            assert_eq!((code, frames), (Some(0), FRAMES.into()), "{said}");
-        }
-    }
-}
-
 /// `ci/long damage COUNT` tries more of them.
 #[test]
 fn a_sector_or_a_message_elsewhere_never_becomes_a_wrong_frame() {
@@ -219,6 +186,10 @@ fn same(topic: &str) -> Option<String> {
 #[expect(clippy::unnecessary_wraps, reason = "others leave topics out")]
 fn prefixed(topic: &str) -> Option<String> {
     Some(format!("/robot{topic}"))
+}
+
+fn no_sums(topic: &str) -> Option<String> {
+    (topic != "/sums/json").then(|| topic.to_owned())
 }
 
 /// The orders in which other tools write messages.
@@ -371,7 +342,6 @@ fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
     let bytes = numbered(&folder, &[]);
     let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
     let [file, new] = ["holes.mcap", "new.mcap"].map(|name| folder.0.join(name));
-    let no_sums = |topic: &str| (topic != "/sums/json").then(|| topic.to_owned());
     let lz4 = || chunked().compression(Some(mcap::Compression::Lz4));
     for holes in [0..FRAMES - 1, 100..140] {
         let is_gone = |number: u32| holes.contains(&number) && number % 2 == 1;
@@ -398,11 +368,35 @@ fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
     run(&["recover", file.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
     for name in [&file, &new] {
         let lines = good(&["run", name.to_str().unwrap(), "--json"]);
-        assert!(lines.contains("frame 1 comes 0.0 ms after the one before, expected 33.3 ms"), "{name:?}: {lines}");
+        let message = format!("{}: frame 1 comes 0.0 ms after the one before, expected 33.3 ms", name.display());
+        assert!(lines.contains(&message), "{lines}");
     }
 }
 
-/// Frames of a recording behind another one in the same file are not copied, and counted.
+/// Each of several sensors has times of its own.
+#[test]
+fn a_sensors_frame_left_out_with_all_checksums_is_lost_in_its_place() {
+    let folder = Folder::new("recording-moved-sensors");
+    let order = |all: &mut Vec<Message<'_>>| {
+        let is_of_left = |message: &Message<'_>| message.channel.topic.starts_with("/left/");
+        let of_left = frames_of(all).into_iter().filter(|&place| is_of_left(&all[place]));
+        let time = of_left.map(|place| all[place].log_time).nth(60);
+        all.retain(|message| !is_of_left(message) || Some(message.log_time) != time);
+    };
+    let how = Rewrite { topic: &no_sums, order: &order, is_bare: true, ..plain(chunked()) };
+    let file = folder.file("hole.mcap", rewritten(&several(&folder, &[]), how));
+    run(&["recover", file.to_str().unwrap(), "-o", &folder.path("new.mcap")]);
+    for (name, ..) in SENSORS {
+        let [mut whole, found] =
+            ["whole.mcap", "new.mcap"].map(|of| stream(&folder.0.join(of), Some(name)).unwrap().frames);
+        if name == "left" {
+            *whole.iter_mut().filter(|frame| frame.is_some()).nth(60).unwrap() = None;
+        }
+        assert!(found == whole, "{name}");
+    }
+}
+
+/// Frames of a recording behind another one in the same file are not copied, and counted. Copies of the first are none.
 #[test]
 fn a_second_recording_is_counted() {
     let folder = Folder::new("recording-moved-second");
@@ -412,7 +406,9 @@ fn a_second_recording_is_counted() {
     for is_damaged in [false, true] {
         let (places, mut first) = (chunks(&first), first.clone());
         first[places[1] + 500] ^= u8::from(is_damaged);
-        let (code, found, said) = recovered(&folder, &[&first[..places[3]], &second[8..]].concat(), &truth);
+        let (start, rest) = second.split_at(chunks(&second)[1]);
+        let parts = [&first[..places[3]], &start[8..], &first[places[0]..places[1]], rest];
+        let (code, found, said) = recovered(&folder, &parts.concat(), &truth);
         assert_eq!((code, found > 0 && found < FRAMES.into()), (Some(1), true), "{said}");
         assert!(said.contains(&format!("has {frames} frames of another recording, which were not copied")), "{said}");
     }
@@ -437,10 +433,9 @@ fn records_that_nothing_describes_are_no_damage() {
 #[test]
 fn a_recording_with_other_topics_is_refused() {
     let folder = Folder::new("recording-moved-order");
-    let without = |gone: &'static str| move |topic: &str| (topic != gone).then(|| topic.to_owned());
     let other = |topic: &str| Some(format!("/robot{}", topic.replace("/camera", "/picture")));
     let two = |topic: &str| Some(format!("{}{topic}", if topic == "/faults/json" { "/left" } else { "/right" }));
-    let (no_camera, no_sums) = (without("/camera"), without("/sums/json"));
+    let no_camera = |topic: &str| (topic != "/camera").then(|| topic.to_owned());
     let (bytes, recorded) = small(&folder, &[]);
     let named = |topic| Rewrite { topic, ..plain(chunked()) };
     for (what, how, direct, parts) in [
@@ -450,7 +445,7 @@ fn a_recording_with_other_topics_is_refused() {
             "expected /camera or /taxels/sums",
             "has no frame that can be recovered (found 1",
         ),
-        ("with another name", named(&other), "has no frame (found the topics ", "/robot/picture"),
+        ("with another name", named(&other), "has no frame (found the topics ", "/robot/picture of schema foxglove."),
         ("with two prefixes", named(&two), "has the topics of two recordings", "\"/right/\""),
     ] {
         let outcome = outcome(&folder, &rewritten(&bytes, how));

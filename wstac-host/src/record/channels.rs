@@ -63,8 +63,7 @@ impl Channels {
     pub(super) fn add(&mut self, number: u16, name: &str, schema: &str) {
         self.found.remove(&number);
         let Some((prefix, sensor, topic)) = self.sensors.find(name, schema) else {
-            let of_schema = if schema.is_empty() { String::new() } else { format!(" of schema {schema}") };
-            let name = [name, &of_schema].concat();
+            let name = if schema.is_empty() { name.to_owned() } else { format!("{name} of schema {schema}") };
             if self.others.len() < MOST_NAMES && !self.others.contains(&name) {
                 self.others.push(name);
             }
@@ -110,10 +109,9 @@ impl Channels {
         self.is_renumbered
     }
 
-    /// Returns whether there is a topic of frames, and whether there is one of checksums.
-    pub(super) fn has_frames_and_sums(&self) -> (bool, bool) {
-        let has = |wanted: fn(Topic) -> bool| self.found.values().any(|found| wanted(found.topic));
-        (has(Topic::is_frame), has(|topic| topic == Topic::Sums))
+    /// Returns whether there is a topic of frames.
+    pub(super) fn has_frames(&self) -> bool {
+        self.found.values().any(|found| found.topic.is_frame())
     }
 
     /// Returns the names of topics that were found in place of frames.

@@ -67,10 +67,9 @@ impl RecordingReader {
         let mut walk = Walk::open(path, Mode::Outline)?;
         let recover = format!("wstac recover {subject} -o NEW.mcap makes a whole recording of what is in it");
         if !walk.has_magic() {
-            let found = walk.first_bytes().map_err(failed)?;
             let hint = if walk.summary().is_some() { format!("; {recover}") } else { String::new() };
-            let message = format!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\"");
-            return Err(Error::new(ErrorKind::Format, &subject, format_args!("{message}{hint}")));
+            let message = walk.other_start().map_err(failed)?;
+            return Err(Error::new(ErrorKind::Format, &subject, message + &hint));
         }
         let outline = outline(&mut walk).map_err(failed)?;
         if let Some(unread) = outline.unread.filter(|unread| unread.damaged) {
@@ -82,8 +81,6 @@ impl RecordingReader {
         }
         let walk = Walk::open(path, Mode::Strict)?;
         let sensors = Sensors::of(&sound_metadata(&outline.metadata).0);
-        let tally = Tally::new(sensors.count());
-        let own = Channels::new(sensors);
         let stated = Some(Stated::of(&outline.metadata)).filter(|stated| stated.has_sums);
         if stated.as_ref().is_some_and(|stated| stated.end.is_none()) {
             return Err(damaged(&subject, "lacks the record of how many frames it had"));
@@ -106,10 +103,10 @@ impl RecordingReader {
             sorted: None,
             has_ended: false,
             channels: BTreeSet::new(),
-            own,
+            tally: Tally::new(sensors.count()),
+            own: Channels::new(sensors),
             messages: BTreeMap::new(),
             stated,
-            tally,
             moment: None,
         };
         for (op, body) in definitions {
@@ -268,26 +265,25 @@ impl RecordingReader {
 
     /// Returns the next message; `None` at the end of a file that is whole.
     fn next_message(&mut self) -> Result<Option<Span>, Error> {
-        let failed = |subject: &str, error| Error::io(subject, error);
         if let Some(sorted) = &mut self.sorted {
-            return sorted.next(&mut self.walk).map_err(|error| failed(&self.subject, error));
+            return sorted.next(&mut self.walk).map_err(|error| Error::io(&self.subject, error));
         }
         loop {
-            match self.walk.next().map_err(|error| failed(&self.subject, error))? {
+            match self.walk.next().map_err(|error| Error::io(&self.subject, error))? {
                 WalkStep::Record(_) if self.walk.crc() == Crc::Bad => {
                     return Err(self.damaged("has a chunk whose bytes are not those that were written"));
                 }
                 WalkStep::Record(span) => match span.op {
                     op::SCHEMA | op::CHANNEL => {
                         let mut body = Vec::new();
-                        self.walk.body(span, &mut body).map_err(|error| failed(&self.subject, error))?;
+                        self.walk.body(span, &mut body).map_err(|error| Error::io(&self.subject, error))?;
                         if span.op == op::CHANNEL {
                             self.channels.extend(body.first_chunk().map(|id| u16::from_le_bytes(*id)));
                         }
                         self.define(span.op, &body)?;
                     }
                     op::MESSAGE => {
-                        let channel = self.channel_of(span)?;
+                        let channel = self.walk.channel_of(span).map_err(|error| Error::io(&self.subject, error))?;
                         if !self.channels.contains(&channel) {
                             let what = format_args!("has a message of channel {channel}, which nothing describes");
                             return Err(self.damaged(what));
@@ -304,10 +300,6 @@ impl RecordingReader {
                 WalkStep::End { whole: true } => return self.check_total().map(|()| None),
             }
         }
-    }
-
-    fn channel_of(&mut self, span: Span) -> Result<u16, Error> {
-        self.walk.channel_of(span).map_err(|error| Error::io(&self.subject, error))
     }
 
     /// Checks the bytes of a moment whose chunk has no checksum, by its own.
@@ -328,7 +320,7 @@ impl RecordingReader {
 
     /// Returns an error about frames that are not those that were recorded.
     fn has_other_frames(&self, recorded: &Tally, up_to: &str) -> Error {
-        if !self.own.has_frames_and_sums().0 {
+        if !self.own.has_frames() {
             return self.has_none();
         }
         let (all, expected) = (self.tally.all.all(), recorded.all.all());
@@ -342,7 +334,7 @@ impl RecordingReader {
     /// Returns the error about a recording without a frame.
     fn has_none(&self) -> Error {
         let lost = self.tally.all.lost;
-        let message = if self.own.has_frames_and_sums().0 {
+        let message = if self.own.has_frames() {
             format!("has no frame (found {})", counted(lost, "lost frame"))
         } else {
             let expected = [super::CAMERA, super::TAXEL_SUMS].join(" or ");

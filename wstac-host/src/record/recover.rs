@@ -31,6 +31,7 @@ use std::path::{Path, PathBuf};
 use mcap::records::{Channel, MessageHeader, Record, op};
 use mcap::write::Metadata;
 use mcap::{McapError, Schema};
+use wstac_core::rate::FrameRate;
 
 pub use self::order::recover;
 
@@ -114,6 +115,8 @@ struct Recovery<'a> {
     path: &'a Path,
     /// The recording's description of itself; `None` if it is none of this program.
     about: Option<About>,
+    /// The rates of several sensors.
+    rates: Vec<Option<FrameRate>>,
     has_sums: bool,
     /// Whether the chunks have checksums.
     has_crcs: bool,
@@ -173,11 +176,13 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
     let (sound, missing) = sums::sound_metadata(&all);
     let sensors = Sensors::of(&sound);
     let about = About::from_metadata(&sound, sensors.first());
+    // Each sensor has a rate of its own.
+    let about_of = |name: &String| About::from_metadata(&sound, Some(name)).ok().flatten();
+    let rates = sensors.names().iter().map(|name| Some(about_of(name)?.info.rate)).collect();
     let description: Vec<Metadata> = sound.into_iter().filter(|metadata| is_description(&metadata.name)).collect();
     let mut walk = Walk::open(old, Mode::Salvage)?;
     if !walk.has_magic() && description.is_empty() && walk.summary().is_none() {
-        let found = walk.first_bytes().map_err(failed)?;
-        let message = format_args!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\"");
+        let message = walk.other_start().map_err(failed)?;
         return Err(Error::new(ErrorKind::Format, old.display(), message));
     }
     let problem = match &about {
@@ -211,6 +216,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         old,
         path,
         about: about.ok().flatten(),
+        rates,
         has_sums,
         has_crcs: with_crc > without_crc,
         own: Channels::new(sensors.clone()),
@@ -364,7 +370,7 @@ impl Recovery<'_> {
         self.settle(stated)?;
         // Frames are missing, and nothing is damaged, or frames stand behind later ones: perhaps messages were moved.
         let is_damaged = self.has_bad_chunk || self.found.unread.is_some() || !self.found.whole;
-        let is_moved = self.found.damaged > 0 && (!is_damaged || self.others > 0) && !self.is_of_two();
+        let is_moved = self.found.damaged > 0 && (!is_damaged || self.others > 0) && !(self.is_over && self.others > 0);
         Ok(self.sorted.is_some() || !is_moved)
     }
 
@@ -533,7 +539,7 @@ impl Recovery<'_> {
     /// evenly.
     fn copy_by_times(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
         let Some(About { driver_times, info, .. }) = &self.about else { return self.copy(moment) };
-        let (driver_times, step) = (*driver_times, 1000.0 / info.rate.per_second());
+        let (driver_times, of_first) = (*driver_times, info.rate);
         let mut gaps = Vec::new();
         for of in moment {
             let Some((sensor, topic)) = of.own else { continue };
@@ -544,6 +550,8 @@ impl Recovery<'_> {
                 self.spacings.entry(sensor).and_modify(|spacing| spacing.lose(lost));
                 continue;
             }
+            let rate = self.rates.get(usize::from(sensor)).copied().flatten().unwrap_or(of_first);
+            let step = 1000.0 / rate.per_second();
             let is_after_damage = self.is_suspect && !self.spacings.contains_key(&sensor);
             let new = || Spacing::new(self.path.display().to_string(), Positions::Times, step);
             let spacing = self.spacings.entry(sensor).or_insert_with(new);

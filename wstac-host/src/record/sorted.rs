@@ -43,8 +43,7 @@ impl OrderCheck {
         if topic == Topic::Sums {
             let counted = number.wrapping_sub(self.sum);
             // A moment has the time of its frame.
-            let is_of_time = self.frames == 0 || self.time == time;
-            let is_fitting = (1..=counted).contains(&self.frames) && counted < 1 << 31 && is_of_time;
+            let is_fitting = (1..=counted).contains(&self.frames) && counted < 1 << 31 && self.time == time;
             let is_misfit = !is_fitting && (counted, self.frames) != (0, 0);
             (self.fits, self.misfits) = (self.fits + u64::from(is_fitting), self.misfits + u64::from(is_misfit));
             (self.sum, self.frames) = (number, 0);
@@ -192,13 +191,8 @@ impl Index {
                 let tally = sum.tally();
                 for (sensor, queue) in of_sensors.iter_mut().enumerate() {
                     let count = match found {
-                        Some((_, (of_sensor, count))) => {
-                            if of_sensor == sensor {
-                                count
-                            } else {
-                                0
-                            }
-                        }
+                        Some((_, (of_sensor, count))) if of_sensor == sensor => count,
+                        Some(_) => 0,
                         // Parts of the moment are missing.
                         None => until(queue, entry.time, frames_of(&tally, sensor) - frames_of(&last, sensor)),
                     };
@@ -330,14 +324,10 @@ impl Sorted {
 
     /// Reads a checksum; `None` if it is damaged.
     fn sum(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<Option<Sum>> {
-        let body = self.body(walk, entry)?;
-        Ok(MessageBody::parse(&body).and_then(|message| Sum::parse(message.data)))
-    }
-
-    fn body(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<Vec<u8>> {
         self.show(walk, entry)?;
         let mut body = Vec::new();
-        walk.body(entry.span(), &mut body).map(|()| body)
+        walk.body(entry.span(), &mut body)?;
+        Ok(MessageBody::parse(&body).and_then(|message| Sum::parse(message.data)))
     }
 
     /// Lets the walk read the chunk of a message.

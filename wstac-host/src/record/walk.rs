@@ -249,8 +249,10 @@ impl Walk {
         self.has_magic
     }
 
-    pub(super) fn first_bytes(&mut self) -> io::Result<String> {
-        Ok(self.file.peek(0, mcap::MAGIC.len())?.escape_ascii().to_string())
+    /// Returns why a file with other first bytes is refused.
+    pub(super) fn other_start(&mut self) -> io::Result<String> {
+        let found = self.file.peek(0, mcap::MAGIC.len())?.escape_ascii();
+        Ok(format!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\""))
     }
 
     /// Returns the index at the file's end; `None` if it is damaged or missing.

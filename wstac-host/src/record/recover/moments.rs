@@ -148,7 +148,7 @@ impl Recovery<'_> {
         let is_own = moment.iter().any(|of| of.own.is_some());
         let is_copy = if is_own { self.copied.is_copy(key, crc) } else { None };
         // Two frames of one place are of two recordings.
-        let is_other = (key.1 && is_copy == Some(false)) || (is_copy.is_none() && self.is_of_two());
+        let is_other = (key.1 && is_copy == Some(false)) || (is_copy.is_none() && self.is_over && self.others > 0);
         let is_there = !is_other && (is_copy == Some(true) || (known.is_none() && before < there));
         self.is_over |= is_other || (known.is_none() && before > there);
         if is_there || is_other {
@@ -181,11 +181,6 @@ impl Recovery<'_> {
         self.copied.add(key, crc);
         let gaps: Vec<_> = gaps.into_iter().map(|(sensor, missing)| (sensor, missing.gap)).collect();
         self.copy_after_gaps(moment, &gaps)
-    }
-
-    /// Returns whether frames of two recordings were found.
-    pub(super) fn is_of_two(&self) -> bool {
-        self.is_over && self.others > 0
     }
 
     /// Counts frames of a moment that is not copied, because it is there already or `is_other`.

@@ -53,8 +53,7 @@ impl Recovery<'_> {
     /// Enters what is missing of a recording whose end says how many frames it had.
     fn settle_by(&mut self, end: &Tally) -> Result<(), RecoverFailure> {
         let Some(end) = end.clone().told_apart(self.sensors.count()) else {
-            let (found, recorded) = (self.out.tally().all.all(), end.all.all());
-            return self.lost_of_any(found, recorded);
+            return self.lost_of_any(end.all.all());
         };
         for sensor in self.sensors.places() {
             let (found, recorded) = (self.out.tally().of(sensor).all(), end.of(sensor).all());
@@ -82,15 +81,15 @@ impl Recovery<'_> {
                 self.enter_lost(sensor, missing, None)?;
             }
         }
-        let found = self.out.tally().all.all();
         // If everything behind a damaged place was left out, some frames are missing, however many.
         let missing = suspects.max(self.is_over.into());
-        self.lost_of_any(found, found.saturating_add(missing))
+        self.lost_of_any(self.out.tally().all.all().saturating_add(missing))
     }
 
     /// Enters frames that are missing at the end, if nothing says of which sensor: for each of them as many as are missing
     /// of all, so that no answer spans the place.
-    fn lost_of_any(&mut self, found: u64, recorded: u64) -> Result<(), RecoverFailure> {
+    fn lost_of_any(&mut self, recorded: u64) -> Result<(), RecoverFailure> {
+        let found = self.out.tally().all.all();
         if found > recorded {
             self.doubt.get_or_insert_with(|| format!("has {found} frames, expected {recorded}"));
         }

@@ -5,6 +5,7 @@ use wstac_core::green::any::PixelFormat;
 
 use super::*;
 use crate::source::FaultKind;
+use crate::source::open::{OpenOptions, open};
 
 /// A folder that is removed when the test is over.
 struct Folder(PathBuf);
@@ -48,13 +49,14 @@ fn encoded(width: u32, color: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8
     bytes
 }
 
-fn frames(source: &mut PngFolder) -> Vec<Option<Vec<u8>>> {
+fn frames(source: &mut dyn Source) -> Vec<Option<Vec<u8>>> {
     let mut frames = vec![];
     loop {
         match source.next_event().unwrap() {
             SourceEvent::Frame(Frame { bytes, .. }) => frames.push(Some(bytes.to_vec())),
             SourceEvent::Lost { frames: 1, .. } => frames.push(None),
-            SourceEvent::Fault(fault) if matches!(fault.kind, FaultKind::Decoder | FaultKind::Turned) => {}
+            SourceEvent::Fault(fault)
+                if matches!(fault.kind, FaultKind::Decoder | FaultKind::Turned | FaultKind::Spacing) => {}
             SourceEvent::End => return frames,
             other => panic!("{other:?}"),
         }
@@ -101,6 +103,27 @@ fn natural_order_and_lost_frames() {
     let expected = [None, Some(1), Some(2), None, None, Some(10)];
     let found = frames(&mut folder.open().unwrap());
     assert_eq!(found, expected.map(|value| value.map(|value| vec![value])));
+}
+
+#[test]
+fn names_in_several_notations_are_in_order_and_tell_a_gap() {
+    for (kind, name) in [
+        ("hex", &(|n| format!("{:x}.png", 0x9F0_u32 + n)) as &dyn Fn(u32) -> String),
+        ("z", &|n| {
+            let fraction = if n % 25 == 0 { String::new() } else { format!(".{:03}", n % 25 * 40) };
+            format!("2026-11-27T10:00:{:02}{fraction}Z.png", n / 25)
+        }),
+        ("clock", &|n| format!("10{:02}{:02}.{:03}.png", 58 + n / 50, (58 + n / 25) % 60, n % 25 * 40)),
+    ] {
+        let folder = Folder::new(kind);
+        for n in (0..60).filter(|n| *n != 37) {
+            folder.picture(&name(n), 1, ColorType::Grayscale, BitDepth::Eight, &[n as u8]);
+        }
+        let mut source = open(&folder.0, &OpenOptions::default(), &[]).unwrap();
+        assert_eq!(source.info().rate.numerator(), if kind == "hex" { 30 } else { 25 }, "{kind}");
+        let found = frames(&mut *source);
+        assert!(found == (0..60).map(|n| (n != 37).then(|| vec![n])).collect::<Vec<_>>(), "{kind}: {found:?}");
+    }
 }
 
 #[test]
