@@ -147,6 +147,7 @@ impl Wave {
     /// Returns where and how wide the touch is of which [`Wave::fit`] has just returned this velocity.
     ///
     /// A touch that was not over at the sample's end has neither a place nor a width.
+    #[inline(never)]
     pub fn extent(&self, velocity: &Velocity) -> Extent {
         let extent = Extent::new(&self.lines.energies(), velocity.degrees, velocity.degrees_sd);
         if self.lines.is_cut { Extent { place_mm: None, width_mm: None, ..extent } } else { extent }
