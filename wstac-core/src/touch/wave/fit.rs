@@ -77,8 +77,8 @@ pub(super) struct Whisker<'a> {
     line: &'a [i16; LONGEST + 2 * PAD],
     place: [i32; 2],
     peak: i32,
-    first: i32,
-    last: i32,
+    first: u8,
+    last: u8,
 }
 
 impl Default for Whisker<'_> {
@@ -90,13 +90,13 @@ impl Default for Whisker<'_> {
 impl Whisker<'_> {
     /// Returns each frame up to the last bright one, with its light.
     fn light(&self) -> impl Iterator<Item = (i32, i32)> {
-        (0..=self.last).zip(self.line.iter().skip(PAD).map(|&light| i32::from(light)))
+        (0..=self.last.into()).zip(self.line.iter().skip(PAD).map(|&light| i32::from(light)))
     }
 
     /// Returns the light in the brightest frame, and in the brighter one beside it.
     fn brightest(&self) -> [i32; 2] {
         let (mut most, mut beside) = (0, 0);
-        let [first, end] = [self.first - 1, self.last + 2].map(|at| (at + PAD as i32) as usize);
+        let [first, end] = [usize::from(self.first) + PAD - 1, usize::from(self.last) + PAD + 2];
         for &[before, light, after] in self.line.get(first..end).unwrap_or_default().array_windows() {
             if light > most {
                 (most, beside) = (light, before.max(after));
@@ -158,7 +158,7 @@ impl<'a> Whiskers<'a> {
                 && let Some(place) = list.all.get_mut(list.count)
             {
                 let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
-                let number = |at: Option<usize>| at.unwrap_or(PAD) as i32 - PAD as i32;
+                let number = |at: Option<usize>| at.unwrap_or(PAD).saturating_sub(PAD) as u8;
                 let light = line.get(..PAD + lines.length).unwrap_or_default();
                 let first = number(light.iter().position(is_bright));
                 let last = number(light.iter().rposition(is_bright));
@@ -267,8 +267,8 @@ impl Sums {
         let delay = |whisker: &Whisker<'_>| delays[0] * whisker.place[0] + delays[1] * whisker.place[1];
         let (mut start, mut end) = (i32::MAX, i32::MIN);
         for whisker in whiskers.iter() {
-            start = start.min((whisker.first << TIME_BITS) - delay(whisker));
-            end = end.max((whisker.last << TIME_BITS) - delay(whisker));
+            start = start.min((i32::from(whisker.first) << TIME_BITS) - delay(whisker));
+            end = end.max((i32::from(whisker.last) << TIME_BITS) - delay(whisker));
         }
         let start = (start >> TIME_BITS) - 2;
         let end = -((-end) >> TIME_BITS) + 3;
@@ -371,10 +371,11 @@ impl Sums {
         let (mut energy, mut explained, of_mm) = (0.0_f32, 0.0_f32, 1.0 / (self.mm as f32).max(1.0));
         let (mut locked, turns) = ([[0_i64; 6]; 2], slowness.map(turn));
         let mut list = [([0; 2], 0, 0); TAXELS];
+        let [of_md, of_dd] = [self.md, self.dd].map(|parts| parts.map(|part| part as f32));
         for (((whisker, of), &late), place) in all().zip(&mut list) {
             let late = after(whisker, late) - mean;
             *place = (whisker.place, late, of.gain);
-            let each = monomials(whisker.place);
+            let [x, y] = whisker.place.map(|part| part as f32);
             add(&mut of_late, whisker.place, of.weight, late);
             squares += i64::from(late) * i64::from(late) * i64::from(of.weight);
             let delay = turns[0] * whisker.place[0] + turns[1] * whisker.place[1];
@@ -386,11 +387,10 @@ impl Sums {
             // Not by the gain, whose rounding leaves more than the noise does.
             explained += (of.zm as f32 * of.zm as f32 * of_mm).min(of.zz as f32);
             let by = of.weight as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
-            for (((part, zd), md), dd) in of_parts.iter_mut().zip(of.zd).zip(self.md).zip(self.dd) {
-                let late = by * (zd as f32 - gain * md as f32) / (dd as f32).max(1.0);
-                for (sum, factor) in part.iter_mut().zip(each).take(3) {
-                    *sum += factor as f32 * late;
-                }
+            for (((part, zd), md), dd) in of_parts.iter_mut().zip(of.zd).zip(of_md).zip(of_dd) {
+                let late = by * (zd as f32 - gain * md) / dd.max(1.0);
+                let [one, of_x, of_y, ..] = *part;
+                *part = [one + late, of_x + x * late, of_y + y * late, 0.0, 0.0, 0.0];
             }
         }
         let unit = 1.0 / (1 << LATE_BITS) as f32;

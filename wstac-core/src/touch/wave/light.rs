@@ -45,9 +45,7 @@ impl Lines {
 
     /// Returns each whisker's light over the touch, within ±70 · 4,096.
     pub(super) fn energies(&self) -> [i32; TAXELS] {
-        let lit =
-            |line: &'_ [i16; PADDED]| line.iter().skip(PAD).take(self.length).map(|&light| i32::from(light)).sum();
-        self.values.each_ref().map(lit)
+        self.values.each_ref().map(|line| line.iter().skip(PAD).take(self.length).map(|&light| i32::from(light)).sum())
     }
 
     /// Fills the lines with the first touch of a sample's frames.

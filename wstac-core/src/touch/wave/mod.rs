@@ -152,6 +152,7 @@ impl Wave {
     /// Returns what else is known of the touch of which [`Wave::fit`] has just returned this velocity.
     ///
     /// A touch that was not over at the sample's end has neither a place nor a width.
+    #[inline(never)]
     pub fn extent(&self, velocity: &Velocity) -> Extent {
         let extent = Extent::new(&self.lines.energies(), velocity.degrees, velocity.degrees_sd);
         let extent = Extent { acceleration: self.acceleration, ..extent };
