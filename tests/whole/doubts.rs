@@ -64,7 +64,7 @@ fn each_cause_has_its_reason() {
     ] {
         let found = event(scene, "", "builtin:path-svm", as_it_is);
         assert_eq!((found.doubt, found.basis), (doubt, basis), "{scene}");
-        let acceleration = found.extent.and_then(|extent| extent.acceleration);
+        let acceleration = found.acceleration;
         assert_eq!(acceleration.is_some(), basis == Some(Basis::Edge), "{scene}");
         assert!(acceleration.is_none_or(|known| known.value.abs() < 2.0 * known.sd), "{scene}: {acceleration:?}");
     }

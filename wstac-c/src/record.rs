@@ -347,7 +347,6 @@ impl Given {
         let (direction, why_texture) = (event.direction, event.why_texture());
         let place = event.extent.and_then(|extent| extent.place_mm);
         let width = event.extent.and_then(|extent| extent.width_mm);
-        let acceleration = event.extent.and_then(|extent| extent.acceleration);
         self.sample = event.sample;
         WstacEvent {
             speed_mm_s: event.speed.map_or(f64::NAN, |speed| rounded(speed.mm_s)),
@@ -378,8 +377,8 @@ impl Given {
             width_mm: width.map_or(f64::NAN, |width| millimeters(width.value)),
             width_sd_mm: width.map_or(f64::NAN, |width| millimeters(width.sd)),
             contacts: event.extent.map_or(-1, |extent| extent.contacts.into()),
-            acceleration_mm_s2: acceleration.map_or(f64::NAN, |acceleration| millimeters(acceleration.value)),
-            acceleration_sd_mm_s2: acceleration.map_or(f64::NAN, |acceleration| millimeters(acceleration.sd).max(0.01)),
+            acceleration_mm_s2: event.acceleration.map_or(f64::NAN, |found| millimeters(found.value)),
+            acceleration_sd_mm_s2: event.acceleration.map_or(f64::NAN, |found| millimeters(found.sd).max(0.01)),
         }
     }
 

@@ -10,7 +10,7 @@ use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
 use crate::paper::trigger::Event;
 use crate::reason::Reason;
 use crate::touch::motion::{self, Contact, Motion, MotionConfig, Readout, Velocity};
-use crate::touch::wave::{self, Basis, Extent, TaxelMotion};
+use crate::touch::wave::{self, Basis, Extent, Measured, TaxelMotion};
 
 /// The answers of a law about an event's touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +31,8 @@ pub struct Answer {
     /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]), or two
     /// objects.
     pub extent: Option<Extent>,
+    /// See [`TaxelMotion::acceleration`]; `None` by other laws than [`ByWave`].
+    pub acceleration: Option<Measured>,
     /// Whether the answers are reliable.
     ///
     /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says that
@@ -43,7 +45,17 @@ pub struct Answer {
 impl Answer {
     /// Creates an answer of a law of one's own.
     pub const fn new(speed: Result<Speed, Reason>, direction: Direction, reliable: bool) -> Self {
-        Self { contact: None, duration: None, speed, direction, basis: None, extent: None, reliable, doubt: None }
+        Self {
+            contact: None,
+            duration: None,
+            speed,
+            direction,
+            basis: None,
+            extent: None,
+            acceleration: None,
+            reliable,
+            doubt: None,
+        }
     }
 
     /// Returns the velocity by arrival times; `None` by a law of durations, or if the touch has none.
@@ -142,8 +154,8 @@ impl EventLaw for ByWave {
             let doubt = if is_trusted { answer.doubt } else { Some(Reason::LostFrames) };
             return Answer { reliable: doubt.is_none(), doubt, ..answer };
         };
-        let TaxelMotion { motion, basis, extent } = wave::by_wave(event, taxels, self.0);
-        Answer { basis, extent, ..by_arrival(event, &motion) }
+        let TaxelMotion { motion, basis, extent, acceleration } = wave::by_wave(event, taxels, self.0);
+        Answer { basis, extent, acceleration, ..by_arrival(event, &motion) }
     }
 
     fn takes_taxels(&self) -> bool {
@@ -185,6 +197,7 @@ impl EventLaw for SpeedConfig {
             direction: direction::direction(event),
             basis: None,
             extent: None,
+            acceleration: None,
             reliable: event.reliable,
             doubt: None,
         }
@@ -264,6 +277,7 @@ fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
         direction: Direction::by_arrival(direction),
         basis: None,
         extent: None,
+        acceleration: None,
         reliable: motion.doubt.is_none(),
         doubt: motion.doubt,
     }

@@ -276,7 +276,7 @@ impl<'a> EventLine<'a> {
             place_mm: event.extent.and_then(|extent| extent.place_mm).map(MeasuredField::from),
             width_mm: event.extent.and_then(|extent| extent.width_mm).map(MeasuredField::from),
             contacts: event.extent.map(|extent| extent.contacts),
-            acceleration: event.extent.and_then(|extent| extent.acceleration).map(AccelerationField::from),
+            acceleration: event.acceleration.map(AccelerationField::from),
             texture: event.texture.as_ref().ok(),
             frames_filled: event.frames_filled,
             reliable: event.reliable,

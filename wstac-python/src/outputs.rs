@@ -279,7 +279,7 @@ impl<'py> Classes<'py> {
             ("place_mm", self.measured(event.extent.and_then(|extent| extent.place_mm))?),
             ("width_mm", self.measured(event.extent.and_then(|extent| extent.width_mm))?),
             ("contacts", event.extent.map(|extent| extent.contacts).into_bound_py_any(py)?),
-            ("acceleration", self.acceleration(event.extent.and_then(|extent| extent.acceleration))?),
+            ("acceleration", self.acceleration(event.acceleration)?),
             ("texture", event.texture.ok().map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
             ("frames_filled", event.frames_filled.into_bound_py_any(py)?),
             ("reliable", event.reliable.into_bound_py_any(py)?),

@@ -51,7 +51,13 @@ class Measured:
 
 @dataclass(frozen=True)
 class Acceleration:
-    """A mean acceleration while an edge passes the sensor."""
+    """A mean acceleration while an edge passes the sensor.
+
+    >>> import wstac
+    >>> [event] = wstac.open("scene:Saw3@150,90deg")
+    >>> event.acceleration
+    Acceleration(mm_s2=-37.2, sd=51.44)
+    """
 
     mm_s2: float
     """Acceleration in mm/s², below 0 if the touch slows down."""

@@ -13,7 +13,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_core::touch::wave::{Basis, Extent, Wave, by_wave};
+use wstac_core::touch::wave::{Basis, Extent, Measured, Wave, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
@@ -145,7 +145,11 @@ struct Answered {
     number: u64,
     answers: [Answer; ESTIMATORS.len()],
     extent: Option<Extent>,
+    acceleration: Option<Measured>,
 }
+
+/// Answers of all estimators, and what the law says besides.
+type Said = ([Answer; ESTIMATORS.len()], Option<Extent>, Option<Measured>);
 
 fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
     match (motion.velocity, basis) {
@@ -155,13 +159,13 @@ fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
 }
 
 /// Returns the answers to an event. What coherence knows is the motion across an edge.
-fn answers(event: &Event<'_>, config: MotionConfig) -> ([Answer; ESTIMATORS.len()], Option<Extent>) {
+fn answers(event: &Event<'_>, config: MotionConfig) -> Said {
     let coherence = told(&motion::by_coherence(event, config), Some(Basis::Edge));
-    let Some(taxels) = event.taxels() else { return (ESTIMATORS.map(|_| Err("no taxels".into())), None) };
+    let Some(taxels) = event.taxels() else { return (ESTIMATORS.map(|_| Err("no taxels".into())), None, None) };
     let mut wave = Wave::EMPTY;
     let wave = wave.fit(taxels.frames(), config).map_err(|reason| format!("{reason:?}"));
     let law = by_wave(event, taxels, config);
-    ([coherence, wave, told(&law.motion, law.basis)], law.extent)
+    ([coherence, wave, told(&law.motion, law.basis)], law.extent, law.acceleration)
 }
 
 /// Computes the scene of a number with the whole core, until the first event of its last touch.
@@ -181,17 +185,18 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
     let judged = if row.fault == Fault::Decay { script.touches.len() / 2 } else { 0 };
     let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
     let mut lost = Rng::new(seed, 2 << 48 | number);
-    let (mut found, mut extent) = (ESTIMATORS.map(|_| Err("no event".to_owned())), None);
+    let mut found: Said = (ESTIMATORS.map(|_| Err("no event".to_owned())), None, None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
         // An event of something before the touch does not show it.
         if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
-            (found, extent) = answers(&event, config);
+            found = answers(&event, config);
             break;
         }
     }
-    Answered { drawn, number, answers: found, extent }
+    let (answers, extent, acceleration) = found;
+    Answered { drawn, number, answers, extent, acceleration }
 }
 
 /// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis tells.
@@ -482,7 +487,7 @@ fn list(page: &mut String, row: &Row, answered: &[Answered], estimators: &[usize
                 place.value, place.sd, width.value, width.sd
             );
         }
-        if let (Some(Extent { acceleration: Some(found), .. }), Some(slide)) = (one.extent, script.touches[0].slide()) {
+        if let (Some(found), Some(slide)) = (one.acceleration, script.touches[0].slide()) {
             let squares = [0.0, 8.0].map(|place| slide.speed_at(place) * slide.speed_at(place));
             let truth = (squares[1] - squares[0]) / 16.0;
             let _ = write!(page, " | {:.2} ± {:.2} mm/s², truth {truth:.2}", found.value, found.sd);

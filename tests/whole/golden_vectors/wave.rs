@@ -174,7 +174,7 @@ fn every_wave_is_that_of_the_reference() {
             (deviations[1] - degrees_sd).abs() < 0.05 * degrees_sd + 0.1,
             "{name}: {found:?}, expected {expected:?}"
         );
-        let acceleration = wave.extent(&velocity).acceleration.map(|Measured { value, sd }| [value, sd].map(f64::from));
+        let acceleration = wave.acceleration().map(|Measured { value, sd }| [value, sd].map(f64::from));
         assert_eq!(acceleration.is_some(), expected.mm_s2.is_some(), "{name}: {found:?}, expected {expected:?}");
         if let (Some(found), Some(of), Some(of_sd)) = (acceleration, expected.mm_s2, expected.mm_s2_sd) {
             let off = [(found[0] - of).abs(), (found[1] - of_sd).abs()];

@@ -288,7 +288,8 @@ pub struct Answers<'a> {
     /// What speed and direction are known by; `None` unless 25 taxels tell them, and from a board before version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub basis: Option<Basis>,
-    /// What else is known of the touch; `None` unless 25 taxels tell the velocity, and from a board before version 0.4.
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
+    /// version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub extent: Option<Extent>,
 }

@@ -106,7 +106,7 @@ use serde::{Deserialize, Serialize};
 pub const VERSION: u8 = 4;
 
 /// The number of bytes of the longest frame, its zeros included. Any message fits.
-pub const LONGEST: usize = 321;
+pub const LONGEST: usize = 312;
 
 /// The content of a frame: [`Message`] or [`Request`], and no other type.
 pub trait Payload<'a>: Serialize + Deserialize<'a> + sealed::Sealed {

@@ -202,8 +202,7 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
         },
         Quantity::Contact,
     )?;
-    let is_known = |Extent { place_mm, width_mm, acceleration, .. }| place_mm.or(width_mm).or(acceleration).is_some();
-    let has_place = answers.extent.is_some_and(is_known);
+    let has_place = answers.extent.is_some_and(|extent| extent.place_mm.is_some() || extent.width_mm.is_some());
     let has_velocity = answers.speed.is_ok() && angle.is_ok();
     ensure(has_velocity || (answers.basis.is_none() && !has_place), Quantity::Contact)?;
     answers.extent.as_ref().map_or(Ok(()), check_extent)?;
@@ -231,7 +230,7 @@ fn check_reason(reason: Reason) -> Result<(), Quantity> {
 
 fn check_extent(extent: &Extent) -> Result<(), Quantity> {
     ensure(extent.contacts <= 2, Quantity::Contact)?;
-    for Measured { value, sd } in [extent.place_mm, extent.width_mm, extent.acceleration].into_iter().flatten() {
+    for Measured { value, sd } in [extent.place_mm, extent.width_mm].into_iter().flatten() {
         ensure(value.is_finite(), Quantity::Deviation)?;
         deviation(sd)?;
     }

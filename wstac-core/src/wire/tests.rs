@@ -69,7 +69,6 @@ fn answers() -> Answers<'static> {
             place_mm: Some(Measured { value: -13.5, sd: 0.25 }),
             width_mm: Some(Measured { value: 18.5, sd: 0.5 }),
             contacts: 1,
-            acceleration: Some(Measured { value: -1250.0, sd: 80.5 }),
         }),
     }
 }

@@ -10,7 +10,7 @@ use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, MotionConfig};
 use wstac_core::touch::path_sample::PathSample;
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_core::touch::wave::{Basis, Extent};
+use wstac_core::touch::wave::{Basis, Extent, Measured};
 
 use super::{RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};
@@ -56,6 +56,8 @@ pub struct TactileEvent {
     /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
     /// version 0.4.
     pub extent: Option<Extent>,
+    /// See [`TaxelMotion::acceleration`](wstac_core::touch::wave::TaxelMotion::acceleration); `None` from boards.
+    pub acceleration: Option<Measured>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
     /// The speeds that the model knows, if the speed of the slide is none of them and so it is no wonder that the texture
@@ -114,6 +116,7 @@ impl TactileEvent {
             direction: answer.direction,
             basis: answer.basis,
             extent: answer.extent,
+            acceleration: answer.acceleration,
             texture,
             texture_doubt,
             frames_filled: event.frames_filled,
@@ -170,6 +173,7 @@ impl TactileEvent {
             direction: answers.direction,
             basis: answers.basis,
             extent: answers.extent,
+            acceleration: None,
             texture: texture.ok_or(no_texture),
             texture_doubt: None,
             frames_filled: answers.frames_filled,

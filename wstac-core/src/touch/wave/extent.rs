@@ -24,7 +24,7 @@ pub struct Measured {
     pub sd: f32,
 }
 
-/// What is known of a touch besides its velocity: where and how wide it is across its motion, and how that changes.
+/// Where and how wide a touch is, across its motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -43,11 +43,6 @@ pub struct Extent {
     /// Objects side by side, with dark whiskers between them: 1 or 2, and 0 in the dark. Of objects one behind the other
     /// it counts one.
     pub contacts: u8,
-    /// The mean acceleration while an edge passes the sensor, in mm/s², below 0 if it slows down.
-    ///
-    /// It is there for the basis [`Edge`](super::Basis::Edge) alone: other fronts may be round, which looks alike. A speed that
-    /// changes by more than some 7 % has no reliable velocity, and no acceleration.
-    pub acceleration: Option<Measured>,
 }
 
 /// Units of a length to the millimeter, and of a pitch.
@@ -174,9 +169,6 @@ struct Likely {
 }
 
 impl Extent {
-    /// Two objects, of which nothing else is known.
-    pub(super) const TWO: Self = Self { place_mm: None, width_mm: None, contacts: 2, acceleration: None };
-
     /// Returns where a touch is by each whisker's light over all of it, and by the direction in which it moved.
     ///
     /// The unit of the light is free, and what is below 0 counts as dark. The direction is that of a
@@ -198,7 +190,7 @@ impl Extent {
     /// ```
     #[inline(never)]
     pub fn new(light: &[i32; TAXELS], degrees: f32, degrees_sd: f32) -> Self {
-        let mut extent = Self { contacts: 0, ..Self::TWO };
+        let mut extent = Self { place_mm: None, width_mm: None, contacts: 0 };
         let Some(energies) = relative(light).filter(|_| (0.0..=360.0).contains(&degrees)) else { return extent };
         let [right, up] = unit(degrees);
         extent.contacts = 1 + u8::from(valley(&energies, right, up).is_some());

@@ -149,14 +149,18 @@ impl Wave {
         Ok((velocity, basis))
     }
 
-    /// Returns what else is known of the touch of which [`Wave::fit`] has just returned this velocity.
+    /// Returns where and how wide the touch is of which [`Wave::fit`] has just returned this velocity.
     ///
     /// A touch that was not over at the sample's end has neither a place nor a width.
     #[inline(never)]
     pub fn extent(&self, velocity: &Velocity) -> Extent {
         let extent = Extent::new(&self.lines.energies(), velocity.degrees, velocity.degrees_sd);
-        let extent = Extent { acceleration: self.acceleration, ..extent };
         if self.lines.is_cut { Extent { place_mm: None, width_mm: None, ..extent } } else { extent }
+    }
+
+    /// Returns the [acceleration](TaxelMotion::acceleration) of the touch of which [`Wave::fit`] has just returned a velocity.
+    pub fn acceleration(&self) -> Option<Measured> {
+        self.acceleration
     }
 
     /// Answers about the lines.
@@ -322,9 +326,14 @@ pub struct TaxelMotion {
     pub motion: Motion,
     /// What its velocity is known by; `None` unless that is reliable.
     pub basis: Option<Basis>,
-    /// What else is known of the touch; `None` unless the wave tells the velocity, or two objects
+    /// Where and how wide the touch is; `None` unless the wave tells the velocity, or two objects
     /// ([`Reason::TwoObjects`]), whose places and widths it does not tell.
     pub extent: Option<Extent>,
+    /// The mean acceleration while an edge passes the sensor, in mm/s², below 0 if it slows down.
+    ///
+    /// It is there for the basis [`Edge`](Basis::Edge) of the wave alone: other fronts may be round, which looks alike. A speed
+    /// that changes by more than some 7 % has no reliable velocity, and no acceleration.
+    pub acceleration: Option<Measured>,
 }
 
 /// Returns the motion of an event's touch by its 25 taxels.
@@ -349,15 +358,20 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     // Presses and pokes are not for a wave.
     let stays = coherent.doubt.is_none() && (coherent.contact != Contact::Slide || (is_part && taxels.are_all_lit()));
     if !event.reliable || stays {
-        return TaxelMotion { motion: coherent, basis, extent: None };
+        return TaxelMotion { motion: coherent, basis, extent: None, acceleration: None };
     }
     let doubt = match reason {
         Reason::Turning | Reason::TwoObjects | Reason::SpeedChanges => reason,
         Reason::NoSlide(_) => coherent.doubt.unwrap_or(Reason::NotAlike),
         _ => coherent.doubt.unwrap_or(reason),
     };
-    let extent = (doubt == Reason::TwoObjects).then_some(Extent::TWO);
-    TaxelMotion { motion: Motion { reliable: false, doubt: Some(doubt), ..coherent }, basis: None, extent }
+    let extent = (doubt == Reason::TwoObjects).then_some(Extent { place_mm: None, width_mm: None, contacts: 2 });
+    TaxelMotion {
+        motion: Motion { reliable: false, doubt: Some(doubt), ..coherent },
+        basis: None,
+        extent,
+        acceleration: None,
+    }
 }
 
 // It is not inlined: a wave does not lie on the stack of coherence.
@@ -367,7 +381,7 @@ fn by_fit(taxels: &TaxelRing, config: MotionConfig) -> Result<TaxelMotion, Reaso
     let (velocity, basis) = wave.fit(taxels.frames(), config)?;
     let (basis, extent, velocity) = (Some(basis), Some(wave.extent(&velocity)), Some(velocity));
     let motion = Motion { contact: Contact::Slide, velocity, coherence: 0.0, reliable: true, doubt: None };
-    Ok(TaxelMotion { motion, basis, extent })
+    Ok(TaxelMotion { motion, basis, extent, acceleration: wave.acceleration })
 }
 
 /// What a plane wave leaves over, as fractions of its slowness.
