@@ -3,7 +3,7 @@
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
-use wstac_core::touch::wave::Basis;
+use wstac_core::touch::wave::{Basis, Measured};
 use wstac_host::config::Config;
 use wstac_host::json::JsonLine;
 use wstac_host::output::{Output, TactileEvent};
@@ -67,6 +67,19 @@ fn each_cause_has_its_reason() {
         let acceleration = found.acceleration;
         assert_eq!(acceleration.is_some(), basis == Some(Basis::Edge), "{scene}");
         assert!(acceleration.is_none_or(|known| known.value.abs() < 2.0 * known.sd), "{scene}: {acceleration:?}");
+    }
+}
+
+#[test]
+fn an_acceleration_has_its_sign() {
+    for sign in [1.0, -1.0] {
+        // 4.9 mm/s² along the way.
+        let speeds = [60.0, 61.6, 63.2, 64.8].map(|mm_s| if sign > 0.0 { mm_s } else { 124.8 - mm_s });
+        let points: Vec<_> =
+            speeds.iter().zip([0, 20, 40, 60]).map(|(mm_s, at)| format!("[{at}, {mm_s:.1}]")).collect();
+        let scene = format!("specimen = \"Tri2\"\ndirection = 30\nlength = 20\nspeed = [{}]", points.join(", "));
+        let Measured { value, sd } = event(&scene, "", "builtin:path-svm", as_it_is).acceleration.unwrap();
+        assert!((value - 4.9 * sign).abs() < 2.0 * sd && value * sign > 3.0 * sd, "{value} ± {sd}, {scene}");
     }
 }
 

@@ -201,7 +201,8 @@ typedef struct WstacEvent {
   double width_sd_mm;
   /// Objects side by side, as far as 25 taxels tell them apart; -1 if it is unknown.
   int32_t contacts;
-  /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown.
+  /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown, and
+  /// from boards.
   double acceleration_mm_s2;
   /// Standard deviation of the acceleration in mm/s^2; NaN without one.
   double acceleration_sd_mm_s2;

@@ -126,7 +126,8 @@ pub struct WstacEvent {
     pub width_sd_mm: f64,
     /// Objects side by side, as far as 25 taxels tell them apart; -1 if it is unknown.
     pub contacts: i32,
-    /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown.
+    /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown, and
+    /// from boards.
     pub acceleration_mm_s2: f64,
     /// Standard deviation of the acceleration in mm/s^2; NaN without one.
     pub acceleration_sd_mm_s2: f64,

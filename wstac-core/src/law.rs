@@ -31,7 +31,7 @@ pub struct Answer {
     /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]), or two
     /// objects.
     pub extent: Option<Extent>,
-    /// See [`TaxelMotion::acceleration`]; `None` by other laws than [`ByWave`].
+    /// The mean [acceleration](TaxelMotion::acceleration); `None` by other laws than [`ByWave`].
     pub acceleration: Option<Measured>,
     /// Whether the answers are reliable.
     ///

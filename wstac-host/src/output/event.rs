@@ -56,7 +56,7 @@ pub struct TactileEvent {
     /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
     /// version 0.4.
     pub extent: Option<Extent>,
-    /// See [`TaxelMotion::acceleration`](wstac_core::touch::wave::TaxelMotion::acceleration); `None` from boards.
+    /// The mean [acceleration](wstac_core::touch::wave::TaxelMotion::acceleration); `None` from boards.
     pub acceleration: Option<Measured>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,

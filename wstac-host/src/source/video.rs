@@ -1,11 +1,8 @@
 //! Videos: `ffmpeg` of the machine decodes a file, and its frames are read as [Y4M](super::y4m).
 //!
 //! A decoder of our own would be larger than this project, and ffmpeg is on most machines that have videos. `ffprobe`,
-//! which comes with it, says what the numbers mean: range, matrix and rate. Motion JPEG is decoded as that of cameras,
-//! which put bytes before markers: ffmpeg makes wrong pictures of it.
+//! which comes with it, says what the numbers mean: range, matrix and rate.
 
-#[cfg(feature = "jpeg")]
-mod copied;
 mod ffmpeg;
 mod properties;
 
@@ -17,7 +14,7 @@ use std::time::Duration;
 use wstac_core::rate::FrameRate;
 
 use self::ffmpeg::{Decoder, Report};
-use self::properties::{Stated, probe};
+use self::properties::probe;
 use super::spacing::{Positions, Spacing};
 use super::y4m::Y4m;
 use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo};
@@ -45,7 +42,7 @@ const LONGEST_AHEAD: u32 = 16;
 pub struct Video {
     subject: String,
     info: StreamInfo,
-    frames: Box<dyn Reported>,
+    frames: Y4m,
     decoder: Decoder,
     /// Finds gaps between the times of frames; `None` if the file states no times.
     spacing: Option<Spacing>,
@@ -54,35 +51,13 @@ pub struct Video {
     /// Waits for the time of the next frame.
     waits: u32,
     doubt: Doubt,
+    /// The help about what ffmpeg cannot decode.
+    help: &'static str,
     /// The fault about its rotation, until it is reported.
     turned: Option<Fault>,
     /// Whether no picture has come.
     is_empty: bool,
     ended: bool,
-}
-
-/// The frames of a video, each of which ffmpeg reports.
-trait Reported: Source {
-    /// Returns whether the next frame, the end or an error is there, so that [`Source::next_event`] does not wait.
-    fn has_next(&mut self) -> bool {
-        true
-    }
-
-    /// Returns whether the next frame is whole.
-    fn has_frame(&mut self) -> bool;
-
-    /// Takes the report of the next frame, which has so many bytes as a picture in the file.
-    fn arrive(&mut self, _: u64) {}
-}
-
-impl Reported for Y4m {
-    fn has_next(&mut self) -> bool {
-        self.has_next()
-    }
-
-    fn has_frame(&mut self) -> bool {
-        self.has_frame()
-    }
 }
 
 /// Whether frames may be wrong, because of what ffmpeg could not decode.
@@ -117,37 +92,19 @@ impl Video {
         let subject = path.display().to_string();
         let stated = probe(&subject, path)?;
         let rate = fps.or(stated.rate);
-        let (decoder, frames) = Self::start(&subject, path, &stated, rate)?;
+        let (conversion, pixels) = stated.conversion();
+        let filters = format!("{EVERY_TIME}{conversion}{EVERY_FRAME}");
+        let (mut decoder, output) = Decoder::start(&subject, path, &filters, pixels)?;
+        let frames = Y4m::from_fd(&subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
+        let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
         let info = stated.describe(&subject, frames.info(), fps);
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
         let (has_arrived, waits, is_empty, ended) = (false, 0, true, false);
         let doubt = Doubt { lacks_keys: stated.lacks_keys(), ..Doubt::default() };
-        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, is_empty, ended })
-    }
-
-    fn start(
-        subject: &str,
-        path: &Path,
-        stated: &Stated,
-        rate: Option<FrameRate>,
-    ) -> Result<(Decoder, Box<dyn Reported>), Error> {
-        #[cfg(feature = "jpeg")]
-        if let Some(size) = stated.size_of_jpegs() {
-            let (decoder, output) = Decoder::start(subject, path, copied::COPY.split_ascii_whitespace())?;
-            let rate = rate.unwrap_or(FrameRate::NOMINAL);
-            return Ok((decoder, Box::new(copied::CopiedPictures::new(subject, output, size, rate))));
-        }
-        let (conversion, pixels) = stated.conversion();
-        let filters = format!("{EVERY_TIME}{conversion}{EVERY_FRAME}");
-        // Cover pictures are no video. Gray of more than 8 bits has a name in Y4M that ffmpeg does not take for official.
-        let options = ["-map", "0:V:0", "-vf", &filters, "-r", "30", "-pix_fmt", pixels, "-strict", "-1"];
-        let options = options.into_iter().chain(["-f", "yuv4mpegpipe", "pipe:1"]);
-        let (mut decoder, output) = Decoder::start(subject, path, options)?;
-        let frames = Y4m::from_fd(subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
-        let frames = frames.map_err(|why| Error::new(ErrorKind::Format, subject, why))?;
-        Ok((decoder, Box::new(frames)))
+        let help = stated.help();
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, help, turned, is_empty, ended })
     }
 }
 
@@ -176,7 +133,7 @@ impl Source for Video {
         if let Some(fault) = self.turned.take() {
             return Ok(SourceEvent::Fault(fault));
         }
-        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, is_empty, ended, .. } = self;
+        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, help, is_empty, ended, .. } = self;
         let fault = |kind, message: &str| Ok(SourceEvent::Fault(Fault::new(kind, format!("{subject}: {message}"))));
         if let Some(reports) = decoder.reports.as_ref().filter(|_| !*has_arrived && !*ended) {
             if !frames.has_next() {
@@ -184,9 +141,8 @@ impl Source for Video {
             }
             // ffmpeg reports what it could not decode, and the time, before the frame.
             match reports.recv_timeout(LONGEST_WAIT) {
-                Ok(Report::Frame { time, is_key, bytes }) => {
+                Ok(Report::Frame { time, is_key }) => {
                     (*has_arrived, *waits) = (true, 0);
-                    frames.arrive(bytes);
                     if let Some(spacing) = spacing {
                         spacing.arrive(time);
                     }
@@ -200,11 +156,12 @@ impl Source for Video {
                     if !frames.has_frame() || !doubt.begin() {
                         return Ok(SourceEvent::Waiting);
                     }
-                    let message = format!("ffmpeg reports \"{why}\"; events are not reliable until a later key frame");
+                    let until = "events are not reliable until a later key frame";
+                    let message = format!("ffmpeg reports \"{why}\"; {until}{help}");
                     return fault(FaultKind::Uneven, &message);
                 }
-                Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS || !frames.has_frame() => {
-                    *waits = waits.saturating_add(1);
+                Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {
+                    *waits += 1;
                     return Ok(SourceEvent::Waiting);
                 }
                 Err(_) => {
@@ -249,7 +206,7 @@ impl Source for Video {
                 Err(Error::new(ErrorKind::Format, subject, why))
             }
             other => {
-                *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_) | SourceEvent::Lost { .. }));
+                *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_)));
                 *is_empty &= *has_arrived;
                 match (other, spacing) {
                     (Ok(event), Some(spacing)) => Ok(spacing.placed(event)),

@@ -28,7 +28,7 @@ impl OpenBoard<'_> {
     /// Returns the error of the port, or of writing.
     pub(in crate::commands) fn read(self) -> Result<(), Stop> {
         let Self { mut line, mut records, has_status, interrupted } = self;
-        let (mut lost_events, clock) = (0, Cell::new(None));
+        let (mut lost_events, mut has_events, clock) = (0, false, Cell::new(None));
         let is_over = |monitor: &Monitor| {
             clock.set(monitor.clock_match());
             interrupted.load(Ordering::Relaxed)
@@ -37,7 +37,8 @@ impl OpenBoard<'_> {
             match report {
                 Report::Output(output) => {
                     records.write(&output)?;
-                    if matches!(&output, Output::End(end) if end.frames > 0 && !end.baseline_complete) {
+                    has_events |= matches!(output, Output::Event(_));
+                    if !has_events && matches!(&output, Output::End(end) if end.frames > 0 && !end.baseline_complete) {
                         records.note(Reason::TooShort);
                     }
                 }

@@ -338,8 +338,8 @@ pub struct TaxelMotion {
 
 /// Returns the motion of an event's touch by its 25 taxels.
 ///
-/// The wave tells the velocity, since coherence takes a narrow thing for an edge. Coherence tells the kind of touch, a doubt
-/// that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of which the wave
+/// The wave tells the velocity, since coherence takes a narrow thing for an edge. If it refuses, coherence tells the kind of
+/// touch, a doubt that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of which the wave
 /// sees only a part, if it lights all whiskers.
 ///
 /// It takes at most 12 KiB of stack.
@@ -355,7 +355,7 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     // Of a slow touch the wave sees only the first of several flashes, and coherence all of it.
     let is_part =
         matches!(reason, Reason::NotCrossed | Reason::NotOver | Reason::FewWhiskers | Reason::NoSlide(_)) && is_slow;
-    // Presses and pokes are not for a wave.
+    // Presses and pokes are no waves.
     let stays = coherent.doubt.is_none() && (coherent.contact != Contact::Slide || (is_part && taxels.are_all_lit()));
     if !event.reliable || stays {
         return TaxelMotion { motion: coherent, basis, extent: None, acceleration: None };

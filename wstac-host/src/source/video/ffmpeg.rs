@@ -34,22 +34,19 @@ pub(super) enum Report {
         /// Milliseconds; not a number for a frame without a time.
         time: f64,
         is_key: bool,
-        /// The bytes of a picture that is copied.
-        bytes: u64,
     },
     /// An error in the frame, or in one that the frame is made of.
     Damage(String),
 }
 
 impl Decoder {
-    /// Starts ffmpeg, which writes to the output that is returned.
-    pub(super) fn start<'a>(
-        subject: &str,
-        path: &Path,
-        options: impl Iterator<Item = &'a str>,
-    ) -> Result<(Self, ChildStdout), Error> {
+    /// Starts ffmpeg, which writes Y4M of these pixels to the output that is returned.
+    pub(super) fn start(subject: &str, path: &Path, filters: &str, pixels: &str) -> Result<(Self, ChildStdout), Error> {
         let mut process = ffmpeg("ffmpeg", path)
-            .args(options)
+            // Cover pictures are no video.
+            .args(["-map", "0:V:0", "-vf", filters, "-r", "30", "-pix_fmt", pixels])
+            // Gray of more than 8 bits has a name in Y4M that ffmpeg does not take for official.
+            .args(["-strict", "-1", "-f", "yuv4mpegpipe", "pipe:1"])
             // A signal to the program must not end the decoder before the program has read what it wants.
             .process_group(0)
             .spawn()
@@ -160,24 +157,7 @@ fn frame_in(line: &str) -> Option<Report> {
     let (_, rest) = text.trim_start().strip_prefix("n:")?.split_once(" pts:")?;
     let (time, key) = (rest.split_ascii_whitespace().next()?, rest.split_once(" iskey:")?.1);
     let time = time.parse::<i64>().map_or(f64::NAN, |time| time as f64 / 1000.0);
-    Some(Report::Frame { time, is_key: key.starts_with('1'), bytes: 0 })
-}
-
-/// Returns the picture that ffmpeg copies, by a line of its muxer `framecrc`: stream, times of decoding and of showing,
-/// duration, bytes, checksum.
-fn copied_in(line: &str, tick_ms: f64) -> Option<Report> {
-    let mut fields = line.strip_prefix("0,")?.split(',').map(str::trim);
-    let (decoded, shown) = (fields.next()?, fields.next()?);
-    let time = shown.parse::<i64>().or_else(|_| decoded.parse()).map_or(f64::NAN, |ticks| ticks as f64 * tick_ms);
-    // A packet without bytes stands for a frame that the camera has left out.
-    let bytes = fields.nth(1)?.parse().ok().filter(|bytes| *bytes > 0)?;
-    Some(Report::Frame { time, is_key: true, bytes })
-}
-
-/// Returns the milliseconds of a tick of `framecrc`'s times, by a line of its head: `#tb 0: 1/30`.
-fn tick_in(line: &str) -> Option<f64> {
-    let (numerator, denominator) = line.strip_prefix("#tb")?.rsplit(' ').next()?.trim().split_once('/')?;
-    Some(1000.0 * numerator.parse::<f64>().ok()? / denominator.parse::<f64>().ok()?)
+    Some(Report::Frame { time, is_key: key.starts_with('1') })
 }
 
 /// Reads what a process reports, so that it never waits: keeps the beginning of errors, and sends what concerns frames.
@@ -188,11 +168,10 @@ fn read_reports(
 ) -> JoinHandle<()> {
     std::thread::spawn(move || {
         let (mut errors, mut bytes) = (BufReader::new(errors), Vec::new());
-        let (mut has_begun, mut tick_ms) = (false, f64::NAN);
+        let mut has_begun = false;
         while let Ok(1..) = errors.by_ref().take(LONGEST_LINE).read_until(b'\n', &mut bytes) {
             let line = String::from_utf8_lossy(&bytes);
-            tick_ms = tick_in(&line).unwrap_or(tick_ms);
-            if let Some(frame) = frame_in(&line).or_else(|| copied_in(&line, tick_ms)) {
+            if let Some(frame) = frame_in(&line) {
                 has_begun = true;
                 // After the end of the source nobody asks.
                 let _ = reports.send(frame);
@@ -223,7 +202,7 @@ mod tests {
                 "[Parsed_showinfo_1 @ 0x560dd031a040] [info] n:   7 pts:PTS pts_time:0.2 fmt:gray iskey:1 type:I";
             frame_in(&line.replace("PTS", time))
         };
-        assert_eq!(frame(" 233333"), Some(Report::Frame { time: 233.333, is_key: true, bytes: 0 }));
+        assert_eq!(frame(" 233333"), Some(Report::Frame { time: 233.333, is_key: true }));
         assert!(matches!(frame("   NOPTS"), Some(Report::Frame { time, .. }) if time.is_nan()));
         assert_eq!(frame_in("[Parsed_showinfo_1 @ 0x5] [info] config in time_base: 1/1000000, frame_rate: 30/1"), None);
         assert_eq!(frame_in("[info]     title           : [info] n:   7 pts:3 iskey:1"), None);
@@ -255,15 +234,13 @@ mod tests {
     fn what_ffmpeg_could_not_decode_comes_before_its_frame() {
         let log = "[h264 @ 0x5] [error] non-existing PPS 0 referenced\n\
                    [Parsed_showinfo_1 @ 0x5] [info] n: 0 pts: 0 pts_time:0 iskey:1 type:I\n[h264 @ 0x5] [error] no frame!\n\
-                   [Parsed_showinfo_1 @ 0x5] [info] n: 1 pts: 1000 pts_time:0.001 iskey:0 type:P\n\
-                   #tb 0: 1/30\n0,  2,  3,  1,  7, 0x5\n0,  3,  4,  1,  0, 0x0\n";
+                   [Parsed_showinfo_1 @ 0x5] [info] n: 1 pts: 1000 pts_time:0.001 iskey:0 type:P\n";
         let (sender, reports) = channel();
         read_reports(log.as_bytes(), Arc::default(), sender).join().expect("it ends");
         let expected = [
-            Report::Frame { time: 0.0, is_key: true, bytes: 0 },
+            Report::Frame { time: 0.0, is_key: true },
             Report::Damage("no frame!".into()),
-            Report::Frame { time: 1.0, is_key: false, bytes: 0 },
-            Report::Frame { time: 100.0, is_key: true, bytes: 7 },
+            Report::Frame { time: 1.0, is_key: false },
         ];
         assert_eq!(reports.iter().collect::<Vec<_>>(), expected);
     }

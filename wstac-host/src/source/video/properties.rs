@@ -4,7 +4,6 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
-use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_core::touch::motion::RowOrder;
 
@@ -29,6 +28,9 @@ const MADE_UP: (u32, u32) = (25, 1);
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
 /// The error of ffmpeg about a format that is not to be read.
 const NOT_LISTED: &str = "Format not on whitelist";
+/// The help about Motion JPEG that ffmpeg cannot decode, as of cameras that put bytes before markers.
+const HELP_OF_JPEG: &str =
+    "; help: ffmpeg -i FILE -c copy FOLDER/%05d.jpg, and read FOLDER: its pictures are decoded without ffmpeg";
 /// Frames that show how far frames are apart.
 const PROBED: &str = "%+#150";
 /// A rate that a file states is that of its time stamps if it differs by at most this part.
@@ -52,8 +54,6 @@ pub(super) struct Stated {
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
     codec: String,
-    /// `None` if a picture has every second row.
-    size: Option<FrameSize>,
     /// The number of its video tracks.
     tracks: usize,
 }
@@ -94,10 +94,7 @@ impl Stated {
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
         let stated = mean.or(base);
         let codec = value("codec_name").to_owned();
-        let side = |key| value(key).parse().unwrap_or_default();
-        let size = FrameSize::new(side("width"), side("height")).ok();
-        let size = size.filter(|_| !text.contains("interlaced_frame=1"));
-        let known = Self { pixels, range, matrix, other_matrix, is_turned, row_order, codec, size, ..Self::default() };
+        let known = Self { pixels, range, matrix, other_matrix, is_turned, row_order, codec, ..Self::default() };
         let format = value("format_name");
         if format.ends_with("_pipe") || format == PARTS || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
@@ -125,17 +122,9 @@ impl Stated {
         matches!(self.codec.as_str(), "apng" | "gif")
     }
 
-    /// Returns the size of pictures that are decoded without ffmpeg: of Motion JPEG whose container states nothing that would
-    /// change its pixels.
-    #[cfg(feature = "jpeg")]
-    pub(super) fn size_of_jpegs(&self) -> Option<FrameSize> {
-        let is_plain = self.codec == "mjpeg"
-            && KEPT.contains(&self.pixels.as_str())
-            && self.range != Some(QuantizationRange::Limited)
-            && !matches!(self.matrix, Some(YcbcrMatrix::Bt709))
-            && self.other_matrix.is_none()
-            && !self.is_turned;
-        self.size.filter(|_| is_plain)
+    /// Returns the help about errors of its decoder.
+    pub(super) fn help(&self) -> &'static str {
+        if self.codec == "mjpeg" { HELP_OF_JPEG } else { "" }
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -215,8 +204,8 @@ fn row_order(text: &str) -> Option<RowOrder> {
 
 /// Asks `ffprobe` for the properties of a video.
 pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
-    let entries = "format=format_name,nb_streams:stream=codec_name,width,height,pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
-                   stream_side_data=rotation,displaymatrix:frame=best_effort_timestamp_time,interlaced_frame";
+    let entries = "format=format_name,nb_streams:stream=codec_name,pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
+                   stream_side_data=rotation,displaymatrix:frame=best_effort_timestamp_time";
     let ask = |options: &[&str]| {
         let mut command = ffmpeg("ffprobe", path);
         command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);
