@@ -104,6 +104,8 @@ fn run() -> Result<(), Error> {
             to_motion.add(clock.ticks(|| motion::by_coherence(&event, motion)).0);
             if let Some(taxels) = event.taxels()
                 && <setup::Taxels as TaxelStore>::NEEDS_START
+                // Its 16 KiB are refused a wave.
+                && cfg!(not(microbit))
             {
                 to_wave.add(clock.ticks(|| by_wave(&event, taxels, motion)).0);
             }
