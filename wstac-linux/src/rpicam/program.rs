@@ -334,8 +334,7 @@ impl Log {
             }
             self.first.get_or_insert_with(|| error.clone());
             self.last = Some(error);
-        } else if !line.is_empty() && ![" INFO ", " WARN ", "Viewfinder "].iter().any(|mark| line.contains(mark))
-        {
+        } else if !line.is_empty() && ![" INFO ", " WARN ", "Viewfinder "].iter().any(|mark| line.contains(mark)) {
             self.other = Some(line.to_owned());
         }
     }
