@@ -286,7 +286,7 @@ class Clips:
         self.says(f"{sound}: has no picture, expected a video", sound)
         spoiled = self.at / "spoiled.avi"
         # ffmpeg 5 to 7 write it, and decode none of it.
-        ffmpeg("-f", "lavfi", "-i", "testsrc=duration=0.3:size=160x120:rate=30", "-c:v", "tiff", "-pix_fmt", "rgb48le", spoiled)
+        ffmpeg("-f", "lavfi", "-i", "color=duration=0.3:size=160x120:rate=30", "-c:v", "tiff", "-pix_fmt", "rgb48le", spoiled)
         self.says(f"{spoiled}: ", spoiled)
         self.says(f"{sound}: a video is decoded by ffmpeg, which is not installed", sound, self.at)
 

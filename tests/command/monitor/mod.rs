@@ -95,10 +95,16 @@ fn wait_for(board: &mut impl Read, expected: &[Request]) {
 const ALL: [Request; 5] =
     [Request::Hello, Request::Features(true), Request::Samples(true), Request::Motion(true), Request::KeepEvents(true)];
 
-/// Returns records without what the link does not say: why frames were lost.
+/// Returns records without what the link does not say: why frames were lost, and accelerations.
 fn as_by_link(records: &str) -> String {
-    let Some((before, after)) = records.split_once("\"dropped_by\":{") else { return records.to_owned() };
-    before.to_owned() + after.split_once("},").unwrap().1
+    let mut said = records.to_owned();
+    for start in ["\"dropped_by\":{", "\"acceleration\":{"] {
+        while let Some(at) = said.find(start) {
+            let length = said[at..].find("},").unwrap() + 2;
+            said.replace_range(at..at + length, "");
+        }
+    }
+    said
 }
 
 /// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features,
