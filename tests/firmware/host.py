@@ -1,13 +1,14 @@
 """Results of the host for the same frames, to compare with those of a board."""
 
+import re
 import subprocess
 import sys
 
 
 def host(wstac, *arguments):
-    """Returns what the command prints, but for notes, of which a board has none."""
+    """Returns what the command prints, but for notes and accelerations, of which a board has none."""
     lines = subprocess.check_output([wstac, *arguments], text=True, stderr=subprocess.DEVNULL).splitlines()
-    return [line for line in lines if not line.startswith('{"kind":"note"')]
+    return [re.sub(r'"acceleration":\{[^}]*\},', "", line) for line in lines if not line.startswith('{"kind":"note"')]
 
 
 def same(board, what, got, want):

@@ -4,21 +4,24 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use wstac_core::model::file::Task;
+use wstac_core::paper::direction::Direction;
+use wstac_core::paper::speed::Speed;
+use wstac_core::reason::Reason;
 
 use super::output::Stop;
 use super::source_arguments::at_least;
-use crate::open;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, rounded, with_deviation};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::session::Session;
-use wstac_host::source::open::OpenOptions;
 use wstac_host::texture::{Texture, Textures, pattern_and_depth};
 use wstac_host::visible::OneLine;
+use wstac_scene::SceneConfig;
+use wstac_scene::source::SceneSource;
 
-/// Compare simulated slides of every specimen with the answers
+/// Compare simulated slides of every specimen, and of other objects, with the answers
 ///
 /// The frames (1280 × 720) are rendered and processed like a camera's. The command needs no camera and no sensor.
 #[derive(Debug, clap::Args)]
@@ -50,6 +53,14 @@ const SLIDES: [(&str, u32, u32, u32); 12] = [
     ("Sin4", 105, 40, 45),
 ];
 
+/// Slides of other objects: what it is, its keys in a scene's file, its speed in mm/s and its direction in degrees.
+const OBJECTS: [(&str, &str, u32, u32); 4] = [
+    ("rod of 6 mm", "shape = \"rod\"\ndiameter = 6", 120, 20),
+    ("ball of 12 mm", "shape = \"ball\"\ndiameter = 12", 80, 250),
+    ("corner of a box", "shape = \"corner\"\nlength = 60", 150, 100),
+    ("Sin3, rolling shutter", "specimen = \"Sin3\"\n[sensor]\nreadout_ms = 30", 100, 60),
+];
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let files = [ModelFile::open(&arguments.model)?];
     let (textures, task) = (Textures::new(&files)?, files[0].model()?.task());
@@ -60,7 +71,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut errors, mut turns, mut named, mut unknown) = (Vec::new(), Vec::new(), 0, 0);
     for (number, (specimen, length, speed, direction)) in (0..).zip(SLIDES) {
         let seed = arguments.seed.wrapping_add(number);
-        let event = slide(&format!("scene:{specimen}@{speed},{direction}deg,{length}mm,seed={seed}"), &textures)?;
+        let script = SceneConfig::parse_short(&format!("{specimen}@{speed},{direction}deg,{length}mm,seed={seed}"))?;
+        let event = slide(&script, &textures)?;
         write!(out, "{specimen:8}    {length:3} mm   {speed:5}  {direction:8}°")?;
         let Some(event) = event else {
             writeln!(out, "  no event")?;
@@ -72,24 +84,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let texture = event.texture.ok().and_then(|texture| told(task, texture));
         named += usize::from(texture.is_some() && texture == truth(task, specimen));
         write!(out, "    {:8}", OneLine(texture.as_deref().unwrap_or(without)))?;
-        match event.speed {
-            Ok(answer) => {
-                let mm_s = rounded(answer.mm_s);
-                errors.push((mm_s - f64::from(speed)).abs() / f64::from(speed));
-                write!(out, "  {:>12}", with_deviation(mm_s, answer.sd.unwrap_or(f32::NAN)))?;
-            }
-            Err(_) => write!(out, "  {:>12}", "none")?,
-        }
-        match event.direction.degrees {
-            Ok(degrees) => {
-                let off = (angle(degrees) - f64::from(direction) + 180.0).rem_euclid(360.0) - 180.0;
-                turns.push(off.abs());
-                let sd = event.direction.sd.unwrap_or(f32::NAN);
-                write!(out, "  {:>12}°", with_deviation(angle(degrees), sd))?;
-            }
-            Err(_) => write!(out, "  {:>13}", "none")?,
-        }
-        writeln!(out)?;
+        let [mm_s, degrees] = motion(event.speed, &event.direction, [speed, direction], [&mut errors, &mut turns]);
+        writeln!(out, "  {mm_s:>12}  {degrees:>13}")?;
+        out.flush()?;
+    }
+    writeln!(out, "object                mm/s  direction                      mm/s     direction")?;
+    for (number, (what, keys, speed, direction)) in (SLIDES.len() as u64..).zip(OBJECTS) {
+        let seed = arguments.seed.wrapping_add(number);
+        let keys = format!("speed = {speed}\ndirection = {direction}\nseed = {seed}\n{keys}");
+        let event = slide(&SceneConfig::from_toml(what, &keys)?, &Textures::default())?;
+        write!(out, "{what:21}{speed:5}  {direction:8}°")?;
+        let Some(event) = event else {
+            writeln!(out, "  no event")?;
+            continue;
+        };
+        let [mm_s, degrees] = motion(event.speed, &event.direction, [speed, direction], [&mut errors, &mut turns]);
+        writeln!(out, "              {mm_s:>12}  {degrees:>13}")?;
         out.flush()?;
     }
     let all = SLIDES.len();
@@ -106,6 +116,32 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         _ => writeln!(out, "{named} of {all} {title}s right, {unknown} unknown")?,
     }
     Ok(())
+}
+
+/// Returns an event's speed and direction as they are shown, and notes by what fraction and how many degrees they are off.
+fn motion(
+    speed: Result<Speed, Reason>,
+    direction: &Direction,
+    truth: [u32; 2],
+    [errors, turns]: [&mut Vec<f64>; 2],
+) -> [String; 2] {
+    let [true_mm_s, true_degrees] = truth.map(f64::from);
+    let mm_s = speed.map_or_else(
+        |_| "none".to_owned(),
+        |answer| {
+            let mm_s = rounded(answer.mm_s);
+            errors.push((mm_s - true_mm_s).abs() / true_mm_s);
+            with_deviation(mm_s, answer.sd.unwrap_or(f32::NAN))
+        },
+    );
+    let degrees = direction.degrees.map_or_else(
+        |_| "none".to_owned(),
+        |degrees| {
+            turns.push(((angle(degrees) - true_degrees + 180.0).rem_euclid(360.0) - 180.0).abs());
+            format!("{}°", with_deviation(angle(degrees), direction.sd.unwrap_or(f32::NAN)))
+        },
+    );
+    [mm_s, degrees]
 }
 
 /// Returns the mean; 0 of no numbers.
@@ -139,8 +175,8 @@ fn in_mm(depth: f64) -> String {
 }
 
 /// Returns the first event of a scene.
-fn slide(source: &str, textures: &Textures) -> Result<Option<TactileEvent>, Error> {
-    let session = Session::builder(open(source, &OpenOptions::default())?).textures(textures.clone()).build()?;
+fn slide(script: &SceneConfig, textures: &Textures) -> Result<Option<TactileEvent>, Error> {
+    let session = Session::builder(SceneSource::new(script)?).textures(textures.clone()).build()?;
     let mut first = None;
     for output in session {
         if let Output::Event(event) = output? {
