@@ -113,12 +113,10 @@ def orders(found: dict[tuple[str, str], list[float]]) -> str:
     svm, *trees = MODELS
     better = all(mean[labels, tree] > mean[labels, svm] for labels in LABELS for tree in trees)
     harder = all(mean["specimen", model] < min(mean["pattern", model], mean["depth", model]) for model in MODELS)
+    here = {True: "this holds here", False: "**this does not hold here**"}
     return paragraph(
-        "In the paper, trees are better than the linear SVM for all label sets.",
-        "The same holds here." if better else "**This does not hold here.**",
-    ) + "\n\n" + paragraph(
-        "In the paper, all models name specimens less accurately than patterns and depths.",
-        "The same holds here." if harder else "**This does not hold here.**",
+        f"In the paper, trees are better than the linear SVM for all label sets: {here[better]}.",
+        f"All models name specimens less accurately than patterns and depths: {here[harder]}.",
     )
 
 
@@ -159,7 +157,6 @@ def page(results: Results, how: str) -> str:
         "With the same noise, three other readings (without the features of frames without light, without a scaler,"
         f" and the one-vs-rest `LinearSVC` without a scaler){others(results.paper, list(dict.fromkeys(name for _, name in results.paper))[3:])}.",
         "The scaler makes the noise of frames without light as large as the signal of other frames: do not scale your own model.",
-        "The linear row of the table, and the scale of the noise, depend on this reading.",
     )
     return f"""{HEAD.read_text(encoding="utf-8")}{intro}
 
