@@ -309,7 +309,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
         "`path` models take ten sums, and `taxel-path` models 25 taxels.",
-        "They read the first 28 mm behind the leading edge, or the first 16 mm; at 300 mm/s, interpolation uses light up to 10 mm later.",
+        "They read the first 28 mm behind the leading edge, or the first 16 mm.",
     )
     training = paragraph(
         f"They were trained on {int(train.measured.sum())} simulated slides of 1000 sensors,"
@@ -328,7 +328,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         "The ten new textures are those of docs/ANSWERS.md; none of them was trained.",
         "Ten random textures are other ones for every sensor, and may be nearly alike.",
         "All slides of a model have one unseen sensor.",
-        "The last column has the paper's ten specimens, which are not learned but may be near those that are:",
+        "The paper's ten specimens are not learned, but may be near those that are:",
     )
     return f"""# Texture models of the path
 

@@ -88,7 +88,6 @@ def page(
         f"Speeds are {speeds[0]:g} to {speeds[-1]:g} mm/s, and there are four directions.",
         "Of each kind, the most accurate model within a size was chosen on other sensors: 64 kB for linear models, 100 kB for trees.",
         f"They were evaluated on {len(test.run)} slides of {len(np.unique(test.run))} further sensors.",
-        "Patterns and depths are those of the specimen that the model names.",
         "Numbers are percentages with the 95 % Student interval of the mean over sensors:",
     )
     return f"""# Texture models
