@@ -19,7 +19,6 @@ def page(slides: str, sources: str) -> str:
     intro = paragraph(
         "`wstac trade` compares these models with the shipped ones: they are smaller, have 8-bit weights, or need fewer frames.",
         f"All of them name the ten specimens of the simulated sensor, and were trained on {slides}, the same as the shipped ones.",
-        "An early model, `-20f` to `-60f`, reads only the first frames of a sample.",
         "`tests/reference/trade_models.py` makes them, and `wstac model inspect FILE` says how each was trained.",
     )
     stale = paragraph(
