@@ -75,9 +75,9 @@ def fitted_section(done: Sequence[Protocol]) -> Section:
         rows.append([name, fixed(wanted, 2), fixed(found.mean, 2), interval_words(found, 2), error, verdict])
     head = ["published number", "paper", "simulated", "95 % interval", "error", "goal: at most 3 %"]
     how = paragraph(
-        "`tests/reference/calibrate.py speed` fitted two numbers of the simulator together to two published numbers.",
+        "`tests/reference/calibrate.py speed` fitted two numbers of the simulator together to those of the"
+        " [published speed law](SPEC.md#4-sliding-speed-paper-speed-regression).",
         f"They are the length of the specimens, {length:g} mm, and the afterglow, {afterglow:g} ms.",
-        "The published speed law is D = 151.06 − 56.29 log10 v, with the duration D in frames of 1/30 s and v in mm/s.",
     )
     what = paragraph(
         f"A third number, the scale of all noise, {noise:g}, was fitted to one cell of the paper's table 2:"
