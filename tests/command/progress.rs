@@ -25,7 +25,7 @@ fn long_commands_say_something_in_their_first_second() {
     for (arguments, expected) in [
         (&["dataset", "-o", "a.npz"][..], "0 of 12000 slides done"),
         (&["train", "-o", "a.wsm"], "0 of 12000 slides done"),
-        (&["trade", "-o", "found"], "slides of 20 sensors"),
+        (&["trade", "-o", "found"], "touches of 20 sensors"),
         (&["scene", "explain", "scene:Saw3@150"], "measuring what effects cost: about "),
         (&["doctor", "scene:Saw3@150"], "scene: Saw3 at 150 mm/s"),
         (&["plot", "scene:Saw3@150", "-o", "a.svg"], "scene: Saw3 at 150 mm/s"),

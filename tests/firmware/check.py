@@ -17,8 +17,8 @@ import budget
 import golden
 import images
 import link
-from boards import BOARDS, ROOT, TARGETS, Board
-from counter import Counter, Setting, formats, write_samples
+from boards import BOARDS, ROOT
+from counter import ROOMY, Counter, Setting, formats, write_samples
 from host import features, host, same
 
 HERE = Path(__file__).resolve().parent
@@ -33,8 +33,8 @@ BASE = ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "m
 FEW = ("M0", "M4F")
 # Keys of [speed].
 LAWS = ('estimator = "edges"', 'law = "published"', 'estimator = "coherence"')
-# The boards with memory for the law of 25 taxels: a Cortex-M3 runs a Cortex-M0's code, instead of a microbit with its 16 KiB.
-WITH_TAXELS = (Board("M0", "mps2-an385", TARGETS[0]), *BOARDS[1:])
+# The boards with memory for the law of 25 taxels.
+WITH_TAXELS = (ROOMY, *BOARDS[1:])
 FRAME = 400 * 400
 STRIPE = 8 * 400
 

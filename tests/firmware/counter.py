@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import boards
-from boards import BOARDS
+from boards import BOARDS, TARGETS, Board
 from host import features, host, same
 
 SCENE = Path(__file__).with_name("clip.toml")
@@ -23,6 +23,9 @@ FRAMES = 110
 # nothing.
 DARK = "black_level = 2.0\nread_noise = 100"
 CORES = tuple(board.core for board in BOARDS)
+
+# A Cortex-M3 runs a Cortex-M0's code by a wave: a microbit has 16 KiB.
+ROOMY = Board("M0", "mps2-an385", TARGETS[0])
 
 
 @dataclass(frozen=True)
@@ -121,7 +124,8 @@ class Counter:
         programs = ("--bin", "cost", "--bin", "emulated")
         # A build takes minutes.
         print(f"builds cost and emulated for {target}: {pixels}, {model.name if model else 'no model'}", file=sys.stderr, flush=True)
-        return boards.build(target, *programs, model=model, config=config, pixels=pixels, debug=self.debug)
+        named = {"features": "mps2"} if target == ROOMY.target and "wave" in toml else {}
+        return boards.build(target, *programs, model=model, config=config, pixels=pixels, debug=self.debug, **named)
 
     def setting(self, setting, every_board=False, cores=CORES):
         """Returns the cost of a setting on these cores. The Cortex-M7 runs the M4F's program, and is measured if all
@@ -134,6 +138,7 @@ class Counter:
         def of_target(target):
             programs = self.build(target, *what)
             on = [board for board in BOARDS if board.target == target and board.core in cores]
+            on = [ROOMY if board.core == ROOMY.core and "wave" in setting.law else board for board in on]
             counts = [self.count(board, programs, *what) for board in (on if every_board else on[:1])]
             return {board.core: counts[min(i, len(counts) - 1)] for i, board in enumerate(on)}
 

@@ -2,12 +2,12 @@
 """Counts the cost of every setting on emulated boards, for `wstac trade`: instructions, flash and RAM.
 
     prices.py WSTAC                                       counts everything anew; a price that is over 2 % off the published one fails
-    prices.py WSTAC --keep [MODEL.wsm …]                  keeps it in wstac-tradeoff/data/prices.json; of models, all or those that are named
+    prices.py WSTAC --keep [MODEL.wsm … | LAW]            keeps it in wstac-tradeoff/data/prices.json: everything, or these models, or this law
     prices.py WSTAC --check CONFIG.toml MODEL PIXELS CORE     one configuration, whole frames and parts of events; "-" for no file
 
 The price of a setting is what it adds. Formats (with their stride) include the firmware without a model, with the
 fixed-point logarithm and the law of coherence. The others are differences. Models over time are counted with the
-published law, and models of the path with both laws of arrival times: stacks of a law and of a model are no sum. So the
+published law, and models of the path with the laws of arrival times: stacks of a law and of a model are no sum. So the
 price of a configuration is a sum, which is compared with four counts. The events and features of every count are the
 host's.
 """
@@ -37,13 +37,13 @@ SLACK = 0.02
 # checkout.
 PUBLISHED_SLACK = 0.02
 # The keys of [speed].
-LAWS = {"coherence": 'estimator = "coherence"', "edges": 'estimator = "edges"', "published": 'law = "published"'}
+LAWS = {"wave": 'estimator = "wave"', "coherence": 'estimator = "coherence"', "edges": 'estimator = "edges"', "published": 'law = "published"'}
 # Format, stride, logarithm, law, model.
 MIXED = (
     ("RGB565", 2, "libm", "published", "svm.wsm"),
     ("YUYV linear", 3, "micromath", "published", "forest.wsm"),
     ("BAYER8", 5, "libm", "edges", "path-boosted.wsm"),
-    ("BAYER8", 2, "micromath", "coherence", "taxel-path-svm.wsm"),
+    ("BAYER8", 2, "micromath", "wave", "taxel-path-svm.wsm"),
 )
 
 
@@ -55,7 +55,7 @@ def models():
 
 def laws_of(model):
     """Returns the laws with which the study weighs a model."""
-    return ("published",) if over_time(model) else ("coherence", "edges")
+    return ("published",) if over_time(model) else ("wave", "coherence", "edges")
 
 
 def pick(numbers, *keys):
@@ -66,8 +66,8 @@ def less(numbers, base, *keys):
     return {key: numbers[key] - base[key] for key in keys}
 
 
-def measure(counter, chosen, kept, save):
-    """Collects the prices, and saves each at once. `kept` ones stay if only models are counted."""
+def measure(counter, chosen, laws, kept, save):
+    """Collects the prices of these models with these laws, and saves each at once. `kept` ones stay if not everything is counted."""
     began, done = time.monotonic(), 0
     cores = json.loads(json.dumps(kept)) if kept else {board.core: {"formats": {}, "ln": {}, "laws": {}, "models": {}} for board in BOARDS}
     # By law, then by core.
@@ -83,14 +83,15 @@ def measure(counter, chosen, kept, save):
         said = f"{setting.format}, stride {setting.stride}, {name}, {setting.law}"
         print(f"{time.monotonic() - began:5.0f} s: {said}: as on the host", file=sys.stderr, flush=True)
 
-    for law, keys in LAWS.items():
+    # Coherence first: the others are compared with it.
+    for law in sorted(LAWS, key=lambda law: law != "coherence"):
 
         def of_law(core, numbers):
             base.setdefault(law, {})[core] = numbers
             cores[core] |= {"trigger": base["coherence"][core]["trigger"]}
             cores[core]["laws"][law] = {"event": numbers["laws"][law]} | less(numbers, base["coherence"][core], "flash", "ram")
 
-        each(Setting(law=keys), of_law, every_board=True)
+        each(Setting(law=LAWS[law]), of_law, every_board=True)
     of_path = {}
     for kernel in () if kept else KERNELS:
 
@@ -107,7 +108,7 @@ def measure(counter, chosen, kept, save):
     for name, file in chosen.items():
         sha256 = hashlib.sha256(file.read_bytes()).hexdigest()
 
-        for law in laws_of(file):
+        for law in filter(laws.__contains__, laws_of(file)):
 
             def model(core, numbers):
                 price = cores[core]["models"].setdefault(name, {})
@@ -192,10 +193,11 @@ def main():
         case _:
             sys.exit(__doc__)
     kept = json.loads(KEPT.read_text()) if KEPT.exists() else {"cores": {}}
-    chosen = {Path(name).name: Path(name).resolve() for name in named} or models()
+    laws = [name for name in named if name in LAWS] or LAWS
+    chosen = {Path(name).name: Path(name).resolve() for name in named if name not in LAWS} or models()
     with tempfile.TemporaryDirectory() as folder:
         counter = Counter(wstac, folder)
-        cores = measure(counter, chosen, kept["cores"] if named else None, save if keep else lambda cores: None)
+        cores = measure(counter, chosen, laws, kept["cores"] if named else None, save if keep else lambda cores: None)
         fine = bool(named) or sums(counter, cores)
     if keep:
         print(f"kept in {KEPT.relative_to(ROOT)}")

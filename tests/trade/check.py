@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Checks the map of `wstac trade`: the claim of a budget's choice must be found again, and its price is counted.
 
-    check.py WSTAC            checks the three recommended points, and that the pages show the kept map
+    check.py WSTAC            checks the recommended points, and that the pages show the kept map
     check.py WSTAC --pages    checks only that the pages show the kept map, and that its models are those that were counted
     check.py WSTAC --write    writes the kept map's pages: docs/TRADE.md and docs/plots/trade.svg
     check.py WSTAC --sweep    sweeps, and keeps the map; then the command must be built again
@@ -25,12 +25,15 @@ TRADE = ROOT / "wstac-tradeoff/data"
 MODELS = ROOT / "wstac-host/models"
 EXTREMES = ROOT / "docs/EXTREMES.md"
 PICTURE, PAGE = ROOT / "docs/plots/trade.svg", ROOT / "docs/TRADE.md"
-# Name, core, and budget.
+# Name, core, budget, and what decides.
 POINTS = (
-    ("smallest", "M0", "M0<160k,flash<36K"),
-    ("balanced", "M4F", "M4F<60k,M4F.event<90k"),
-    ("most accurate", "M4F", "M4F<2M"),
+    ("smallest", "M0", "M0<160k,flash<36K", "specimen"),
+    ("balanced", "M4F", "M4F<60k,M4F.event<90k", "specimen"),
+    ("most accurate", "M4F", "M4F<2M", "specimen"),
+    ("any object", "M4F", "M4F<60k,M4F.event<600k,model=taxel-path-svm", "objects"),
 )
+# Instructions per event, in thousands, within which budgets choose a law.
+EVENTS = (25, 50, 100, 150, 200, 300, 400, 600, 800, 1000, 1500, 2000)
 PARAMETERS = ("format", "stride", "ln", "law")
 # The largest difference of a published sum of prices from a count, as a fraction. A compiler's output differs a little
 # between two paths.
@@ -63,7 +66,7 @@ def parameters_table(rows):
     def model(row):
         return "no model" if row["model"] == "none" else row["model"].removeprefix("builtin:")
 
-    default, published = ["GREY", "1", "fixed", "coherence"], ["GREY", "1", "fixed", "published"]
+    default, published = ["GREY", "1", "fixed", "wave"], ["GREY", "1", "fixed", "published"]
     labels = ("{}", "stride {}", "{} ln", "law {}")
     named = []
     for row in rows:
@@ -76,7 +79,7 @@ def parameters_table(rows):
     named = [(name, row) for name, row in named if not re.search(r"-[3-6]0f$|(?:forest|boosted)-\w", name)]
     [late], [early] = ({text(row["latency"], ".1f") for name, row in named if name.endswith("-20f") == is_early} for is_early in (False, True))
     lines = [
-        "From GREY, stride 1, fixed ln, law coherence, path-svm, counted on a Cortex-M4F.",
+        "From GREY, stride 1, fixed ln, law wave, path-svm, counted on a Cortex-M4F.",
         f"Answers come {late} frames after the first touch, those of `-20f` after {early}:", "",
         "| ablation | specimen accuracy, % (95 % interval) | speed error, % | instructions per frame | instructions per event | flash, bytes |",
         "| --- | ---: | ---: | ---: | ---: | ---: |",
@@ -93,9 +96,9 @@ def parameters_table(rows):
 def points_table(wstac):
     """Returns the recommended points as a table: each budget's choice, and the numbers that one chooses by."""
     columns = []
-    for name, core, budget in POINTS:
+    for name, core, budget, by in POINTS:
         with tempfile.TemporaryDirectory() as folder:
-            said = run(wstac, "trade", "--core", core, "--budget", budget, "-o", folder)
+            said = run(wstac, "trade", "--core", core, "--budget", budget, "--by", by, "-o", folder)
             header, claim = [line.split(",") for line in Path(folder, "claim.csv").read_text().splitlines()]
             price = json.loads(Path(folder, "price.json").read_text())[core]
         row = dict(zip(header, claim, strict=True))
@@ -106,11 +109,13 @@ def points_table(wstac):
         columns.append({
             "": name,
             "budget": f"`{budget}`",
+            "decided by": by,
             "format, stride, logarithm, law": f"{row['format']}, {row['stride']}, {row['ln']}, {row['law']}",
             "model": about[1],
             "what it is": about[2] or "–",
             "specimen accuracy, % (95 % interval)": share,
             "speed error, 100 to 200 mm/s, mean; 95th percentile, %": f"{row['speed_error']}; {row['speed_error_p95']}",
+            "objects reliable and right, %": row["objects"],
             "frames from first touch to answer": row["latency"],
             "core": f"Cortex-{core}",
             "instructions per frame": f"{frame:,}",
@@ -122,6 +127,27 @@ def points_table(wstac):
     return "\n".join(lines)
 
 
+def laws_table(wstac, rows):
+    """Returns the laws that budgets choose on each core, for specimens and for other objects."""
+    lines = ["| core | for specimens | for objects |", "| --- | --- | --- |"]
+    for core in ("M0", "M3", "M4F"):
+        cells = []
+        for by in ("specimen", "objects"):
+            laws = []
+            for most in EVENTS:
+                done = [wstac, "trade", "--core", core, "--budget", f"{core}<4M,{core}.event<{most}k", "--by", by]
+                # Exit code 1: nothing fits.
+                said = subprocess.run(done, capture_output=True, text=True, check=False).stdout
+                law = re.search(r"^setting .* law (\w+)$", said, re.MULTILINE)
+                if law and not (laws and laws[-1].startswith(law[1])):
+                    laws.append(f"{law[1]} {1000 * most:,}")
+            cells.append(", ".join(laws))
+        lines.append(f"| {core} | {cells[0]} | {cells[1]} |")
+    default = [row for row in rows if [row[name] for name in (*PARAMETERS[:3], "model")] == ["GREY", "1", "fixed", "none"]]
+    objects = ", ".join(f"{row['law']} {float(row['objects']):.1f}" for row in default)
+    return "\n".join([*lines, "", f"Of objects, {objects} % are reliable and right (GREY, stride 1, fixed ln)."])
+
+
 def pages(wstac):
     """Returns the expected text of the pages, by file."""
     with tempfile.TemporaryDirectory() as folder:
@@ -129,6 +155,7 @@ def pages(wstac):
         rows = list(csv.DictReader(Path(folder, "trade.csv").read_text().splitlines()))
         picture = Path(folder, "trade.svg").read_text()
     page = between(PAGE.read_text(), "points", points_table(wstac))
+    page = between(page, "laws", laws_table(wstac, rows))
     page = between(page, "parameters", parameters_table(rows))
     return {PICTURE: picture, PAGE: page}
 
@@ -144,10 +171,10 @@ def models_are_those_that_were_counted():
     return fine
 
 
-def holds(wstac, name, core, budget):
+def holds(wstac, name, core, budget, by):
     """Returns whether a point's claims hold: accuracy to the digit, and price within the slack."""
     with tempfile.TemporaryDirectory() as folder:
-        said = run(wstac, "trade", "--core", core, "--budget", budget, "-o", folder)
+        said = run(wstac, "trade", "--core", core, "--budget", budget, "--by", by, "-o", folder)
         print(f"{name}, {budget}:")
         print(run(wstac, "trade", "--verify", folder), end="")
         pixels = re.search(r"WSTAC_PIXELS=(\w+)", said)[1]

@@ -52,7 +52,7 @@ pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
     let own = Config::parse(base).map_err(|error| error.message().to_owned())?;
     let speed = all.entry("speed").or_insert_with(|| toml::Table::new().into());
     if let Some(speed) = speed.as_table_mut()
-        && AnswerLaw::of(&own) != Some(setting.law)
+        && AnswerLaw::of(&own) != setting.law
     {
         speed.retain(|key, _| ["threshold", "threshold_on"].contains(&key));
         match setting.law.estimator() {
@@ -172,11 +172,8 @@ impl Chosen {
             (YuyvExact | YuyvLinear, YcbcrMethod::Exact) => YuyvExact,
             (other, _) => other,
         };
-        let Some(law) = AnswerLaw::of(&config) else {
-            let message = "[speed] has an estimator that the study does not try (expected coherence, edges, or law = \"published\")";
-            return Err(Error::new(ErrorKind::Config, folder.join(CONFIG).display(), message));
-        };
-        let setting = Setting { format, stride: config.green.stride, kernel: config.features.ln, law };
+        let setting =
+            Setting { format, stride: config.green.stride, kernel: config.features.ln, law: AnswerLaw::of(&config) };
         let of_each = u32::try_from(claim.found.slides).unwrap_or(u32::MAX) / SENSORS;
         if !(1..=MOST_SLIDES).contains(&of_each) {
             let most = MOST_SLIDES * SENSORS;
@@ -242,7 +239,7 @@ mod tests {
             for law in AnswerLaw::ALL {
                 let text = config(&Setting { law, ..Setting::DEFAULT }, base).unwrap();
                 let (read, own) = (Config::parse(&text).unwrap(), Config::parse(base).unwrap());
-                assert_eq!(AnswerLaw::of(&read), Some(law), "{base} {text}");
+                assert_eq!(AnswerLaw::of(&read), law, "{base} {text}");
                 assert_eq!(read.speed.threshold.to_bits(), own.speed.threshold.to_bits(), "{base} {text}");
                 // A law of durations is the base's own.
                 let durations = own.speed.with_estimator(law.estimator()).law();

@@ -21,8 +21,10 @@ const ABOUT: &str = "map.csv";
 /// Columns of the results.
 const FOUND: &str = "format,stride,ln,law,model,slides,events,specimen,specimen_low,specimen_high,pattern,pattern_low,\
     pattern_high,depth,depth_low,depth_high,speed_error,speed_error_p95,speed_slides,speed_missing,direction_errors,\
-    feature_max_lit,feature_rms_lit,feature_max,feature_rms,latency";
-/// More columns of maps of 0.3: times on the machine that made them.
+    feature_max_lit,feature_rms_lit,feature_max,feature_rms,latency,objects";
+/// The last of them, which maps of 0.3 do not have.
+const OBJECTS: &str = ",objects";
+/// More columns of those: times on the machine that made them.
 const HOST: &str = ",host_frame_ns,host_event_ns";
 /// Columns of the facts about a model.
 const MODEL: &str = "kind,weights,trees,depth,frames,bytes";
@@ -69,7 +71,8 @@ pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String 
 pub fn differences(claim: &Row, again: &Row) -> String {
     let (claim, again) = (found(claim), found(again));
     let all = FOUND.split(',').zip(claim.split(',').zip(again.split(',')));
-    let differing = all.filter(|(_, (claim, again))| claim != again);
+    // A claim of 0.3 says nothing about objects.
+    let differing = all.filter(|(name, (claim, again))| claim != again && (*name != "objects" || !claim.is_empty()));
     differing.map(|(name, (claim, again))| format!("{name} {claim}, found {again}")).collect::<Vec<_>>().join("; ")
 }
 
@@ -98,9 +101,12 @@ pub fn found(row: &Row) -> String {
         let _ = write!(text, ",{error:.6}");
     }
     let _ = match row.found.latency {
-        Some(latency) => write!(text, ",{latency:.1}"),
-        None => write!(text, ","),
+        Some(latency) => write!(text, ",{latency:.1},"),
+        None => write!(text, ",,"),
     };
+    if let Some(objects) = row.found.objects {
+        let _ = write!(text, "{objects:.1}");
+    }
     text
 }
 
@@ -125,7 +131,7 @@ pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
             "a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)",
         ));
     }
-    if header.strip_suffix(HOST).unwrap_or(header) != FOUND {
+    if header != FOUND && Some(header.strip_suffix(HOST).unwrap_or(header)) != FOUND.strip_suffix(OBJECTS) {
         return Err(Error::new(ErrorKind::Format, about, format_args!("line 1: {header:?}, expected {FOUND}")));
     }
     let numbered = (2..).zip(lines);
@@ -199,6 +205,7 @@ fn line_of(line: &str, header: &str) -> Result<Row, String> {
         direction_errors: fields.number()?,
         feature: [fields.number()?, fields.number()?, fields.number()?, fields.number()?],
         latency: fields.optional()?,
+        objects: if header == FOUND { fields.optional()? } else { None },
     };
     match fields.fields.count().cmp(&fields.names.count()) {
         Ordering::Less => Err("fewer fields than columns".to_owned()),
@@ -212,7 +219,7 @@ mod tests {
     use super::*;
 
     const LINE: &str = "YUYV linear,3,libm,published,forest,800,799,81.25,79.00,83.50,90.00,88.00,92.00,,,,3.10,9.00,360,2,7,0.123400,\
-        0.002000,0.300000,0.010000,56.5";
+        0.002000,0.300000,0.010000,56.5,95.5";
 
     #[test]
     fn what_is_written_is_read() {
@@ -221,7 +228,11 @@ mod tests {
         assert_eq!(rows.len(), 1);
         assert_eq!((rows[0].found.events, rows[0].found.accuracy[2], rows[0].found.speedless), (799, None, 2));
         assert_eq!(write(&rows), text);
-        assert_eq!(read("m", &format!("{FOUND}{HOST}\n{LINE},4100,2900\n")).unwrap(), rows);
+        let (old, line) = (FOUND.strip_suffix(OBJECTS).unwrap(), LINE.strip_suffix(",95.5").unwrap());
+        let found = Found { objects: None, ..rows[0].found };
+        let rows = [Row { found, ..rows[0].clone() }];
+        assert_eq!(read("m", &format!("{old}\n{line}\n")).unwrap(), rows);
+        assert_eq!(read("m", &format!("{old}{HOST}\n{line},4100,2900\n")).unwrap(), rows);
     }
 
     #[test]
@@ -235,11 +246,11 @@ mod tests {
         for (line, parts) in [
             (LINE.replace("YUYV linear", "NV16"), ["line 2: format is \"NV16\"", "GREY"]),
             (LINE.replace(",3,libm", ",4,libm"), ["stride is \"4\"", "1, 2, 3, 5"]),
-            (LINE.replace("published", "paper"), ["law is \"paper\"", "coherence, edges, published"]),
+            (LINE.replace("published", "paper"), ["law is \"paper\"", "wave, coherence, edges, published"]),
             (LINE.replace("81.25", "many"), ["specimen is \"many\"", "a number"]),
             (LINE.replace("81.25", "NaN"), ["specimen is \"NaN\"", "a number"]),
             (LINE.replace(",799,", ",,"), ["events is \"\"", "a number"]),
-            (LINE.replace(",56.5", ""), ["latency is missing", "m: "]),
+            (LINE.replace(",56.5", ""), ["objects is missing", "m: "]),
             (format!("{LINE},1"), ["more fields", "line 2"]),
         ] {
             let message = read("m", &format!("{FOUND}\n{line}\n")).unwrap_err().to_string();

@@ -93,6 +93,8 @@ impl Format {
 /// The law from an event to speed and direction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AnswerLaw {
+    /// Arrival times of 25 taxels by a wave.
+    Wave,
     /// Arrival times by coherence.
     Coherence,
     /// Arrival times by rising edges.
@@ -103,11 +105,12 @@ pub enum AnswerLaw {
 
 impl AnswerLaw {
     /// All laws.
-    pub const ALL: [Self; 3] = [Self::Coherence, Self::Edges, Self::Published];
+    pub const ALL: [Self; 4] = [Self::Wave, Self::Coherence, Self::Edges, Self::Published];
 
     /// Returns its name in tables and files.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Wave => "wave",
             Self::Coherence => "coherence",
             Self::Edges => "edges",
             Self::Published => "published",
@@ -117,15 +120,21 @@ impl AnswerLaw {
     /// Returns the estimator of arrival times; `None` for the law of durations.
     pub fn estimator(self) -> Option<Estimator> {
         match self {
+            Self::Wave => Some(Estimator::Wave),
             Self::Coherence => Some(Estimator::Coherence),
             Self::Edges => Some(Estimator::Edges),
             Self::Published => None,
         }
     }
 
-    /// Returns the law of a configuration; `None` for one that the study does not have, such as a wave.
-    pub fn of(config: &Config) -> Option<Self> {
-        Self::ALL.into_iter().find(|law| law.estimator() == config.speed.estimator())
+    /// Returns the law of a configuration.
+    pub fn of(config: &Config) -> Self {
+        match config.speed.estimator() {
+            Some(Estimator::Wave) => Self::Wave,
+            Some(Estimator::Coherence) => Self::Coherence,
+            Some(Estimator::Edges) => Self::Edges,
+            None => Self::Published,
+        }
     }
 
     /// Returns whether the study weighs models of this input with the law.
@@ -157,13 +166,13 @@ pub const STRIDES: [Stride; 4] = [Stride::One, Stride::Two, Stride::Three, Strid
 pub const KERNELS: [Kernel; 3] = [Kernel::Fixed, Kernel::Libm, Kernel::Micromath];
 
 impl Setting {
-    /// The setting that others are compared with: a camera of 8 bits of gray, motion by coherence, and all else by default.
+    /// The setting that others are compared with: a camera of 8 bits of gray, and all else by default.
     pub const DEFAULT: Self =
-        Self { format: Format::Gray, stride: Stride::One, kernel: Kernel::Fixed, law: AnswerLaw::Coherence };
+        Self { format: Format::Gray, stride: Stride::One, kernel: Kernel::Fixed, law: AnswerLaw::Wave };
     /// The default setting with the published law.
     pub const PUBLISHED: Self = Self { law: AnswerLaw::Published, ..Self::DEFAULT };
 
-    /// Returns whether this is the default setting of a model of this input, or of no model: with coherence, or with
+    /// Returns whether this is the default setting of a model of this input, or of no model: with the wave, or with
     /// the published law for models over time.
     pub fn is_default_of(self, input: Option<Input>) -> bool {
         self == if input == Some(Input::Frames) { Self::PUBLISHED } else { Self::DEFAULT }
@@ -229,19 +238,18 @@ mod tests {
             for law in AnswerLaw::ALL {
                 let mut config = Config::parse(base).unwrap();
                 config.speed = config.speed.with_estimator(law.estimator());
-                assert_eq!(AnswerLaw::of(&config), Some(law), "{base}");
+                assert_eq!(AnswerLaw::of(&config), law, "{base}");
             }
         }
         let own = Config::parse("[speed]\nlaw = \"published\"\nslope = 60.0\n").unwrap();
         assert_eq!(own.speed.with_estimator(None).law(), own.speed.law());
-        // A wave.
-        assert_eq!(AnswerLaw::of(&Config::default()), None);
+        assert_eq!(AnswerLaw::of(&Config::default()), Setting::DEFAULT.law);
     }
 
     #[test]
     fn all_are_different() {
         let all = Setting::all();
-        assert_eq!(all.len(), 7 * 4 * 3 * 3);
+        assert_eq!(all.len(), 7 * 4 * 3 * 4);
         assert!(all.iter().enumerate().all(|(n, setting)| all.iter().skip(n + 1).all(|other| other != setting)));
     }
 }

@@ -1,6 +1,7 @@
 //! The scene set: the slides on which the settings are evaluated.
 //!
-//! None of them, nor any of their sensors, was used when a model was trained, chosen or judged. Those used sensors
+//! Besides slides of specimens that are wider than the sensor there are touches of rods, balls, coins, corners and narrow
+//! blocks. None of them, nor any of their sensors, was used when a model was trained, chosen or judged. Those used sensors
 //! below 3000 and seeds below 100 000 000.
 
 use wstac_core::layout::FrameSize;
@@ -8,9 +9,9 @@ use wstac_core::paper::direction::Heading;
 
 use super::parameters::Format;
 use wstac_host::error::Error;
-use wstac_scene::SceneConfig;
 use wstac_scene::rng::Rng;
-use wstac_scene::specimen::Specimen;
+use wstac_scene::specimen::{Body, Specimen};
+use wstac_scene::{SceneConfig, Slide, Touch};
 
 /// Number of sensors.
 ///
@@ -35,6 +36,10 @@ pub const SLIDES: u32 = 40;
 pub const QUICK_SLIDES: u32 = 10;
 /// Largest number of slides of a sensor: every specimen at every speed.
 pub const MOST_SLIDES: u32 = 110;
+/// Slides of specimens for each touch of another object.
+const PER_OBJECT: u32 = 4;
+/// Purpose of the random numbers of objects: not one of a scene's.
+const OBJECT: u64 = 101;
 /// Standard deviation of the light's gain from sensor to sensor, as a fraction; its limits follow.
 const GAIN_DEVIATION: f64 = 0.2;
 const GAINS: (f64, f64) = (0.5, 1.5);
@@ -58,10 +63,13 @@ pub struct TradeSlide {
     pub speed_mm_s: u32,
     /// Its direction.
     pub heading: Heading,
+    /// A touch of another object instead of the specimen, in any direction.
+    pub object: Option<Slide>,
     seed: u64,
 }
 
-/// Returns this many slides of every sensor, sensor by sensor: all specimens at one speed each, then at another.
+/// Returns this many slides of every sensor, and a quarter as many touches of other objects, sensor by sensor: all specimens
+/// at one speed each, then at another.
 pub fn slides(of_each: u32) -> Vec<TradeSlide> {
     from(FIRST_UNIT, of_each)
 }
@@ -72,7 +80,10 @@ pub fn fresh_slides(of_each: u32) -> Vec<TradeSlide> {
 }
 
 fn from(first: u32, of_each: u32) -> Vec<TradeSlide> {
-    let of_sensor = |sensor| (0..of_each).map(move |number| slide(first, sensor, number));
+    let of_sensor = |sensor| {
+        let touches = (0..of_each / PER_OBJECT).map(move |number| object(first, sensor, MOST_SLIDES + number));
+        (0..of_each).map(move |number| slide(first, sensor, number)).chain(touches)
+    };
     (0..SENSORS).flat_map(of_sensor).collect()
 }
 
@@ -89,10 +100,31 @@ fn slide(first: u32, sensor: u32, number: u32) -> TradeSlide {
         specimen: Specimen::ALL[specimen as usize],
         speed_mm_s: SPEEDS[speed],
         heading: headings[sensor as usize % headings.len()],
+        object: None,
         seed: FIRST_SEED
             + SEEDS_APART * u64::from(first + sensor - FIRST_UNIT)
             + u64::from(turn * specimens + specimen),
     }
+}
+
+/// Returns a touch of a rod, ball, coin, block or corner, at 50 to 300 mm/s in any direction.
+fn object(first: u32, sensor: u32, number: u32) -> TradeSlide {
+    let own = slide(first, sensor, number);
+    let mut rng = Rng::new(own.seed, OBJECT);
+    let mut between = |low: f64, high: f64| low + (high - low) * rng.uniform();
+    let bodies = [Body::Rod, Body::Ball, Body::Coin, Body::Block, Body::Corner { degrees: 90.0 }];
+    let body = bodies[(number + sensor) as usize % bodies.len()];
+    let (size, width) = (between(5.0, 20.0), between(6.0, 20.0));
+    let specimen = match body {
+        Body::Rod => Specimen { body, width_mm: f64::INFINITY, ..Specimen::ball(size) },
+        Body::Block | Body::Corner { .. } => {
+            Specimen { body, length_mm: 4.0 * size, width_mm: width, ..Specimen::ALL[0] }
+        }
+        _ => Specimen { body, ..Specimen::ball(size) },
+    };
+    let offset_mm = if body == Body::Rod { 0.0 } else { between(-4.0, 4.0) };
+    let slide = Slide::new(specimen, between(50.0, 300.0), between(0.0, 360.0));
+    TradeSlide { object: Some(Slide { offset_mm, ..slide }), ..own }
 }
 
 /// Returns the gain of a sensor's light.
@@ -116,6 +148,9 @@ impl TradeSlide {
         let (speed, degrees) = (self.speed_mm_s, self.heading.degrees());
         let text = format!("{}@{speed},{degrees}deg,seed={}", self.specimen, self.seed);
         let mut script = SceneConfig::parse_short(&text)?;
+        if let Some(object) = self.object {
+            script.touches = vec![Touch::Slide(object)];
+        }
         script.sensor.size = FrameSize::new(SIDE, SIDE).map_err(|error| Error::config("scene", error))?;
         script.sensor.format = format.sensor();
         script.light.unit = self.unit;
@@ -131,8 +166,8 @@ mod tests {
 
     #[test]
     fn every_sensor_has_all_specimens_and_a_spread_of_speeds() {
-        let all = slides(SLIDES);
-        assert_eq!(all.len(), 800);
+        let (all, objects): (Vec<_>, Vec<_>) = slides(SLIDES).into_iter().partition(|slide| slide.object.is_none());
+        assert_eq!((all.len(), objects.len()), (800, 200));
         for sensor in 0..SENSORS {
             let own: Vec<_> = all.iter().filter(|slide| slide.sensor == sensor).collect();
             for specimen in Specimen::ALL {
@@ -146,9 +181,9 @@ mod tests {
         }
         // The first ten slides of each sensor are those of a quick look, including their seeds.
         let quick = slides(QUICK_SLIDES);
-        assert!(quick.iter().all(|slide| all.contains(slide)));
-        let seeds: std::collections::HashSet<_> = all.iter().map(|slide| slide.seed).collect();
-        assert_eq!(seeds.len(), all.len());
+        assert!(quick.iter().all(|slide| all.contains(slide) || objects.contains(slide)));
+        let seeds: std::collections::HashSet<_> = all.iter().chain(&objects).map(|slide| slide.seed).collect();
+        assert_eq!(seeds.len(), all.len() + objects.len());
         assert!(fresh_slides(MOST_SLIDES).iter().all(|slide| !seeds.contains(&slide.seed) && slide.unit >= FRESH_UNIT));
     }
 
@@ -162,7 +197,8 @@ mod tests {
 
     #[test]
     fn the_most_slides_are_every_specimen_at_every_speed() {
-        let own: Vec<_> = slides(MOST_SLIDES).into_iter().filter(|slide| slide.sensor == 3).collect();
+        let own: Vec<_> =
+            slides(MOST_SLIDES).into_iter().filter(|slide| slide.sensor == 3 && slide.object.is_none()).collect();
         for specimen in Specimen::ALL {
             let mut speeds: Vec<_> =
                 own.iter().filter(|slide| slide.specimen == specimen).map(|slide| slide.speed_mm_s).collect();

@@ -30,6 +30,8 @@ pub(super) struct FirstEvent {
     pub(super) speed: Option<f32>,
     /// Direction in degrees, if it is clear.
     pub(super) degrees: Option<f32>,
+    /// Whether the answers are reliable.
+    pub(super) is_reliable: bool,
     /// The sample of the event over time.
     pub(super) sample: Box<[i16; INPUTS]>,
     /// The samples along the path, of ten sums and of 25 taxels, if the event has a velocity.
@@ -89,6 +91,7 @@ fn first_event(event: &Event<'_>, taxels: Option<&TaxelRing>, law: &AnyLaw, moti
         frame: event.frame,
         speed: answer.speed.ok().map(|speed| speed.mm_s),
         degrees: answer.direction.degrees.ok(),
+        is_reliable: answer.reliable,
         sample: Box::new(event.sample.flat()),
         path: path.unwrap_or_default(),
     }
@@ -211,7 +214,8 @@ fn stream(
 ) -> Result<SettingStream, Error> {
     let config = setting.configured(config);
     let mut pipeline = config.pipeline_of(*geometry, &info.about)?;
-    if taxels && setting.law.is_with(Input::TaxelPath) {
+    let law = config.law_of(info)?;
+    if law.takes_taxels() || (taxels && setting.law.is_with(Input::TaxelPath)) {
         pipeline.keep_taxels();
     }
     Ok(SettingStream {
@@ -219,7 +223,7 @@ fn stream(
         first: None,
         error: FeatureError::default(),
         pipeline,
-        law: config.law_of(info)?,
+        law,
         motion: config.motion_of(info)?,
     })
 }

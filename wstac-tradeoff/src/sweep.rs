@@ -4,13 +4,12 @@
 use rayon::prelude::*;
 use wstac_core::model::Model;
 use wstac_core::model::file::Input;
-use wstac_core::paper::direction::Heading;
 
 use super::candidate::{Candidate, Right};
 use super::float64::FeatureError;
 use super::parameters::{Format, Setting};
 use super::slides::{QUICK_SLIDES, TradeSlide};
-use super::streams::EvaluatedCamera;
+use super::streams::{EvaluatedCamera, FirstEvent};
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::texture::{Texture, pattern_and_depth};
@@ -47,6 +46,8 @@ pub struct Answer {
     pub speed: Option<f32>,
     /// `true` if there is a direction and it is right.
     pub direction: bool,
+    /// `true` if speed and direction are reliable, and off by at most 10 % and 10°.
+    pub is_right: bool,
     /// Each model's result.
     pub right: Vec<Right>,
 }
@@ -93,7 +94,8 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
         let event = stream.first.map(|event| Answer {
             lead: event.frame as f64 - touch,
             speed: event.speed,
-            direction: event.degrees.is_some_and(|degrees| is_near(f64::from(degrees), slide.heading)),
+            direction: event.degrees.is_some_and(|degrees| off(degrees, slide.heading.degrees().into()) <= NEAR),
+            is_right: event.is_reliable && is_right(&event, slide),
             right: plan
                 .models
                 .iter()
@@ -114,10 +116,17 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
 /// Degrees up to which a direction is right.
 const NEAR: f64 = 5.0;
 
-/// Returns whether a direction in degrees is that of a heading.
-fn is_near(degrees: f64, heading: Heading) -> bool {
-    let off = (degrees - f64::from(heading.degrees()) + 180.0).rem_euclid(360.0) - 180.0;
-    off.abs() <= NEAR
+/// Returns by how many degrees a direction is off.
+fn off(degrees: f32, truth: f64) -> f64 {
+    ((f64::from(degrees) - truth + 180.0).rem_euclid(360.0) - 180.0).abs()
+}
+
+/// Returns whether speed and direction are off by at most 10 % and 10°.
+fn is_right(event: &FirstEvent, slide: &TradeSlide) -> bool {
+    let own = (f64::from(slide.speed_mm_s), f64::from(slide.heading.degrees()));
+    let (mm_s, degrees) = slide.object.map_or(own, |object| (object.speed_mm_s, object.direction_deg));
+    let is_speed = event.speed.is_some_and(|speed| (f64::from(speed) / mm_s - 1.0).abs() <= 0.1);
+    is_speed && event.degrees.is_some_and(|found| off(found, degrees) <= 10.0)
 }
 
 /// Returns `true` if a camera sees a slide.

@@ -10,8 +10,8 @@ use super::statistics::Interval;
 use wstac_core::params::SAMPLE_FRAMES;
 
 const HEAD: &str = "\
-| format | stride | ln | law | model | specimen accuracy, % (95 % interval) | pattern accuracy, % | depth accuracy, % | speed error, % | directions wrong or missing | feature error where lit, root mean square | frames to the answer | instructions per frame | instructions per event | flash, bytes | RAM, bytes |
-| --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
+| format | stride | ln | law | model | specimen accuracy, % (95 % interval) | pattern accuracy, % | depth accuracy, % | speed error, % | directions wrong or missing | objects, % | feature error where lit, root mean square | frames to the answer | instructions per frame | instructions per event | flash, bytes | RAM, bytes |
+| --- | ---: | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |
 ";
 
 /// Returns the unbeaten settings, as a Markdown table.
@@ -49,11 +49,12 @@ fn line(text: &mut String, row: &Row, price: &Price) {
     let whole =
         specimen.map_or_else(|| "–".to_owned(), |of| format!("{:.1} ({:.1} … {:.1})", of.mean, of.low, of.high));
     let speed = row.found.speed.map_or_else(|| "–".to_owned(), |[mean, _]| format!("{mean:.1}"));
-    let latency = row.found.latency.map_or_else(|| "–".to_owned(), |frames| format!("{frames:.1}"));
+    let one = |number: Option<f64>| number.map_or_else(|| "–".to_owned(), |number| format!("{number:.1}"));
+    let (latency, objects) = (one(row.found.latency), one(row.found.objects));
     // Writing to a string does not fail.
     let _ = writeln!(
         text,
-        "| {} | {} | {whole} | {} | {} | {speed} | {} of {} | {:.4} | {latency} | {} | {} | {} | {} |",
+        "| {} | {} | {whole} | {} | {} | {speed} | {} of {} | {objects} | {:.4} | {latency} | {} | {} | {} | {} |",
         row.setting.names().join(" | "),
         short(row.model.as_deref().unwrap_or(NONE)),
         mean(pattern),
@@ -126,6 +127,12 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
         );
     }
     let _ = writeln!(text, "direction   {} of {} wrong or missing", found.direction_errors, found.slides);
+    if let Some(right) = found.objects {
+        let _ = writeln!(
+            text,
+            "objects     {right:.1} % of touches of rods, balls, coins, corners and narrow blocks reliable and right"
+        );
+    }
     let [max_lit, rms_lit, max, rms] = found.feature;
     let _ = writeln!(
         text,
@@ -199,11 +206,11 @@ mod tests {
 
     #[test]
     fn a_table_has_as_many_cells_as_columns() {
-        let line = "GREY,1,fixed,published,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0";
+        let line = "GREY,1,fixed,published,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,95.0";
         let rows = map::read("m", &format!("{}{line}\n", map::write(&[]))).unwrap();
         let table = pareto(&rows, &Prices::kept().unwrap(), Core::M4F);
         let cells: Vec<usize> = table.lines().skip(2).map(|line| line.matches('|').count()).collect();
-        assert_eq!(cells, [17, 17, 17], "{table}");
+        assert_eq!(cells, [18, 18, 18], "{table}");
         assert!(all(&rows[0], &[], &Prices::kept().unwrap()).contains("80.00 % right, 95 % interval 78.00 … 82.00"));
     }
 }

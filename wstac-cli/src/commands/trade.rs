@@ -116,14 +116,15 @@ Terms of a budget, between commas:
                    (add 400 times 8 pixels)
   frames<=40       frames from the first touch to the answer. A model
                    that reads n frames answers after about n - 10.5. With
-                   --by speed or direction it is the end of the sample,
-                   about 59.5, however early the texture is.
+                   --by speed, direction or objects it is the end of the
+                   sample, about 59.5, however early the texture is.
   format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
                    YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
                    law=edges, model=svm or model=none
-  law=edges takes speed and direction from arrival times by edges, and
-  law=coherence by coherence. law=published takes them from durations.
-  Models of the path are weighed with the first two, and models over
+  law=wave takes speed and direction from arrival times of 25 taxels,
+  law=coherence and law=edges from those of ten sums, which hold for
+  objects wider than the sensor. law=published takes them from durations.
+  Models of the path are weighed with the first three, and models over
   time with the last.
   A core of 64 MHz with 30 frames per second, 10 % of its time and 1.75
   cycles per instruction has about 122k instructions per frame.
@@ -133,14 +134,15 @@ Terms of a budget, between commas:
 Examples:
   wstac trade --budget 'M4F<60000,flash<64K'
   wstac trade --budget 'M0<180k,M0.event<400k,flash<64K' --by direction
+  wstac trade --budget 'M4F<60k,M4F.event<500k' --by objects
   wstac trade --budget 'M4F<60000,flash<64K' -o small
   wstac trade --verify small
       run the choice again: the result must equal the claim, digit for
       digit; also print the result on other sensors
   wstac trade -o found
       run the whole sweep, which takes minutes
-  wstac trade --units 0..126 -o 0
-  wstac trade --units 126..252 -o 126
+  wstac trade --units 0..168 -o 0
+  wstac trade --units 168..336 -o 168
       run it in parts, on any number of machines; the rows of map.csv
       of all parts, in order, are the map (docs/MANY.md)
   wstac trade --quick --model my.wsm -o found
@@ -315,7 +317,7 @@ fn swept(
 ) -> Result<Vec<Row>, Error> {
     let slides = slides(of_each(arguments));
     let (all, every, count) = (slides.len(), settings.len(), models.len());
-    note(format_args!("{all} slides of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
+    note(format_args!("{all} touches of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
     let plan = Plan { config, settings, models, slides: &slides };
     Ok(rows(&plan, &sweep::run(&plan)?))
 }

@@ -28,6 +28,8 @@ pub enum By {
     Speed,
     /// Directions that are wrong or missing.
     Direction,
+    /// Touches of rods, balls, coins, corners and narrow blocks that are reliable and right.
+    Objects,
     /// Root mean square error of lit features.
     Features,
 }
@@ -46,13 +48,14 @@ impl By {
                 found.speed.map(|[mean, _]| -(mean * (1.0 - missing) + 100.0 * missing))
             }
             Self::Direction => Some(-100.0 * found.direction_errors as f64 / found.slides.max(1) as f64),
+            Self::Objects => found.objects,
             Self::Features => Some(-found.feature[1]),
         }
     }
 
     /// Returns `true` if the quantity needs the whole sample, even if a model reads less of it.
     fn is_of_whole_sample(self) -> bool {
-        matches!(self, Self::Speed | Self::Direction)
+        matches!(self, Self::Speed | Self::Direction | Self::Objects)
     }
 }
 
@@ -164,8 +167,8 @@ impl<'q> Question<'q> {
             return format!("no configuration fits; the nearest is {}, model {model}: {missed}", row.setting);
         }
         if self.rows.iter().any(|row| self.budget.is_of(row)) {
-            return "no configuration with these parameters tells what --by is about; without a model: --by speed, direction or \
-                features"
+            return "no configuration with these parameters tells what --by is about; without a model: --by speed, direction, \
+                objects or features"
                 .to_owned();
         }
         "no configuration of the map has these parameters".to_owned()

@@ -12,11 +12,11 @@ const PRICES: &str = r#"{"compiler": "c", "frame": "f", "cores": {"M4F": {
 /// Returns rows of two strides without and with a model; the finer stride is the more accurate.
 fn rows() -> Vec<Row> {
     let text = format!(
-        "{}GREY,1,fixed,published,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0\n\
-         GREY,1,fixed,published,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0\n\
-         GREY,2,fixed,published,none,800,800,,,,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0\n\
-         GREY,2,fixed,published,builtin:svm,800,800,79.00,77.00,81.00,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0\n\
-         MJPEG,1,fixed,published,builtin:svm,800,800,90.00,77.00,81.00,,,,,,,4.00,9.00,360,0,1,0.000200,0.000100,0.000200,0.000200,38.0\n",
+        "{}GREY,1,fixed,published,none,800,800,,,,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,\n\
+         GREY,1,fixed,published,builtin:svm,800,800,80.00,78.00,82.00,,,,,,,5.00,9.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,\n\
+         GREY,2,fixed,published,none,800,800,,,,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,\n\
+         GREY,2,fixed,published,builtin:svm,800,800,79.00,77.00,81.00,,,,,,,4.00,9.00,360,90,1,0.000200,0.000100,0.000200,0.000200,58.0,\n\
+         MJPEG,1,fixed,published,builtin:svm,800,800,90.00,77.00,81.00,,,,,,,4.00,9.00,360,0,1,0.000200,0.000100,0.000200,0.000200,38.0,\n",
         map::write(&[])
     );
     map::read("m", &text).unwrap()
@@ -48,7 +48,7 @@ fn the_best_that_fits() {
 
 #[test]
 fn a_law_is_a_parameter() {
-    let line = "GREY,1,fixed,edges,none,800,800,,,,,,,,,,1.00,2.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0";
+    let line = "GREY,1,fixed,edges,none,800,800,,,,,,,,,,1.00,2.00,360,0,0,0.000200,0.000100,0.000200,0.000100,58.0,";
     let text = map::write(&rows()) + line + "\n";
     let (rows, prices) = (map::read("m", &text).unwrap(), Prices::read("p", PRICES).unwrap());
     let best = |budget: &str| {
@@ -86,7 +86,7 @@ fn the_nearest_miss_is_told() {
 fn speed_and_direction_wait_for_the_whole_sample() {
     let text =
         map::write(&rows()).replace("GREY,1,fixed,published,builtin:svm", "GREY,1,fixed,published,builtin:svm-20f");
-    let early = |line: &str| line.replace("0.000100,58.0", "0.000100,8.0") + "\n";
+    let early = |line: &str| line.replace("0.000100,58.0,", "0.000100,8.0,") + "\n";
     let is_early = |line: &str| line.contains("svm-20f");
     let text: String =
         text.lines().map(|line| if is_early(line) { early(line) } else { format!("{line}\n") }).collect();
