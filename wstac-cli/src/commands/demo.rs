@@ -4,9 +4,6 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use wstac_core::model::file::Task;
-use wstac_core::paper::direction::Direction;
-use wstac_core::paper::speed::Speed;
-use wstac_core::reason::Reason;
 
 use super::output::Stop;
 use super::source_arguments::at_least;
@@ -69,37 +66,52 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     writeln!(out, "truth                                    answer")?;
     writeln!(out, "specimen    length    mm/s  direction    {title:8}          mm/s     direction")?;
     let (mut errors, mut turns, mut named, mut unknown) = (Vec::new(), Vec::new(), 0, 0);
-    for (number, (specimen, length, speed, direction)) in (0..).zip(SLIDES) {
-        let seed = arguments.seed.wrapping_add(number);
-        let script = SceneConfig::parse_short(&format!("{specimen}@{speed},{direction}deg,{length}mm,seed={seed}"))?;
-        let event = slide(&script, &textures)?;
-        write!(out, "{specimen:8}    {length:3} mm   {speed:5}  {direction:8}°")?;
-        let Some(event) = event else {
-            writeln!(out, "  no event")?;
-            continue;
-        };
-        let is_unknown = event.texture.as_ref().is_ok_and(|texture| texture.known == Some(false));
-        unknown += usize::from(is_unknown);
-        let without = if is_unknown { "unknown" } else { "none" };
-        let texture = event.texture.ok().and_then(|texture| told(task, texture));
-        named += usize::from(texture.is_some() && texture == truth(task, specimen));
-        write!(out, "    {:8}", OneLine(texture.as_deref().unwrap_or(without)))?;
-        let [mm_s, degrees] = motion(event.speed, &event.direction, [speed, direction], [&mut errors, &mut turns]);
-        writeln!(out, "  {mm_s:>12}  {degrees:>13}")?;
-        out.flush()?;
-    }
-    writeln!(out, "object                mm/s  direction                      mm/s     direction")?;
-    for (number, (what, keys, speed, direction)) in (SLIDES.len() as u64..).zip(OBJECTS) {
+    let specimens = SLIDES.map(|(name, length, speed, direction)| {
+        let keys = format!("specimen = \"{name}\"\nlength = {length}");
+        (format!("{name:8}    {length:3} mm"), Some(name), keys, speed, direction)
+    });
+    let objects =
+        OBJECTS.map(|(what, keys, speed, direction)| (what.to_owned(), None, keys.to_owned(), speed, direction));
+    for (number, (what, specimen, keys, speed, direction)) in (0..).zip(specimens.into_iter().chain(objects)) {
+        if number == SLIDES.len() as u64 {
+            writeln!(out, "object                mm/s  direction                      mm/s     direction")?;
+        }
         let seed = arguments.seed.wrapping_add(number);
         let keys = format!("speed = {speed}\ndirection = {direction}\nseed = {seed}\n{keys}");
-        let event = slide(&SceneConfig::from_toml(what, &keys)?, &Textures::default())?;
+        let event = slide(&SceneConfig::from_toml(&what, &keys)?, &textures)?;
         write!(out, "{what:21}{speed:5}  {direction:8}°")?;
         let Some(event) = event else {
             writeln!(out, "  no event")?;
             continue;
         };
-        let [mm_s, degrees] = motion(event.speed, &event.direction, [speed, direction], [&mut errors, &mut turns]);
-        writeln!(out, "              {mm_s:>12}  {degrees:>13}")?;
+        let mut shown = String::new();
+        if let Some(specimen) = specimen {
+            let is_unknown = event.texture.as_ref().is_ok_and(|texture| texture.known == Some(false));
+            unknown += usize::from(is_unknown);
+            let without = if is_unknown { "unknown" } else { "none" };
+            let texture = event.texture.ok().and_then(|texture| told(task, texture));
+            named += usize::from(texture.is_some() && texture == truth(task, specimen));
+            shown = texture.unwrap_or(without.to_owned());
+        }
+        write!(out, "    {:8}", OneLine(&shown))?;
+        match event.speed {
+            Ok(answer) => {
+                let mm_s = rounded(answer.mm_s);
+                errors.push((mm_s - f64::from(speed)).abs() / f64::from(speed));
+                write!(out, "  {:>12}", with_deviation(mm_s, answer.sd.unwrap_or(f32::NAN)))?;
+            }
+            Err(_) => write!(out, "  {:>12}", "none")?,
+        }
+        match event.direction.degrees {
+            Ok(degrees) => {
+                let off = (angle(degrees) - f64::from(direction) + 180.0).rem_euclid(360.0) - 180.0;
+                turns.push(off.abs());
+                let sd = event.direction.sd.unwrap_or(f32::NAN);
+                write!(out, "  {:>12}°", with_deviation(angle(degrees), sd))?;
+            }
+            Err(_) => write!(out, "  {:>13}", "none")?,
+        }
+        writeln!(out)?;
         out.flush()?;
     }
     let all = SLIDES.len();
@@ -116,32 +128,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         _ => writeln!(out, "{named} of {all} {title}s right, {unknown} unknown")?,
     }
     Ok(())
-}
-
-/// Returns an event's speed and direction as they are shown, and notes by what fraction and how many degrees they are off.
-fn motion(
-    speed: Result<Speed, Reason>,
-    direction: &Direction,
-    truth: [u32; 2],
-    [errors, turns]: [&mut Vec<f64>; 2],
-) -> [String; 2] {
-    let [true_mm_s, true_degrees] = truth.map(f64::from);
-    let mm_s = speed.map_or_else(
-        |_| "none".to_owned(),
-        |answer| {
-            let mm_s = rounded(answer.mm_s);
-            errors.push((mm_s - true_mm_s).abs() / true_mm_s);
-            with_deviation(mm_s, answer.sd.unwrap_or(f32::NAN))
-        },
-    );
-    let degrees = direction.degrees.map_or_else(
-        |_| "none".to_owned(),
-        |degrees| {
-            turns.push(((angle(degrees) - true_degrees + 180.0).rem_euclid(360.0) - 180.0).abs());
-            format!("{}°", with_deviation(angle(degrees), direction.sd.unwrap_or(f32::NAN)))
-        },
-    );
-    [mm_s, degrees]
 }
 
 /// Returns the mean; 0 of no numbers.
