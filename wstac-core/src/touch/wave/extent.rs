@@ -8,7 +8,7 @@ use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
 use super::fit::place_of;
 use super::outline::valley;
-use super::squares::{Fit, Moments, Polynomial, fit, monomials};
+use super::squares::{Fit, Moments, Polynomial, fit, sums};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{PITCH_MM, TAXELS};
 use crate::touch::motion::sqrt;
@@ -329,16 +329,14 @@ fn seen(energies: &[i16; TAXELS], right: f32, up: f32) -> Option<(Whiskers, u32)
 /// Fits a parabola across the motion on a dome to the lit whiskers, and sets how much the dome lowers each.
 fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let usual = (DOME * ONE as f32) as i32;
-    let (mut moments, mut sums, mut squares, mut count) = (Moments::default(), [0_i32; 6], 0_i64, 0);
-    for (taxel, whisker) in whiskers.iter().enumerate().filter(|(_, whisker)| whisker.is_lit) {
-        let place = place_of(taxel);
+    let (mut weights, mut heights, mut squares, mut count) = ([0; TAXELS], [0_i64; TAXELS], 0_i64, 0);
+    for ((whisker, place), sum) in
+        whiskers.iter().zip(&mut weights).zip(&mut heights).filter(|((whisker, _), _)| whisker.is_lit)
+    {
         let weight = whisker.weight();
         let height = whisker.height + ((usual * whisker.far) >> DOME_SHIFT);
-        moments.add(weight, place);
-        // Below 25 · 4 · 2^10 · 2^11.
-        for (sum, factor) in sums.iter_mut().zip(monomials(place)) {
-            *sum += factor * weight * height;
-        }
+        // Below 2^10 · 2^11.
+        (*place, *sum) = (weight, i64::from(weight * height));
         squares += i64::from(weight * height) * i64::from(height);
         count += 1;
     }
@@ -347,8 +345,15 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let left: Polynomial = [0.0, 0.0 - up, 0.0 - right, 0.0, 0.0, 0.0];
     let left_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
     let far = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0];
-    let sums = sums.map(|sum| sum as f32 * unit);
-    let found = fit(&moments.products(), &[one, left, left_2, far], &sums, squares as f32 * unit * unit, count, RIDGE)?;
+    let sums = sums(&heights).map(|sum| sum as f32 * unit);
+    let found = fit(
+        &Moments::new(&weights).products(),
+        &[one, left, left_2, far],
+        &sums,
+        squares as f32 * unit * unit,
+        count,
+        RIDGE,
+    )?;
     let [height, slope, bow, dome, _] = found.coefficients;
     let top = whiskers.iter().filter(|whisker| whisker.is_lit).fold(0.3_f32, |top, whisker| {
         let across = whisker.across as f32 * (1.0 / PITCH);
