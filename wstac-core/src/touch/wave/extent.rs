@@ -113,30 +113,30 @@ const NOWHERE: i32 = i32::MAX;
 #[derive(Clone, Copy, Default)]
 struct Whisker {
     across: i32,
-    /// Square of its pitches from the middle.
-    far: i32,
-    height: i32,
+    height: i16,
     /// Inverse of the height's deviation.
-    sure: i32,
+    sure: i16,
     /// How much the dome lowers it.
-    lowered: i32,
+    lowered: i16,
+    /// Square of its pitches from the middle.
+    far: i8,
     is_lit: bool,
 }
 
 impl Whisker {
     /// Returns the inverse of the height's variance.
     fn weight(&self) -> i32 {
-        (self.sure * self.sure) >> SQUARE_BITS
+        (i32::from(self.sure) * i32::from(self.sure)) >> SQUARE_BITS
     }
 
     /// Returns the height of a cut, here above the whisker's tip.
     fn above(&self, height: i32) -> i32 {
-        if height > 0 { (height - self.lowered).max(0) } else { 0 }
+        if height > 0 { (height - i32::from(self.lowered)).max(0) } else { 0 }
     }
 
     /// Returns the square of what a height leaves, in variances.
     fn square(&self, height: i32) -> i32 {
-        let rest = ((self.height - height) * self.sure) >> BITS;
+        let rest = ((i32::from(self.height) - height) * i32::from(self.sure)) >> BITS;
         (rest * rest).min(MOST_SQUARE)
     }
 }
@@ -247,8 +247,13 @@ pub(super) fn unit(degrees: f32) -> [f32; 2] {
 }
 
 /// Returns the place and the width of a touch of these energies.
+#[inline(never)]
 fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Option<[Measured; 2]> {
-    let (mut whiskers, lit) = seen(energies, right, up)?;
+    let mut whiskers = [Whisker::default(); TAXELS];
+    let lit = seen(energies, right, up, &mut whiskers);
+    if lit < FEWEST {
+        return None;
+    }
     let of_plane = cut(&mut whiskers, right, up)?;
     let is_lit = |whisker: &&Whisker| whisker.is_lit;
     let last = whiskers.iter().filter(is_lit).map(|whisker| whisker.across).max()?;
@@ -304,29 +309,29 @@ fn likelihood(more: i32, scale: f32) -> f32 {
     exp_of_negative((more as f32 * scale * units) as u32) as f32 * (1.0 / EXP_ONE as f32)
 }
 
-/// Returns the whiskers with their heights, and how many are lit.
-fn seen(energies: &[i16; TAXELS], right: f32, up: f32) -> Option<(Whiskers, u32)> {
+/// Fills the whiskers with their heights, and returns how many are lit.
+fn seen(energies: &[i16; TAXELS], right: f32, up: f32, whiskers: &mut Whiskers) -> u32 {
     let [right, up] = [right, up].map(|part| (part * PITCH) as i32);
     let mut lit = 0;
-    let mut whiskers = [Whisker::default(); TAXELS];
     for ((taxel, whisker), &energy) in whiskers.iter_mut().enumerate().zip(energies) {
         let [x, y] = place_of(taxel);
         let energy = i32::from(energy).min(MOST_ENERGY);
         let height = (energy * (ONE + energy)) >> (BITS + 1);
         *whisker = Whisker {
             across: -x * up - y * right,
-            far: x * x + y * y,
-            height,
-            sure: (ONE << SURE_BITS) / (SD[0] + ((SD[1] * height) >> BITS)).max(1),
+            far: (x * x + y * y) as i8,
+            height: height as i16,
+            sure: ((ONE << SURE_BITS) / (SD[0] + ((SD[1] * height) >> BITS)).max(1)) as i16,
             lowered: 0,
             is_lit: energy > LIT_ENERGY,
         };
         lit += u32::from(whisker.is_lit);
     }
-    (lit >= FEWEST).then_some((whiskers, lit))
+    lit
 }
 
 /// Fits a parabola across the motion on a dome to the lit whiskers, and sets how much the dome lowers each.
+#[inline(never)]
 fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let usual = (DOME * ONE as f32) as i32;
     let (mut weights, mut heights, mut squares, mut count) = ([0; TAXELS], [0_i64; TAXELS], 0_i64, 0);
@@ -334,7 +339,7 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
         whiskers.iter().zip(&mut weights).zip(&mut heights).filter(|((whisker, _), _)| whisker.is_lit)
     {
         let weight = whisker.weight();
-        let height = whisker.height + ((usual * whisker.far) >> DOME_SHIFT);
+        let height = i32::from(whisker.height) + ((usual * i32::from(whisker.far)) >> DOME_SHIFT);
         // Below 2^10 · 2^11.
         (*place, *sum) = (weight, i64::from(weight * height));
         squares += i64::from(weight * height) * i64::from(height);
@@ -362,16 +367,17 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let lowered = (DOME - (1 << DOME_SHIFT) as f32 * dome) / top;
     let lowered = (lowered.clamp(0.0, MOST_DOME) * ONE as f32) as i32;
     for whisker in whiskers {
-        whisker.lowered = (lowered * whisker.far) >> DOME_SHIFT;
+        whisker.lowered = ((lowered * i32::from(whisker.far)) >> DOME_SHIFT) as i16;
     }
     Some(found)
 }
 
 /// Returns the height of the lit whiskers between two, of what the dome leaves of it.
+#[inline(never)]
 fn amplitude(whiskers: &Whiskers, first: i32, last: i32) -> i32 {
     let inner = |whisker: &Whisker| whisker.across > first + SLOPING && whisker.across < last - SLOPING;
     let is_known = whiskers.iter().filter(|whisker| whisker.is_lit && inner(whisker)).count() >= 3;
-    let height = |whisker: &Whisker| if is_known && !inner(whisker) { 0 } else { ONE - whisker.lowered };
+    let height = |whisker: &Whisker| if is_known && !inner(whisker) { 0 } else { ONE - i32::from(whisker.lowered) };
     ratio(whiskers, OF_SIDES, &whiskers.each_ref().map(height))
 }
 
@@ -380,7 +386,7 @@ fn ratio(whiskers: &Whiskers, [least, most]: [i32; 2], heights: &[i32; TAXELS]) 
     let (mut products, mut squares) = (0, 0);
     for (whisker, &height) in whiskers.iter().zip(heights).filter(|(whisker, _)| whisker.is_lit) {
         // Below 25 · 2^10 · 2^11.
-        products += whisker.weight() * ((whisker.height * height) >> BITS);
+        products += whisker.weight() * ((i32::from(whisker.height) * height) >> BITS);
         squares += whisker.weight() * ((height * height) >> BITS);
     }
     ((products as f32 / (squares as f32).max(1.0) * ONE as f32) as i32).clamp(least, most)
@@ -388,6 +394,7 @@ fn ratio(whiskers: &Whiskers, [least, most]: [i32; 2], heights: &[i32; TAXELS]) 
 
 impl Borders {
     /// Compares borders on one side. Whiskers from `middle` on count; with the sign −1 all is mirrored.
+    #[inline(never)]
     fn new(whiskers: &Whiskers, sign: i32, middle: i32, amplitude: i32) -> Self {
         let (mut last_whisker, mut last) = (i32::MIN, i32::MIN);
         for whisker in whiskers {
@@ -476,6 +483,7 @@ struct Ball {
 
 impl Ball {
     /// Compares balls; `None` if the parabola has no top between the lit whiskers.
+    #[inline(never)]
     fn new(whiskers: &Whiskers, of_plane: &Fit, first: i32, last: i32) -> Option<Self> {
         let [_, slope, bow, ..] = of_plane.coefficients;
         if bow.is_nan() || bow > 0.0 - LEAST_CURVATURE {

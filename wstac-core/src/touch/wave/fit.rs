@@ -30,6 +30,7 @@ const ROUNDS: usize = 5;
 const PARTS: usize = 3;
 
 /// What is known of a wave at its slowness.
+#[derive(Default)]
 pub(super) struct Wave {
     /// Frames from a column to the next, and from a row to the one below it.
     pub(super) slowness: [f32; 2],
@@ -42,8 +43,8 @@ pub(super) struct Wave {
     pub(super) locked: [Polynomial; 2],
     /// Weighted sum of the squares of lateness.
     pub(super) squares: f32,
-    /// Each lit whisker's lateness in 2^-12 frames, gain in 2^-8, and place.
-    each: [(i32, i16, [i8; 2]); TAXELS],
+    /// Each lit whisker's lateness in 2^-12 frames, gain in 2^-8, and number.
+    each: [(i32, i16, u8); TAXELS],
     /// The part of the energy that the wave leaves over.
     pub(super) miss: f32,
     /// What the brighter frame beside a whisker's brightest lacks to 0.94 of its light, at least 0. A flash within a frame, which
@@ -59,8 +60,8 @@ impl Wave {
         let whole = whole.max(1.0);
         let middle = (xx + yy) / whole;
         let (mut farthest, mut most_gain, mut squares) = (0.0_f32, 1, 0.0);
-        for &(late, gain, place) in &self.each {
-            let ([x, y], gain) = (place.map(i32::from), i32::from(gain));
+        for &(late, gain, taxel) in &self.each {
+            let ([x, y], gain) = (place_of(taxel.into()), i32::from(gain));
             let late = late as f32 * (1.0 / (1 << LATE_BITS) as f32) - dome * ((x * x + y * y) as f32 - middle);
             let of_gain = late * gain as f32;
             farthest = farthest.max(of_gain.abs());
@@ -76,8 +77,8 @@ impl Wave {
 #[derive(Clone, Copy)]
 pub(super) struct Whisker<'a> {
     line: &'a [i16; PADDED],
-    peak: i16,
-    place: [i8; 2],
+    peak: i32,
+    place: [i32; 2],
     taxel: u8,
     first: u8,
     last: u8,
@@ -90,13 +91,9 @@ impl Default for Whisker<'_> {
 }
 
 impl Whisker<'_> {
-    fn peak(&self) -> i32 {
-        self.peak.into()
-    }
-
     /// Returns the sum of its place's parts times these.
     fn times(&self, [of_x, of_y]: [i32; 2]) -> i32 {
-        of_x * i32::from(self.place[0]) + of_y * i32::from(self.place[1])
+        of_x * self.place[0] + of_y * self.place[1]
     }
 
     /// Returns each frame up to the last bright one, with its light.
@@ -118,7 +115,7 @@ impl Whisker<'_> {
 
     /// Returns the time of the rising edge, where the line first exceeds 40 % of its peak.
     pub(super) fn edge(&self) -> i32 {
-        let level = (self.peak() * EDGE) >> EDGE_BITS;
+        let level = (self.peak * EDGE) >> EDGE_BITS;
         let mut before = 0;
         for (time, light) in self.light() {
             if light > level {
@@ -133,7 +130,7 @@ impl Whisker<'_> {
     pub(super) fn middle(&self) -> i32 {
         let (mut whole, mut sum) = (0, 0);
         for (time, light) in self.light() {
-            let light = ((light << 3) - (self.peak() >> (BRIGHT_SHIFT - 3))).max(0);
+            let light = ((light << 3) - (self.peak >> (BRIGHT_SHIFT - 3))).max(0);
             // Below 2^15 · 70, and 2^15 · 2,415.
             (whole, sum) = (whole + light, sum + light * time);
         }
@@ -142,20 +139,11 @@ impl Whisker<'_> {
     }
 }
 
-/// Places of whiskers: a processor that does not divide would take long for them.
-static PLACES: [[i8; 2]; TAXELS] = {
-    let (mut places, mut taxel) = ([[0; 2]; TAXELS], 0);
-    while taxel < TAXELS {
-        places[taxel] = [(taxel % COLUMNS) as i8 - 2, (taxel / COLUMNS) as i8 - 2];
-        taxel += 1;
-    }
-    places
-};
-
 /// Returns the place of a whisker: columns to the right of the middle, and rows below it.
 pub(super) const fn place_of(taxel: usize) -> [i32; 2] {
-    let [x, y] = if taxel < TAXELS { PLACES[taxel] } else { [0; 2] };
-    [x as i32, y as i32]
+    // A fifth of what is below 64, for processors that do not divide.
+    let row = (taxel as i32 * 13) >> 6;
+    [taxel as i32 - row * COLUMNS as i32 - 2, row - 2]
 }
 
 /// Lit whiskers.
@@ -175,13 +163,13 @@ impl<'a> Whiskers<'a> {
             if lit >> taxel & 1 == 1
                 && let Some(place) = list.all.get_mut(list.count)
             {
-                let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > i32::from(peak);
+                let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
                 let number = |at: Option<usize>| at.unwrap_or(PAD).saturating_sub(PAD) as u8;
                 let light = line.get(..PAD + lines.length).unwrap_or_default();
                 *place = Whisker {
                     line,
                     peak,
-                    place: place_of(taxel).map(|part| part as i8),
+                    place: place_of(taxel),
                     taxel: taxel as u8,
                     first: number(light.iter().position(is_bright)),
                     last: number(light.iter().rposition(is_bright)),
@@ -201,7 +189,7 @@ impl<'a> Whiskers<'a> {
         let mut points = Points::default();
         for whisker in self.iter() {
             if let Some(point) = points.get_mut(usize::from(whisker.taxel)) {
-                *point = Point { time: time(whisker), weight: whisker.peak() };
+                *point = Point { time: time(whisker), weight: whisker.peak };
             }
         }
         points
@@ -209,7 +197,7 @@ impl<'a> Whiskers<'a> {
 
     /// Returns the slowness of a plane through the rising edges.
     #[inline(never)]
-    fn start(&self) -> [f32; 2] {
+    pub(super) fn start(&self) -> [f32; 2] {
         TimePlane::new(&self.points(Whisker::edge), u32::MAX).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
     }
 
@@ -224,13 +212,13 @@ impl<'a> Whiskers<'a> {
         values
     }
 
-    /// Returns the wave by Gauss-Newton steps.
+    /// Fills an empty wave by Gauss-Newton steps from its slowness on.
     ///
     /// # Errors
     /// Nothing holds for all whiskers.
     #[inline(never)]
-    pub(super) fn wave(&self) -> Result<Wave, Reason> {
-        let (mut slowness, mut sums, mut number) = (self.start(), Sums::EMPTY, 1);
+    pub(super) fn fill(&self, wave: &mut Wave) -> Result<(), Reason> {
+        let (mut slowness, mut sums, mut number) = (wave.slowness, Sums::default(), 1);
         loop {
             sums.fill(self, slowness.map(turn))?;
             let step = sums.step(self)?;
@@ -241,7 +229,9 @@ impl<'a> Whiskers<'a> {
             let step = step.map(|along| along * part);
             slowness = [slowness[0] + step[0], slowness[1] + step[1]];
             if number == ROUNDS || size < 0.006 * whole {
-                return Ok(sums.end(self, slowness, step));
+                (wave.slowness, wave.moments) = (slowness, sums.moments);
+                sums.end(self, step, wave);
+                return Ok(());
             }
             number += 1;
         }
@@ -267,7 +257,7 @@ fn sine(turns: i32) -> i32 {
 }
 
 /// Sums of a whisker's products with the shape.
-#[derive(Clone, Copy)]
+#[derive(Default)]
 struct OfWhisker {
     /// With the shape, and with its derivative in each part.
     zm: i32,
@@ -290,6 +280,7 @@ impl OfWhisker {
 }
 
 /// Sums over the steps of a shape.
+#[derive(Default)]
 struct Sums {
     of: [OfWhisker; TAXELS],
     mm: i32,
@@ -304,14 +295,6 @@ fn parts_of(step: i32) -> [i32; 2] {
 }
 
 impl Sums {
-    const EMPTY: Self = Self {
-        of: [OfWhisker { zm: 0, zd: [0; PARTS], zz: 0, gain: 0, late: 0 }; TAXELS],
-        mm: 0,
-        md: [0; PARTS],
-        dd: [0; PARTS],
-        moments: Moments::EMPTY,
-    };
-
     /// Sums up the whiskers' lines, each shifted by its delay.
     #[inline(never)]
     fn fill(&mut self, whiskers: &Whiskers<'_>, delays: [i32; 2]) -> Result<(), Reason> {
@@ -401,9 +384,9 @@ impl Sums {
         Ok(TimePlane::of_sums(self.moments.plane(), late).slope(1e-4).map(|along| -along))
     }
 
-    /// Returns the wave after a last step.
+    /// Fills the wave after a last step.
     #[inline(never)]
-    fn end(&mut self, whiskers: &Whiskers<'_>, slowness: [f32; 2], step: [f32; 2]) -> Wave {
+    fn end(&mut self, whiskers: &Whiskers<'_>, step: [f32; 2], wave: &mut Wave) {
         let step = step.map(|along| (along * (1 << LATE_BITS) as f32) as i32);
         let mut sum = 0;
         for (whisker, of) in whiskers.iter().zip(&mut self.of) {
@@ -411,23 +394,12 @@ impl Sums {
             sum += of.weighted(of.late);
         }
         let mean = (sum as f32 / self.moments.plane()[0].max(1.0)) as i32;
-        let mut wave = Wave {
-            slowness,
-            moments: self.moments,
-            late: [0.0; 6],
-            parts: [[0.0; 6]; PARTS],
-            locked: [[0.0; 6]; 2],
-            squares: 0.0,
-            each: [(0, 0, [0; 2]); TAXELS],
-            miss: 1.0,
-            lacks: 0.0,
-        };
         let (mut squares, mut energy, mut explained) = (0_i64, 0.0_f32, 0.0_f32);
         let (of_mm, mut peaks) = (1.0 / (self.mm as f32).max(1.0), [0_i32; 2]);
         let [of_md, of_dd] = [self.md, self.dd].map(|parts| parts.map(|part| part as f32));
         for ((whisker, of), place) in whiskers.iter().zip(&mut self.of).zip(&mut wave.each) {
             of.late -= mean;
-            *place = (of.late, of.gain as i16, whisker.place);
+            *place = (of.late, of.gain as i16, whisker.taxel);
             squares += of.weighted(of.late) * i64::from(of.late);
             let gain = of.gain as f32 * (1.0 / (1 << GAIN_BITS) as f32);
             let (zm, zz) = (of.zm as f32, of.zz as f32);
@@ -437,23 +409,16 @@ impl Sums {
             let by = of.weight() as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
             for (((part, zd), md), dd) in wave.parts.iter_mut().zip(of.zd).zip(of_md).zip(of_dd) {
                 let late = by * (zd as f32 - gain * md) / dd.max(1.0);
-                let [one, x, y, ..] = part;
-                *one += late;
-                for (sum, along) in [x, y].into_iter().zip(whisker.place) {
-                    *sum += match along {
-                        -2 => -late - late,
-                        -1 => -late,
-                        0 => 0.0,
-                        1 => late,
-                        _ => late + late,
-                    };
+                let [x, y] = whisker.place.map(|part| part as f32);
+                for (sum, factor) in part.iter_mut().zip([1.0, x, y]) {
+                    *sum += factor * late;
                 }
             }
             let [most, beside] = whisker.brightest();
             peaks = [peaks[0] + most, peaks[1] + beside];
         }
         wave.late = frames(sums(&whiskers.each(&self.of, |_, of| of.weighted(of.late))));
-        let turns = slowness.map(turn);
+        let turns = wave.slowness.map(turn);
         for (locked, quarters) in wave.locked.iter_mut().zip(0..) {
             // Sines are below 2^12, weights below 2^18.
             let value = |whisker: &Whisker<'_>, of: &OfWhisker| {
@@ -463,11 +428,8 @@ impl Sums {
         }
         let unit = 1.0 / (1 << LATE_BITS) as f32;
         wave.squares = squares as f32 * unit * unit;
-        if energy > 0.0 {
-            wave.miss = (1.0 - explained / energy).max(0.0);
-        }
+        wave.miss = if energy > 0.0 { (1.0 - explained / energy).max(0.0) } else { 1.0 };
         wave.lacks = (0.94 - peaks[1] as f32 / peaks[0].max(1) as f32).max(0.0);
-        wave
     }
 }
 

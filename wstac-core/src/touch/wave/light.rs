@@ -41,8 +41,8 @@ impl Lines {
         Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false, lost: 0 };
 
     /// Returns each line between dark frames, with its peak.
-    pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16; PADDED], i16)> {
-        self.values.iter().zip(self.peaks)
+    pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16; PADDED], i32)> {
+        self.values.iter().zip(self.peaks.map(i32::from))
     }
 
     /// Returns each whisker's light over the touch, within ±70 · 4,096.
@@ -55,7 +55,8 @@ impl Lines {
     /// # Errors
     /// There is no touch, or the sample does not begin in the dark.
     #[inline(never)]
-    pub(super) fn fill(&mut self, samples: &Samples<'_>) -> Result<(), Reason> {
+    pub(super) fn fill<'a>(&mut self, samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Result<(), Reason> {
+        let samples = &Samples::new(samples);
         let (mut dark, mut differences) = ([0_u32; TAXELS], 0_u32);
         let [mut here, mut there] = [[0; TAXELS]; 2];
         for number in 0..DARK {
@@ -130,13 +131,13 @@ fn smooth(line: &mut [i16]) -> i16 {
 }
 
 /// A sample's frames, oldest first; `None` is a lost one.
-pub(super) struct Samples<'a> {
-    pub(super) frames: [Option<&'a [u16; TAXELS]>; SAMPLE_FRAMES],
-    pub(super) count: usize,
+struct Samples<'a> {
+    frames: [Option<&'a [u16; TAXELS]>; SAMPLE_FRAMES],
+    count: usize,
 }
 
 impl<'a> Samples<'a> {
-    pub(super) fn new(samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Self {
+    fn new(samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Self {
         let mut list = Self { frames: [None; SAMPLE_FRAMES], count: 0 };
         for (place, frame) in list.frames.iter_mut().zip(samples) {
             *place = frame;

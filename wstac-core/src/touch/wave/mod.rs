@@ -26,7 +26,7 @@ use crate::touch::motion::{
 use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
 use fit::{Wave as Fitted, Whisker, Whiskers};
-use light::{Lines, Samples};
+use light::Lines;
 use outline::{Outline, is_crossed, valley};
 use pair::Pair;
 use squares::{Polynomial, fit};
@@ -143,7 +143,7 @@ impl Wave {
         samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
-        self.lines.fill(&Samples::new(samples))?;
+        self.lines.fill(samples)?;
         let (velocity, basis, acceleration) = self.answer(config)?;
         self.acceleration = acceleration;
         Ok((velocity, basis))
@@ -222,7 +222,9 @@ impl Wave {
         config: MotionConfig,
     ) -> Result<Answer, Reason> {
         let peaks = &self.lines.peaks;
-        let wave = whiskers.wave()?;
+        let mut wave = Fitted::default();
+        wave.slowness = whiskers.start();
+        whiskers.fill(&mut wave)?;
         let [of_columns, of_rows] = delays(config);
         let slide = Slide::new([wave.slowness[0] + of_columns, wave.slowness[1] + of_rows], config)?;
         let Slide { slowness, right, up } = slide;

@@ -11,16 +11,14 @@ const MONOMIALS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 
 pub(super) type Polynomial = [f32; 6];
 
 /// Sums over whiskers of weights times the monomials of up to four degrees.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Moments([[i32; 5]; 5]);
 
 impl Moments {
-    pub(super) const EMPTY: Self = Self([[0; 5]; 5]);
-
     /// Sums up the weights of all whiskers, each below 2^19.
     #[inline(never)]
     pub(super) fn new(weights: &[i32; TAXELS]) -> Self {
-        let mut moments = Self::EMPTY;
+        let mut moments = Self::default();
         for (&[a, b, c, d, e], y) in weights.as_chunks::<{ params::COLUMNS }>().0.iter().zip(-2..) {
             let (near, far, first, second) = (b + d, a + e, d - b, 2 * (e - a));
             let of_x = [c + near + far, first + second, near + 4 * far, first + 4 * second, near + 16 * far];
@@ -289,7 +287,7 @@ fn inverted(mut matrix: Matrix, size: usize) -> Option<Matrix> {
         let by = 1.0 / pivot;
         let mut of_pivot = *matrix.get(k)?;
         *of_pivot.get_mut(k)? = 1.0;
-        for place in &mut of_pivot {
+        for place in of_pivot.iter_mut().take(size) {
             *place *= by;
         }
         for (number, row) in matrix.iter_mut().enumerate().take(size) {
@@ -299,7 +297,7 @@ fn inverted(mut matrix: Matrix, size: usize) -> Option<Matrix> {
             }
             let factor = core::mem::replace(row.get_mut(k)?, 0.0);
             if factor != 0.0 {
-                for (place, part) in row.iter_mut().zip(&of_pivot) {
+                for (place, part) in row.iter_mut().zip(&of_pivot).take(size) {
                     *place -= factor * part;
                 }
             }
