@@ -7,7 +7,7 @@
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
 use super::fit::place_of;
-use super::outline::valley;
+use super::outline::{highest, valley};
 use super::squares::{Fit, Moments, Polynomial, fit, sums};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{PITCH_MM, TAXELS};
@@ -208,17 +208,10 @@ impl Extent {
 
 /// Returns the energies in units of a 1,024th of the second brightest, below twice that; `None` in the dark.
 fn relative(light: &[i32; TAXELS]) -> Option<[i16; TAXELS]> {
-    let highest = light.iter().copied().max().unwrap_or(0).max(0);
-    let shift = (i32::BITS - highest.leading_zeros()).saturating_sub(LIGHT_BITS);
+    let most = light.iter().copied().max().unwrap_or(0).max(0);
+    let shift = (i32::BITS - most.leading_zeros()).saturating_sub(LIGHT_BITS);
     let light = light.map(|light| light >> (shift & 31));
-    let (mut most, mut second) = (0, 0);
-    for light in light {
-        if light > most {
-            (most, second) = (light, most);
-        } else {
-            second = second.max(light);
-        }
-    }
+    let [most, second] = highest(light.into_iter());
     let by = if second > 0 { second } else { most };
     // Not `clamp`, whose check of its limits is a panic that stays in small programs.
     (by > 0).then(|| light.map(|light| ((light.min(2 * by).max(0) << BITS) / by) as i16))
@@ -250,10 +243,7 @@ pub(super) fn unit(degrees: f32) -> [f32; 2] {
 #[inline(never)]
 fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Option<[Measured; 2]> {
     let mut whiskers = [Whisker::default(); TAXELS];
-    let lit = seen(energies, right, up, &mut whiskers);
-    if lit < FEWEST {
-        return None;
-    }
+    let lit = Some(seen(energies, right, up, &mut whiskers)).filter(|&lit| lit >= FEWEST)?;
     let of_plane = cut(&mut whiskers, right, up)?;
     let is_lit = |whisker: &&Whisker| whisker.is_lit;
     let last = whiskers.iter().filter(is_lit).map(|whisker| whisker.across).max()?;
@@ -261,9 +251,10 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     let amplitude = amplitude(&whiskers, first, last);
     let middle = (first + last) >> 1;
     let sides = [1, -1].map(|sign| Borders::new(&whiskers, sign, sign * middle, amplitude));
-    let of_sides = [0, 1].map(|kind| sides[0].least(kind) + sides[1].least(kind));
+    let [left, right] = sides.each_ref().map(|side| side.squares.each_ref().map(|squares| least(squares)));
+    let of_sides = [left[0] + right[0], left[1] + right[1]];
     let ball = Ball::new(&whiskers, &of_plane, first, last);
-    let of_ball = ball.as_ref().map_or(NOWHERE, Ball::least);
+    let of_ball = ball.as_ref().map_or(NOWHERE, |ball| least(&ball.squares));
     let least = of_ball.min(of_sides[0]).min(of_sides[1]);
     if least > MOST_MISS {
         return None;
@@ -301,6 +292,10 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     };
     let (place, width) = (measured(0), measured(1));
     (width.value > 0.0).then_some([place, width])
+}
+
+fn least(squares: &[i32]) -> i32 {
+    squares.iter().copied().min().unwrap_or(0)
 }
 
 /// Returns how likely squares are that are so much above the least; `scale` is half the inverse of a square's scale.
@@ -434,24 +429,17 @@ impl Borders {
         borders
     }
 
-    fn squares(&self, kind: usize) -> &[i32] {
-        self.squares.get(kind).map_or(&[], |squares| squares)
-    }
-
-    fn least(&self, kind: usize) -> i32 {
-        self.squares(kind).iter().copied().min().unwrap_or(0)
-    }
-
     /// Returns the border of a kind of side.
     fn likely(&self, kind: usize, scale: f32) -> Likely {
-        Likely::new(self.squares(kind), self.first, self.step, scale, |place| place > self.last_whisker)
+        let squares = self.squares.get(kind).map_or(&[][..], |squares| squares);
+        Likely::new(squares, self.first, self.step, scale, |place| place > self.last_whisker)
     }
 }
 
 impl Likely {
     /// Returns what sums of squares say of places at even steps.
     fn new(squares: &[i32], first: i32, step: i32, scale: f32, is_beyond: impl Fn(i32) -> bool) -> Self {
-        let least = squares.iter().copied().min().unwrap_or(0);
+        let least = least(squares);
         let (mut whole, mut sum, mut square, mut beyond) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
         let width = step as f32 * (1.0 / MM as f32);
         for (&squares, number) in squares.iter().zip(0_i32..) {
@@ -532,10 +520,6 @@ impl Ball {
                 .sum();
         }
         Some(ball)
-    }
-
-    fn least(&self) -> i32 {
-        self.squares.iter().copied().min().unwrap_or(0)
     }
 
     /// Returns what the ball says of the place and the width.

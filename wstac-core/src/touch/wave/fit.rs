@@ -1,6 +1,6 @@
 //! The wave: one shape passes all lit whiskers with one slowness, and each has a gain of its own.
 
-use super::light::{Lines, PAD, PADDED};
+use super::light::{Lines, PAD};
 use super::squares::{Moments, ONE_FRAME, Point, Points, Polynomial, TIME_SHIFT, TimePlane, sums};
 use crate::params::{COLUMNS, TAXELS};
 use crate::reason::Reason;
@@ -74,20 +74,14 @@ impl Wave {
 }
 
 /// A lit whisker: its line, its taxel and place, and in which frames it is bright.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Whisker<'a> {
-    line: &'a [i16; PADDED],
+    line: &'a [i16],
     peak: i32,
     place: [i32; 2],
     taxel: u8,
     first: u8,
     last: u8,
-}
-
-impl Default for Whisker<'_> {
-    fn default() -> Self {
-        Self { line: &[0; PADDED], peak: 0, place: [0; 2], taxel: 0, first: 0, last: 0 }
-    }
 }
 
 impl Whisker<'_> {
@@ -164,16 +158,10 @@ impl<'a> Whiskers<'a> {
                 && let Some(place) = list.all.get_mut(list.count)
             {
                 let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
-                let number = |at: Option<usize>| at.unwrap_or(PAD).saturating_sub(PAD) as u8;
                 let light = line.get(..PAD + lines.length).unwrap_or_default();
-                *place = Whisker {
-                    line,
-                    peak,
-                    place: place_of(taxel),
-                    taxel: taxel as u8,
-                    first: number(light.iter().position(is_bright)),
-                    last: number(light.iter().rposition(is_bright)),
-                };
+                let [first, last] = [light.iter().position(is_bright), light.iter().rposition(is_bright)]
+                    .map(|at| at.unwrap_or(PAD).saturating_sub(PAD) as u8);
+                *place = Whisker { line, peak, place: place_of(taxel), taxel: taxel as u8, first, last };
                 list.count += 1;
             }
         }
@@ -186,13 +174,7 @@ impl<'a> Whiskers<'a> {
 
     /// Returns a time of each lit whisker, weighted by its peak.
     pub(super) fn points(&self, time: impl Fn(&Whisker<'a>) -> i32) -> Points {
-        let mut points = Points::default();
-        for whisker in self.iter() {
-            if let Some(point) = points.get_mut(usize::from(whisker.taxel)) {
-                *point = Point { time: time(whisker), weight: whisker.peak };
-            }
-        }
-        points
+        self.each(&[(); TAXELS], |whisker, ()| Point { time: time(whisker), weight: whisker.peak })
     }
 
     /// Returns the slowness of a plane through the rising edges.
@@ -202,7 +184,7 @@ impl<'a> Whiskers<'a> {
     }
 
     /// Returns a value of each lit whisker, and 0 of others.
-    fn each<T: Copy + Default>(&self, of: &[OfWhisker], value: impl Fn(&Whisker<'a>, &OfWhisker) -> T) -> [T; TAXELS] {
+    fn each<O, T: Copy + Default>(&self, of: &[O], value: impl Fn(&Whisker<'a>, &O) -> T) -> [T; TAXELS] {
         let mut values = [T::default(); TAXELS];
         for (whisker, of) in self.iter().zip(of) {
             if let Some(place) = values.get_mut(usize::from(whisker.taxel)) {
@@ -289,11 +271,6 @@ struct Sums {
     moments: Moments,
 }
 
-/// A step of a shape: its light in the lower half, and its slope in the upper one.
-fn parts_of(step: i32) -> [i32; 2] {
-    [i32::from(step as i16), step >> 16]
-}
-
 impl Sums {
     /// Sums up the whiskers' lines, each shifted by its delay.
     #[inline(never)]
@@ -328,7 +305,7 @@ impl Sums {
             let after = shape.get(number + 1).map_or(if known.is_some() { before } else { 0 }, |&light| light);
             let Some(step) = shape.get_mut(number) else { break };
             let (light, slope) = (*step, (after - before + 1) >> 1);
-            // Both are below 2^13.
+            // Both are below 2^13: the light is in the lower half, and the slope in the upper one.
             *step = light & 0xFFFF | slope << 16;
             (before, mm, energy) = (light, mm + light * light, energy + slope * slope);
         }
@@ -336,7 +313,8 @@ impl Sums {
         (self.mm, self.md, self.dd) = (mm, [0; PARTS], [0; PARTS]);
         let mut cuts = [steps; PARTS];
         let (mut so_far, mut part) = (0, 0);
-        for (number, [light, slope]) in shape.iter().map(|&step| parts_of(step)).enumerate() {
+        for (number, &step) in shape.iter().enumerate() {
+            let (light, slope) = (i32::from(step as i16), step >> 16);
             so_far += slope * slope;
             while part < PARTS - 1 && so_far >= (energy / PARTS as i32) * (part as i32 + 1) {
                 if let Some(cut) = cuts.get_mut(part) {
@@ -483,7 +461,7 @@ impl<'a> Shifted<'a> {
         let (mut of_zm, mut of_zd, mut of_zz) = (0, 0, 0);
         for (z, &step) in self.of(values).zip(shape) {
             // Below 2^13: a core with products of halves takes them at once.
-            let (z, [m, d]) = (i32::from(z as i16), parts_of(step));
+            let (z, m, d) = (i32::from(z as i16), i32::from(step as i16), step >> 16);
             of_zm += z * m;
             of_zd += z * d;
             of_zz += z * z;

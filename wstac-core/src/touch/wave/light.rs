@@ -18,7 +18,7 @@ const LEAST_LIGHT: u32 = 64 * DARK as u32;
 const LONGEST: usize = SAMPLE_FRAMES;
 /// Dark frames before and behind a line, so that each frame that it is shifted to has four taps.
 pub(super) const PAD: usize = 3;
-pub(super) const PADDED: usize = LONGEST + 2 * PAD;
+const PADDED: usize = LONGEST + 2 * PAD;
 /// Bits of a line's light.
 const BITS: u32 = 12;
 const MOST: i32 = (1 << BITS) - 1;
@@ -41,8 +41,8 @@ impl Lines {
         Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false, lost: 0 };
 
     /// Returns each line between dark frames, with its peak.
-    pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16; PADDED], i32)> {
-        self.values.iter().zip(self.peaks.map(i32::from))
+    pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16], i32)> {
+        self.values.iter().map(<[i16; PADDED]>::as_slice).zip(self.peaks.map(i32::from))
     }
 
     /// Returns each whisker's light over the touch, within ±70 · 4,096.
@@ -69,12 +69,11 @@ impl Lines {
         let noise = (differences / NOISE).max(LEAST_NOISE);
         // Noise of 25 whiskers is five times that of one: three standard deviations.
         let totals = totals(samples, dark.iter().sum::<u32>() + 15 * noise);
-        let least = (8 * noise).max(LEAST_LIGHT);
         let (mut is_cut, mut most) = (false, 0);
         let [first, last] = span(totals.get(..samples.count).unwrap_or_default(), |start, end| {
             is_cut = end >= samples.count;
             most = samples.brightest(&dark, start, end);
-            most > least
+            most > (8 * noise).max(LEAST_LIGHT)
         })?;
         (self.length, self.is_cut) = (last - first, is_cut);
         self.lost = (first..last).filter(|&number| samples.known(number).is_none()).count() as u8;
@@ -86,8 +85,8 @@ impl Lines {
             let line = line.get_mut(PAD..).unwrap_or_default();
             let frames = samples.frames.get(first..).unwrap_or_default();
             for (number, (place, frame)) in line.iter_mut().zip(frames).enumerate() {
-                let light =
-                    frame.map_or_else(|| samples.between(first + number, taxel), |frame| light_of(frame, taxel));
+                let light = frame.and_then(|frame| frame.get(taxel).copied());
+                let light = light.unwrap_or_else(|| samples.between(first + number, taxel));
                 let light = ((i32::from(light) << DARK_SHIFT) - dark as i32).max(-(most as i32));
                 *place = ((light << left) >> right).clamp(-MOST - 1, MOST) as i16;
             }
@@ -96,10 +95,6 @@ impl Lines {
         }
         Ok(())
     }
-}
-
-fn light_of(frame: &[u16; TAXELS], taxel: usize) -> u16 {
-    frame.get(taxel).copied().unwrap_or(0)
 }
 
 /// Smooths twice by the filter [1 2 1] / 4 in place, and returns the highest value, at least 0. The first and last values stand
@@ -176,7 +171,7 @@ impl<'a> Samples<'a> {
     #[cold]
     #[inline(never)]
     fn between(&self, number: usize, taxel: usize) -> u16 {
-        let light = |number| Some(i32::from(light_of(self.known(number)?, taxel)));
+        let light = |number| Some(i32::from(*self.known(number)?.get(taxel)?));
         let before = (1..=number).find_map(|steps| Some((light(number - steps)?, steps as i32)));
         let after = (1..SAMPLE_FRAMES).find_map(|steps| Some((light(number + steps)?, steps as i32)));
         let (Some((before, since)), Some((after, until))) = (before, after) else {
