@@ -42,10 +42,10 @@ pub fn is_microbit() -> bool {
 
 /// Checks that the board has memory for the law of 25 taxels. Its stack would overflow without a word.
 pub fn wave() -> Result<(), String> {
-    if is_microbit() {
+    if is_microbit() && has("motion") {
         return Err(
-            "[speed] estimator is \"wave\", which takes more than the 16 KiB of RAM that this board has, expected \
-            \"coherence\" or \"edges\""
+            "[speed] estimator is \"wave\", which takes more with the feature motion than the 16 KiB of RAM that this board \
+            has, expected \"coherence\" or \"edges\", or a build without motion"
                 .to_owned(),
         );
     }

@@ -262,6 +262,9 @@ pub type ModelSample = crate::textures::{sample};
 pub type Taxels = wstac_core::touch::taxel_ring::{taxels};
 /// The type of what follows whatever slides, frame by frame.
 pub type Live = wstac_core::touch::motion::{live};
-"
+/// Whether the law takes 25 taxels.
+pub const IS_WAVE: bool = {};
+",
+        is_wave(config)
     ))
 }

@@ -7,8 +7,8 @@
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
 use super::fit::place_of;
-use super::outline::valley;
-use super::squares::{Fit, Moments, Polynomial, fit, monomials};
+use super::outline::{highest, valley};
+use super::squares::{Fit, Moments, Polynomial, fit, sums};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{PITCH_MM, TAXELS};
 use crate::touch::motion::sqrt;
@@ -113,30 +113,30 @@ const NOWHERE: i32 = i32::MAX;
 #[derive(Clone, Copy, Default)]
 struct Whisker {
     across: i32,
-    /// Square of its pitches from the middle.
-    far: i32,
-    height: i32,
+    height: i16,
     /// Inverse of the height's deviation.
-    sure: i32,
+    sure: i16,
     /// How much the dome lowers it.
-    lowered: i32,
+    lowered: i16,
+    /// Square of its pitches from the middle.
+    far: i8,
     is_lit: bool,
 }
 
 impl Whisker {
     /// Returns the inverse of the height's variance.
     fn weight(&self) -> i32 {
-        (self.sure * self.sure) >> SQUARE_BITS
+        (i32::from(self.sure) * i32::from(self.sure)) >> SQUARE_BITS
     }
 
     /// Returns the height of a cut, here above the whisker's tip.
     fn above(&self, height: i32) -> i32 {
-        if height > 0 { (height - self.lowered).max(0) } else { 0 }
+        if height > 0 { (height - i32::from(self.lowered)).max(0) } else { 0 }
     }
 
     /// Returns the square of what a height leaves, in variances.
     fn square(&self, height: i32) -> i32 {
-        let rest = ((self.height - height) * self.sure) >> BITS;
+        let rest = ((i32::from(self.height) - height) * i32::from(self.sure)) >> BITS;
         (rest * rest).min(MOST_SQUARE)
     }
 }
@@ -208,17 +208,10 @@ impl Extent {
 
 /// Returns the energies in units of a 1,024th of the second brightest, below twice that; `None` in the dark.
 fn relative(light: &[i32; TAXELS]) -> Option<[i16; TAXELS]> {
-    let highest = light.iter().copied().max().unwrap_or(0).max(0);
-    let shift = (i32::BITS - highest.leading_zeros()).saturating_sub(LIGHT_BITS);
+    let most = light.iter().copied().max().unwrap_or(0).max(0);
+    let shift = (i32::BITS - most.leading_zeros()).saturating_sub(LIGHT_BITS);
     let light = light.map(|light| light >> (shift & 31));
-    let (mut most, mut second) = (0, 0);
-    for light in light {
-        if light > most {
-            (most, second) = (light, most);
-        } else {
-            second = second.max(light);
-        }
-    }
+    let [most, second] = highest(light.into_iter());
     let by = if second > 0 { second } else { most };
     // Not `clamp`, whose check of its limits is a panic that stays in small programs.
     (by > 0).then(|| light.map(|light| ((light.min(2 * by).max(0) << BITS) / by) as i16))
@@ -247,8 +240,10 @@ pub(super) fn unit(degrees: f32) -> [f32; 2] {
 }
 
 /// Returns the place and the width of a touch of these energies.
+#[inline(never)]
 fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Option<[Measured; 2]> {
-    let (mut whiskers, lit) = seen(energies, right, up)?;
+    let mut whiskers = [Whisker::default(); TAXELS];
+    let lit = Some(seen(energies, right, up, &mut whiskers)).filter(|&lit| lit >= FEWEST)?;
     let of_plane = cut(&mut whiskers, right, up)?;
     let is_lit = |whisker: &&Whisker| whisker.is_lit;
     let last = whiskers.iter().filter(is_lit).map(|whisker| whisker.across).max()?;
@@ -256,9 +251,10 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     let amplitude = amplitude(&whiskers, first, last);
     let middle = (first + last) >> 1;
     let sides = [1, -1].map(|sign| Borders::new(&whiskers, sign, sign * middle, amplitude));
-    let of_sides = [0, 1].map(|kind| sides[0].least(kind) + sides[1].least(kind));
+    let [left, right] = sides.each_ref().map(|side| side.squares.each_ref().map(|squares| least(squares)));
+    let of_sides = [left[0] + right[0], left[1] + right[1]];
     let ball = Ball::new(&whiskers, &of_plane, first, last);
-    let of_ball = ball.as_ref().map_or(NOWHERE, Ball::least);
+    let of_ball = ball.as_ref().map_or(NOWHERE, |ball| least(&ball.squares));
     let least = of_ball.min(of_sides[0]).min(of_sides[1]);
     if least > MOST_MISS {
         return None;
@@ -298,47 +294,49 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     (width.value > 0.0).then_some([place, width])
 }
 
+fn least(squares: &[i32]) -> i32 {
+    squares.iter().copied().min().unwrap_or(0)
+}
+
 /// Returns how likely squares are that are so much above the least; `scale` is half the inverse of a square's scale.
 fn likelihood(more: i32, scale: f32) -> f32 {
     let units = (1_u32 << (EXP_FRACTION_BITS - SQUARE_BITS)) as f32;
     exp_of_negative((more as f32 * scale * units) as u32) as f32 * (1.0 / EXP_ONE as f32)
 }
 
-/// Returns the whiskers with their heights, and how many are lit.
-fn seen(energies: &[i16; TAXELS], right: f32, up: f32) -> Option<(Whiskers, u32)> {
+/// Fills the whiskers with their heights, and returns how many are lit.
+fn seen(energies: &[i16; TAXELS], right: f32, up: f32, whiskers: &mut Whiskers) -> u32 {
     let [right, up] = [right, up].map(|part| (part * PITCH) as i32);
     let mut lit = 0;
-    let mut whiskers = [Whisker::default(); TAXELS];
     for ((taxel, whisker), &energy) in whiskers.iter_mut().enumerate().zip(energies) {
         let [x, y] = place_of(taxel);
         let energy = i32::from(energy).min(MOST_ENERGY);
         let height = (energy * (ONE + energy)) >> (BITS + 1);
         *whisker = Whisker {
             across: -x * up - y * right,
-            far: x * x + y * y,
-            height,
-            sure: (ONE << SURE_BITS) / (SD[0] + ((SD[1] * height) >> BITS)).max(1),
+            far: (x * x + y * y) as i8,
+            height: height as i16,
+            sure: ((ONE << SURE_BITS) / (SD[0] + ((SD[1] * height) >> BITS)).max(1)) as i16,
             lowered: 0,
             is_lit: energy > LIT_ENERGY,
         };
         lit += u32::from(whisker.is_lit);
     }
-    (lit >= FEWEST).then_some((whiskers, lit))
+    lit
 }
 
 /// Fits a parabola across the motion on a dome to the lit whiskers, and sets how much the dome lowers each.
+#[inline(never)]
 fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let usual = (DOME * ONE as f32) as i32;
-    let (mut moments, mut sums, mut squares, mut count) = (Moments::default(), [0_i32; 6], 0_i64, 0);
-    for (taxel, whisker) in whiskers.iter().enumerate().filter(|(_, whisker)| whisker.is_lit) {
-        let place = place_of(taxel);
+    let (mut weights, mut heights, mut squares, mut count) = ([0; TAXELS], [0_i64; TAXELS], 0_i64, 0);
+    for ((whisker, place), sum) in
+        whiskers.iter().zip(&mut weights).zip(&mut heights).filter(|((whisker, _), _)| whisker.is_lit)
+    {
         let weight = whisker.weight();
-        let height = whisker.height + ((usual * whisker.far) >> DOME_SHIFT);
-        moments.add(weight, place);
-        // Below 25 · 4 · 2^10 · 2^11.
-        for (sum, factor) in sums.iter_mut().zip(monomials(place)) {
-            *sum += factor * weight * height;
-        }
+        let height = i32::from(whisker.height) + ((usual * i32::from(whisker.far)) >> DOME_SHIFT);
+        // Below 2^10 · 2^11.
+        (*place, *sum) = (weight, i64::from(weight * height));
         squares += i64::from(weight * height) * i64::from(height);
         count += 1;
     }
@@ -347,8 +345,15 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let left: Polynomial = [0.0, 0.0 - up, 0.0 - right, 0.0, 0.0, 0.0];
     let left_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
     let far = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0];
-    let sums = sums.map(|sum| sum as f32 * unit);
-    let found = fit(&moments.products(), &[one, left, left_2, far], &sums, squares as f32 * unit * unit, count, RIDGE)?;
+    let sums = sums(&heights).map(|sum| sum as f32 * unit);
+    let found = fit(
+        &Moments::new(&weights).products(),
+        &[one, left, left_2, far],
+        &sums,
+        squares as f32 * unit * unit,
+        count,
+        RIDGE,
+    )?;
     let [height, slope, bow, dome, _] = found.coefficients;
     let top = whiskers.iter().filter(|whisker| whisker.is_lit).fold(0.3_f32, |top, whisker| {
         let across = whisker.across as f32 * (1.0 / PITCH);
@@ -357,16 +362,17 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let lowered = (DOME - (1 << DOME_SHIFT) as f32 * dome) / top;
     let lowered = (lowered.clamp(0.0, MOST_DOME) * ONE as f32) as i32;
     for whisker in whiskers {
-        whisker.lowered = (lowered * whisker.far) >> DOME_SHIFT;
+        whisker.lowered = ((lowered * i32::from(whisker.far)) >> DOME_SHIFT) as i16;
     }
     Some(found)
 }
 
 /// Returns the height of the lit whiskers between two, of what the dome leaves of it.
+#[inline(never)]
 fn amplitude(whiskers: &Whiskers, first: i32, last: i32) -> i32 {
     let inner = |whisker: &Whisker| whisker.across > first + SLOPING && whisker.across < last - SLOPING;
     let is_known = whiskers.iter().filter(|whisker| whisker.is_lit && inner(whisker)).count() >= 3;
-    let height = |whisker: &Whisker| if is_known && !inner(whisker) { 0 } else { ONE - whisker.lowered };
+    let height = |whisker: &Whisker| if is_known && !inner(whisker) { 0 } else { ONE - i32::from(whisker.lowered) };
     ratio(whiskers, OF_SIDES, &whiskers.each_ref().map(height))
 }
 
@@ -375,7 +381,7 @@ fn ratio(whiskers: &Whiskers, [least, most]: [i32; 2], heights: &[i32; TAXELS]) 
     let (mut products, mut squares) = (0, 0);
     for (whisker, &height) in whiskers.iter().zip(heights).filter(|(whisker, _)| whisker.is_lit) {
         // Below 25 · 2^10 · 2^11.
-        products += whisker.weight() * ((whisker.height * height) >> BITS);
+        products += whisker.weight() * ((i32::from(whisker.height) * height) >> BITS);
         squares += whisker.weight() * ((height * height) >> BITS);
     }
     ((products as f32 / (squares as f32).max(1.0) * ONE as f32) as i32).clamp(least, most)
@@ -383,6 +389,7 @@ fn ratio(whiskers: &Whiskers, [least, most]: [i32; 2], heights: &[i32; TAXELS]) 
 
 impl Borders {
     /// Compares borders on one side. Whiskers from `middle` on count; with the sign −1 all is mirrored.
+    #[inline(never)]
     fn new(whiskers: &Whiskers, sign: i32, middle: i32, amplitude: i32) -> Self {
         let (mut last_whisker, mut last) = (i32::MIN, i32::MIN);
         for whisker in whiskers {
@@ -422,24 +429,17 @@ impl Borders {
         borders
     }
 
-    fn squares(&self, kind: usize) -> &[i32] {
-        self.squares.get(kind).map_or(&[], |squares| squares)
-    }
-
-    fn least(&self, kind: usize) -> i32 {
-        self.squares(kind).iter().copied().min().unwrap_or(0)
-    }
-
     /// Returns the border of a kind of side.
     fn likely(&self, kind: usize, scale: f32) -> Likely {
-        Likely::new(self.squares(kind), self.first, self.step, scale, |place| place > self.last_whisker)
+        let squares = self.squares.get(kind).map_or(&[][..], |squares| squares);
+        Likely::new(squares, self.first, self.step, scale, |place| place > self.last_whisker)
     }
 }
 
 impl Likely {
     /// Returns what sums of squares say of places at even steps.
     fn new(squares: &[i32], first: i32, step: i32, scale: f32, is_beyond: impl Fn(i32) -> bool) -> Self {
-        let least = squares.iter().copied().min().unwrap_or(0);
+        let least = least(squares);
         let (mut whole, mut sum, mut square, mut beyond) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
         let width = step as f32 * (1.0 / MM as f32);
         for (&squares, number) in squares.iter().zip(0_i32..) {
@@ -471,6 +471,7 @@ struct Ball {
 
 impl Ball {
     /// Compares balls; `None` if the parabola has no top between the lit whiskers.
+    #[inline(never)]
     fn new(whiskers: &Whiskers, of_plane: &Fit, first: i32, last: i32) -> Option<Self> {
         let [_, slope, bow, ..] = of_plane.coefficients;
         if bow.is_nan() || bow > 0.0 - LEAST_CURVATURE {
@@ -519,10 +520,6 @@ impl Ball {
                 .sum();
         }
         Some(ball)
-    }
-
-    fn least(&self) -> i32 {
-        self.squares.iter().copied().min().unwrap_or(0)
     }
 
     /// Returns what the ball says of the place and the width.

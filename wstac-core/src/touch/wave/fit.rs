@@ -1,7 +1,7 @@
 //! The wave: one shape passes all lit whiskers with one slowness, and each has a gain of its own.
 
-use super::light::{LONGEST, Lines, PAD};
-use super::squares::{Moments, ONE_FRAME, Point, Points, Polynomial, TIME_SHIFT, TimePlane, monomials};
+use super::light::{Lines, PAD};
+use super::squares::{Moments, ONE_FRAME, Point, Points, Polynomial, TIME_SHIFT, TimePlane, sums};
 use crate::params::{COLUMNS, TAXELS};
 use crate::reason::Reason;
 use crate::touch::motion::{length, sqrt};
@@ -30,6 +30,7 @@ const ROUNDS: usize = 5;
 const PARTS: usize = 3;
 
 /// What is known of a wave at its slowness.
+#[derive(Default)]
 pub(super) struct Wave {
     /// Frames from a column to the next, and from a row to the one below it.
     pub(super) slowness: [f32; 2],
@@ -42,8 +43,8 @@ pub(super) struct Wave {
     pub(super) locked: [Polynomial; 2],
     /// Weighted sum of the squares of lateness.
     pub(super) squares: f32,
-    /// Each lit whisker's place, lateness in 2^-12 frames, and gain in 2^-8.
-    each: [([i32; 2], i32, i32); TAXELS],
+    /// Each lit whisker's lateness in 2^-12 frames, gain in 2^-8, and number.
+    each: [(i32, i16, u8); TAXELS],
     /// The part of the energy that the wave leaves over.
     pub(super) miss: f32,
     /// What the brighter frame beside a whisker's brightest lacks to 0.94 of its light, at least 0. A flash within a frame, which
@@ -59,7 +60,8 @@ impl Wave {
         let whole = whole.max(1.0);
         let middle = (xx + yy) / whole;
         let (mut farthest, mut most_gain, mut squares) = (0.0_f32, 1, 0.0);
-        for &([x, y], late, gain) in &self.each {
+        for &(late, gain, taxel) in &self.each {
+            let ([x, y], gain) = (place_of(taxel.into()), i32::from(gain));
             let late = late as f32 * (1.0 / (1 << LATE_BITS) as f32) - dome * ((x * x + y * y) as f32 - middle);
             let of_gain = late * gain as f32;
             farthest = farthest.max(of_gain.abs());
@@ -71,23 +73,23 @@ impl Wave {
     }
 }
 
-/// A lit whisker: its line, its place, and in which frames it is bright.
-#[derive(Clone, Copy)]
+/// A lit whisker: its line, its taxel and place, and in which frames it is bright.
+#[derive(Clone, Copy, Default)]
 pub(super) struct Whisker<'a> {
-    line: &'a [i16; LONGEST + 2 * PAD],
-    place: [i32; 2],
+    line: &'a [i16],
     peak: i32,
+    place: [i32; 2],
+    taxel: u8,
     first: u8,
     last: u8,
 }
 
-impl Default for Whisker<'_> {
-    fn default() -> Self {
-        Self { line: &[0; LONGEST + 2 * PAD], place: [0; 2], peak: 0, first: 0, last: 0 }
-    }
-}
-
 impl Whisker<'_> {
+    /// Returns the sum of its place's parts times these.
+    fn times(&self, [of_x, of_y]: [i32; 2]) -> i32 {
+        of_x * self.place[0] + of_y * self.place[1]
+    }
+
     /// Returns each frame up to the last bright one, with its light.
     fn light(&self) -> impl Iterator<Item = (i32, i32)> {
         (0..=self.last.into()).zip(self.line.iter().skip(PAD).map(|&light| i32::from(light)))
@@ -133,11 +135,9 @@ impl Whisker<'_> {
 
 /// Returns the place of a whisker: columns to the right of the middle, and rows below it.
 pub(super) const fn place_of(taxel: usize) -> [i32; 2] {
-    [(taxel % COLUMNS) as i32 - 2, (taxel / COLUMNS) as i32 - 2]
-}
-
-const fn taxel_at([x, y]: [i32; 2]) -> usize {
-    ((y + 2) * COLUMNS as i32 + x + 2) as usize
+    // A fifth of what is below 64, for processors that do not divide.
+    let row = (taxel as i32 * 13) >> 6;
+    [taxel as i32 - row * COLUMNS as i32 - 2, row - 2]
 }
 
 /// Lit whiskers.
@@ -158,11 +158,10 @@ impl<'a> Whiskers<'a> {
                 && let Some(place) = list.all.get_mut(list.count)
             {
                 let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
-                let number = |at: Option<usize>| at.unwrap_or(PAD).saturating_sub(PAD) as u8;
                 let light = line.get(..PAD + lines.length).unwrap_or_default();
-                let first = number(light.iter().position(is_bright));
-                let last = number(light.iter().rposition(is_bright));
-                *place = Whisker { line, place: place_of(taxel), peak, first, last };
+                let [first, last] = [light.iter().position(is_bright), light.iter().rposition(is_bright)]
+                    .map(|at| at.unwrap_or(PAD).saturating_sub(PAD) as u8);
+                *place = Whisker { line, peak, place: place_of(taxel), taxel: taxel as u8, first, last };
                 list.count += 1;
             }
         }
@@ -175,31 +174,36 @@ impl<'a> Whiskers<'a> {
 
     /// Returns a time of each lit whisker, weighted by its peak.
     pub(super) fn points(&self, time: impl Fn(&Whisker<'a>) -> i32) -> Points {
-        let mut points = Points::default();
-        for whisker in self.iter() {
-            if let Some(point) = points.get_mut(taxel_at(whisker.place)) {
-                *point = Point { place: whisker.place, time: time(whisker), weight: whisker.peak };
-            }
-        }
-        points
+        self.each(&[(); TAXELS], |whisker, ()| Point { time: time(whisker), weight: whisker.peak })
     }
 
     /// Returns the slowness of a plane through the rising edges.
     #[inline(never)]
-    fn start(&self) -> [f32; 2] {
+    pub(super) fn start(&self) -> [f32; 2] {
         TimePlane::new(&self.points(Whisker::edge), u32::MAX).slope(1e-3).map(|slowness| slowness * (1.0 / ONE_FRAME))
     }
 
-    /// Returns the wave by Gauss-Newton steps.
+    /// Returns a value of each lit whisker, and 0 of others.
+    fn each<O, T: Copy + Default>(&self, of: &[O], value: impl Fn(&Whisker<'a>, &O) -> T) -> [T; TAXELS] {
+        let mut values = [T::default(); TAXELS];
+        for (whisker, of) in self.iter().zip(of) {
+            if let Some(place) = values.get_mut(usize::from(whisker.taxel)) {
+                *place = value(whisker, of);
+            }
+        }
+        values
+    }
+
+    /// Fills an empty wave by Gauss-Newton steps from its slowness on.
     ///
     /// # Errors
     /// Nothing holds for all whiskers.
-    pub(super) fn wave(&self) -> Result<Wave, Reason> {
-        let mut slowness = self.start();
-        let (mut number, mut late) = (1, [0; TAXELS]);
+    #[inline(never)]
+    pub(super) fn fill(&self, wave: &mut Wave) -> Result<(), Reason> {
+        let (mut slowness, mut sums, mut number) = (wave.slowness, Sums::default(), 1);
         loop {
-            let mut sums = Sums::new(self, slowness.map(turn))?;
-            let step = sums.step(self, &mut late)?;
+            sums.fill(self, slowness.map(turn))?;
+            let step = sums.step(self)?;
             let size = length(step);
             let whole = length(slowness);
             let most = 0.2 * whole + 0.08;
@@ -207,18 +211,12 @@ impl<'a> Whiskers<'a> {
             let step = step.map(|along| along * part);
             slowness = [slowness[0] + step[0], slowness[1] + step[1]];
             if number == ROUNDS || size < 0.006 * whole {
-                return Ok(sums.end(self, slowness, step, &late));
+                (wave.slowness, wave.moments) = (slowness, sums.moments);
+                sums.end(self, step, wave);
+                return Ok(());
             }
             number += 1;
         }
-    }
-}
-
-/// Adds a weighted value times the monomials of a place.
-#[inline(never)]
-fn add(sums: &mut [i64], place: [i32; 2], weight: i32, value: i32) {
-    for (sum, factor) in sums.iter_mut().zip(monomials(place)) {
-        *sum += i64::from(factor * weight) * i64::from(value);
     }
 }
 
@@ -241,69 +239,82 @@ fn sine(turns: i32) -> i32 {
 }
 
 /// Sums of a whisker's products with the shape.
-#[derive(Clone, Copy, Default)]
+#[derive(Default)]
 struct OfWhisker {
     /// With the shape, and with its derivative in each part.
     zm: i32,
     zd: [i32; PARTS],
     zz: i32,
-    /// Gain and weight, in units of 2^-8.
+    /// In units of 2^-8 and of 2^-12 frames.
     gain: i32,
-    weight: i32,
+    late: i32,
+}
+
+impl OfWhisker {
+    fn weight(&self) -> i32 {
+        // Squares of gains are below 2^22.
+        (self.gain * self.gain) >> 4
+    }
+
+    fn weighted(&self, value: i32) -> i64 {
+        i64::from(self.weight()) * i64::from(value)
+    }
 }
 
 /// Sums over the steps of a shape.
+#[derive(Default)]
 struct Sums {
     of: [OfWhisker; TAXELS],
     mm: i32,
     md: [i32; PARTS],
     dd: [i32; PARTS],
+    moments: Moments,
 }
 
 impl Sums {
     /// Sums up the whiskers' lines, each shifted by its delay.
     #[inline(never)]
-    fn new(whiskers: &Whiskers<'_>, delays: [i32; 2]) -> Result<Self, Reason> {
-        let delay = |whisker: &Whisker<'_>| delays[0] * whisker.place[0] + delays[1] * whisker.place[1];
+    fn fill(&mut self, whiskers: &Whiskers<'_>, delays: [i32; 2]) -> Result<(), Reason> {
         let (mut start, mut end) = (i32::MAX, i32::MIN);
         for whisker in whiskers.iter() {
-            start = start.min((i32::from(whisker.first) << TIME_BITS) - delay(whisker));
-            end = end.max((i32::from(whisker.last) << TIME_BITS) - delay(whisker));
+            start = start.min((i32::from(whisker.first) << TIME_BITS) - whisker.times(delays));
+            end = end.max((i32::from(whisker.last) << TIME_BITS) - whisker.times(delays));
         }
         let start = (start >> TIME_BITS) - 2;
         let end = -((-end) >> TIME_BITS) + 3;
         // The last two frames are smoothed with what is unknown, and interpolation reads two more.
         let known = whiskers.cut.and_then(|cut| {
-            whiskers.iter().map(|whisker| (((cut - 4) << TIME_BITS) - delay(whisker)) >> TIME_BITS).min()
+            whiskers.iter().map(|whisker| (((cut - 4) << TIME_BITS) - whisker.times(delays)) >> TIME_BITS).min()
         });
         let steps = usize::try_from(known.map_or(end, |known| end.min(known)) - start).unwrap_or(0);
         if steps < FEWEST_STEPS {
             return Err(Reason::NotOver);
         }
-        // Each step's light and slope.
-        let mut shape = [[0_i32; 2]; MOST_STEPS];
+        let mut shape = [0_i32; MOST_STEPS];
         let shape = shape.get_mut(..steps).ok_or(Reason::NotAlike)?;
         for whisker in whiskers.iter() {
-            let shifted = Shifted::new(whisker.line, delay(whisker), start, steps);
-            shifted.add_to(shape);
+            Shifted::new(whisker, delays, start, steps).add_to(shape);
         }
         // The mean of the lit whiskers.
         let by = (1 << TIME_BITS) / (whiskers.count as i32).max(1);
-        for [light, _] in shape.iter_mut() {
+        for light in shape.iter_mut() {
             *light = (*light * by) >> TIME_BITS;
         }
         let (mut before, mut mm, mut energy) = (0, 0, 0);
         for number in 0..steps {
-            let after = shape.get(number + 1).map_or(if known.is_some() { before } else { 0 }, |&[light, _]| light);
-            let Some([light, slope]) = shape.get_mut(number) else { break };
-            *slope = (after - before + 1) >> 1;
-            (before, mm, energy) = (*light, mm + *light * *light, energy + *slope * *slope);
+            let after = shape.get(number + 1).map_or(if known.is_some() { before } else { 0 }, |&light| light);
+            let Some(step) = shape.get_mut(number) else { break };
+            let (light, slope) = (*step, (after - before + 1) >> 1);
+            // Both are below 2^13: the light is in the lower half, and the slope in the upper one.
+            *step = light & 0xFFFF | slope << 16;
+            (before, mm, energy) = (light, mm + light * light, energy + slope * slope);
         }
         // Three parts of equal energy of the derivative.
-        let mut sums = Self { of: [OfWhisker::default(); TAXELS], mm, md: [0; PARTS], dd: [0; PARTS] };
+        (self.mm, self.md, self.dd) = (mm, [0; PARTS], [0; PARTS]);
         let mut cuts = [steps; PARTS];
         let (mut so_far, mut part) = (0, 0);
-        for (number, &[light, slope]) in shape.iter().enumerate() {
+        for (number, &step) in shape.iter().enumerate() {
+            let (light, slope) = (i32::from(step as i16), step >> 16);
             so_far += slope * slope;
             while part < PARTS - 1 && so_far >= (energy / PARTS as i32) * (part as i32 + 1) {
                 if let Some(cut) = cuts.get_mut(part) {
@@ -311,25 +322,26 @@ impl Sums {
                 }
                 part += 1;
             }
-            if let (Some(md), Some(dd)) = (sums.md.get_mut(part), sums.dd.get_mut(part)) {
+            if let (Some(md), Some(dd)) = (self.md.get_mut(part), self.dd.get_mut(part)) {
                 *md += light * slope;
                 *dd += slope * slope;
             }
         }
-        for (whisker, of) in whiskers.iter().zip(&mut sums.of) {
-            let shifted = Shifted::new(whisker.line, delay(whisker), start, steps);
+        for (whisker, of) in whiskers.iter().zip(&mut self.of) {
+            let shifted = Shifted::new(whisker, delays, start, steps);
             let mut first = 0;
+            (of.zm, of.zz) = (0, 0);
             for (zd, cut) in of.zd.iter_mut().zip(cuts) {
-                shifted.sum(shape, first, cut, &mut of.zm, zd, &mut of.zz);
+                *zd = shifted.sum(shape, first, cut, &mut of.zm, &mut of.zz);
                 first = cut;
             }
         }
-        Ok(sums)
+        Ok(())
     }
 
-    /// Returns the Gauss-Newton step, and each whisker's lateness; sets gains and weights.
+    /// Returns the Gauss-Newton step; sets each whisker's gain and lateness.
     #[inline(never)]
-    fn step(&mut self, whiskers: &Whiskers<'_>, late: &mut [i32; TAXELS]) -> Result<[f32; 2], Reason> {
+    fn step(&mut self, whiskers: &Whiskers<'_>) -> Result<[f32; 2], Reason> {
         let [md, dd] = [self.md, self.dd].map(|parts| parts.iter().map(|&part| part as f32).sum::<f32>());
         // What the derivative's part along the shape leaves.
         let told = dd - md * md / self.mm as f32;
@@ -338,77 +350,64 @@ impl Sums {
         }
         let unit = (1 << LATE_BITS) as f32 / told;
         let most = LATEST * (1 << LATE_BITS) as f32;
-        let (mut moments, mut sums) = (Moments::default(), [0_i64; 3]);
-        for ((whisker, of), late) in whiskers.iter().zip(&mut self.of).zip(late) {
+        let md = md * (1.0 / (1 << GAIN_BITS) as f32);
+        for of in self.of.iter_mut().take(whiskers.count) {
             of.gain = (of.zm / (self.mm >> GAIN_BITS).max(1)).clamp(-MOST_GAIN, MOST_GAIN);
-            // Squares of gains are below 2^22.
-            of.weight = (of.gain * of.gain) >> 4;
             let zd: i32 = of.zd.iter().sum();
-            let along = zd as f32 - of.gain as f32 * (md * (1.0 / (1 << GAIN_BITS) as f32));
-            let told = (along * unit).clamp(-most, most) as i32;
-            *late = (told << GAIN_BITS) / of.gain.max(WEAKEST_GAIN);
-            moments.add(of.weight, whisker.place);
-            add(&mut sums, whisker.place, of.weight, *late);
+            let told = ((zd as f32 - of.gain as f32 * md) * unit).clamp(-most, most) as i32;
+            of.late = (told << GAIN_BITS) / of.gain.max(WEAKEST_GAIN);
         }
-        let sums = sums.map(|sum| sum as f32 * (1.0 / (1 << LATE_BITS) as f32));
-        Ok(TimePlane::of_sums(moments.plane(), sums).slope(1e-4).map(|along| -along))
+        self.moments = Moments::new(&whiskers.each(&self.of, |_, of| of.weight()));
+        let late = frames(sums(&whiskers.each(&self.of, |_, of| of.weighted(of.late))));
+        Ok(TimePlane::of_sums(self.moments.plane(), late).slope(1e-4).map(|along| -along))
     }
 
-    /// Returns the wave after a last step.
+    /// Fills the wave after a last step.
     #[inline(never)]
-    fn end(&self, whiskers: &Whiskers<'_>, slowness: [f32; 2], step: [f32; 2], late: &[i32; TAXELS]) -> Wave {
+    fn end(&mut self, whiskers: &Whiskers<'_>, step: [f32; 2], wave: &mut Wave) {
         let step = step.map(|along| (along * (1 << LATE_BITS) as f32) as i32);
-        let (mut moments, mut sum, mut weights) = (Moments::default(), 0_i64, 0_i64);
-        let all = || whiskers.iter().zip(&self.of).zip(late);
-        let after = |whisker: &Whisker<'_>, late: i32| late + step[0] * whisker.place[0] + step[1] * whisker.place[1];
-        for ((whisker, of), &late) in all() {
-            moments.add(of.weight, whisker.place);
-            sum += i64::from(of.weight) * i64::from(after(whisker, late));
-            weights += i64::from(of.weight);
+        let mut sum = 0;
+        for (whisker, of) in whiskers.iter().zip(&mut self.of) {
+            of.late += whisker.times(step);
+            sum += of.weighted(of.late);
         }
-        let mean = (sum as f32 / (weights as f32).max(1.0)) as i32;
-        let (mut of_late, mut of_parts, mut squares) = ([0_i64; 6], [[0.0_f32; 6]; PARTS], 0_i64);
-        let (mut energy, mut explained, of_mm) = (0.0_f32, 0.0_f32, 1.0 / (self.mm as f32).max(1.0));
-        let (mut locked, turns) = ([[0_i64; 6]; 2], slowness.map(turn));
-        let mut list = [([0; 2], 0, 0); TAXELS];
+        let mean = (sum as f32 / self.moments.plane()[0].max(1.0)) as i32;
+        let (mut squares, mut energy, mut explained) = (0_i64, 0.0_f32, 0.0_f32);
+        let (of_mm, mut peaks) = (1.0 / (self.mm as f32).max(1.0), [0_i32; 2]);
         let [of_md, of_dd] = [self.md, self.dd].map(|parts| parts.map(|part| part as f32));
-        for (((whisker, of), &late), place) in all().zip(&mut list) {
-            let late = after(whisker, late) - mean;
-            *place = (whisker.place, late, of.gain);
-            let [x, y] = whisker.place.map(|part| part as f32);
-            add(&mut of_late, whisker.place, of.weight, late);
-            squares += i64::from(late) * i64::from(late) * i64::from(of.weight);
-            let delay = turns[0] * whisker.place[0] + turns[1] * whisker.place[1];
-            for (sums, quarters) in locked.iter_mut().zip(0..) {
-                add(sums, whisker.place, of.weight, sine(delay + (quarters << (TIME_BITS - 2))));
-            }
+        for ((whisker, of), place) in whiskers.iter().zip(&mut self.of).zip(&mut wave.each) {
+            of.late -= mean;
+            *place = (of.late, of.gain as i16, whisker.taxel);
+            squares += of.weighted(of.late) * i64::from(of.late);
             let gain = of.gain as f32 * (1.0 / (1 << GAIN_BITS) as f32);
-            energy += of.zz as f32;
+            let (zm, zz) = (of.zm as f32, of.zz as f32);
+            energy += zz;
             // Not by the gain, whose rounding leaves more than the noise does.
-            explained += (of.zm as f32 * of.zm as f32 * of_mm).min(of.zz as f32);
-            let by = of.weight as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
-            for (((part, zd), md), dd) in of_parts.iter_mut().zip(of.zd).zip(of_md).zip(of_dd) {
+            explained += (zm * zm * of_mm).min(zz);
+            let by = of.weight() as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
+            for (((part, zd), md), dd) in wave.parts.iter_mut().zip(of.zd).zip(of_md).zip(of_dd) {
                 let late = by * (zd as f32 - gain * md) / dd.max(1.0);
-                let [one, of_x, of_y, ..] = *part;
-                *part = [one + late, of_x + x * late, of_y + y * late, 0.0, 0.0, 0.0];
+                let [x, y] = whisker.place.map(|part| part as f32);
+                for (sum, factor) in part.iter_mut().zip([1.0, x, y]) {
+                    *sum += factor * late;
+                }
             }
-        }
-        let unit = 1.0 / (1 << LATE_BITS) as f32;
-        let mut peaks = [0_i32; 2];
-        for [most, beside] in whiskers.iter().map(Whisker::brightest) {
+            let [most, beside] = whisker.brightest();
             peaks = [peaks[0] + most, peaks[1] + beside];
         }
-        Wave {
-            slowness,
-            moments,
-            late: frames(of_late),
-            parts: of_parts,
-            locked: locked.map(frames),
-            squares: squares as f32 * unit * unit,
-            each: list,
-            miss: if energy > 0.0 { (1.0 - explained / energy).max(0.0) } else { 1.0 },
-            lacks: (0.94 - peaks[1] as f32 / peaks[0].max(1) as f32).max(0.0),
+        wave.late = frames(sums(&whiskers.each(&self.of, |_, of| of.weighted(of.late))));
+        let turns = wave.slowness.map(turn);
+        for (locked, quarters) in wave.locked.iter_mut().zip(0..) {
+            // Sines are below 2^12, weights below 2^18.
+            let value = |whisker: &Whisker<'_>, of: &OfWhisker| {
+                i64::from(of.weight() * sine(whisker.times(turns) + (quarters << (TIME_BITS - 2))))
+            };
+            *locked = frames(sums(&whiskers.each(&self.of, value)));
         }
+        let unit = 1.0 / (1 << LATE_BITS) as f32;
+        wave.squares = squares as f32 * unit * unit;
+        wave.miss = if energy > 0.0 { (1.0 - explained / energy).max(0.0) } else { 1.0 };
+        wave.lacks = (0.94 - peaks[1] as f32 / peaks[0].max(1) as f32).max(0.0);
     }
 }
 
@@ -421,7 +420,8 @@ struct Shifted<'a> {
 }
 
 impl<'a> Shifted<'a> {
-    fn new(line: &'a [i16; LONGEST + 2 * PAD], delay: i32, start: i32, steps: usize) -> Self {
+    fn new(whisker: &Whisker<'a>, delays: [i32; 2], start: i32, steps: usize) -> Self {
+        let (line, delay) = (whisker.line, whisker.times(delays));
         let u = (delay & 0xFFFF) >> (TIME_BITS - TAP_BITS);
         let square = (u * u) >> TAP_BITS;
         let cube = (square * u) >> TAP_BITS;
@@ -447,23 +447,26 @@ impl<'a> Shifted<'a> {
         })
     }
 
-    fn add_to(&self, shape: &mut [[i32; 2]]) {
-        for ([sum, _], light) in shape.iter_mut().skip(self.from).zip(self.of(self.values)) {
+    fn add_to(&self, shape: &mut [i32]) {
+        for (sum, light) in shape.iter_mut().skip(self.from).zip(self.of(self.values)) {
             *sum += light;
         }
     }
 
-    /// Adds the products of the steps from `first` to before `end`.
-    fn sum(&self, shape: &[[i32; 2]], first: usize, end: usize, zm: &mut i32, zd: &mut i32, zz: &mut i32) {
+    /// Adds the products of the steps from `first` to before `end`, and returns those with the slope.
+    fn sum(&self, shape: &[i32], first: usize, end: usize, zm: &mut i32, zz: &mut i32) -> i32 {
         let first = first.max(self.from);
         let values = self.values.get(first - self.from..).unwrap_or_default();
         let shape = shape.get(first..end).unwrap_or_default();
         let (mut of_zm, mut of_zd, mut of_zz) = (0, 0, 0);
-        for (z, [m, d]) in self.of(values).zip(shape) {
+        for (z, &step) in self.of(values).zip(shape) {
+            // Below 2^13: a core with products of halves takes them at once.
+            let (z, m, d) = (i32::from(z as i16), i32::from(step as i16), step >> 16);
             of_zm += z * m;
             of_zd += z * d;
             of_zz += z * z;
         }
-        (*zm, *zd, *zz) = (*zm + of_zm, *zd + of_zd, *zz + of_zz);
+        (*zm, *zz) = (*zm + of_zm, *zz + of_zz);
+        of_zd
     }
 }

@@ -1,5 +1,7 @@
 //! The light of a touch: 25 smoothed lines, cut out of a sample.
 
+use core::cell::Cell;
+
 use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
 use crate::reason::Reason;
 
@@ -13,7 +15,7 @@ const LEAST_NOISE: u32 = 2 * DARK as u32;
 /// A touch has a light of at least 64 units of a sum.
 const LEAST_LIGHT: u32 = 64 * DARK as u32;
 /// Most frames of a line.
-pub(super) const LONGEST: usize = SAMPLE_FRAMES;
+const LONGEST: usize = SAMPLE_FRAMES;
 /// Dark frames before and behind a line, so that each frame that it is shifted to has four taps.
 pub(super) const PAD: usize = 3;
 const PADDED: usize = LONGEST + 2 * PAD;
@@ -39,8 +41,8 @@ impl Lines {
         Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false, lost: 0 };
 
     /// Returns each line between dark frames, with its peak.
-    pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16; PADDED], i32)> {
-        self.values.iter().zip(self.peaks.map(i32::from))
+    pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16], i32)> {
+        self.values.iter().map(<[i16; PADDED]>::as_slice).zip(self.peaks.map(i32::from))
     }
 
     /// Returns each whisker's light over the touch, within ±70 · 4,096.
@@ -53,7 +55,8 @@ impl Lines {
     /// # Errors
     /// There is no touch, or the sample does not begin in the dark.
     #[inline(never)]
-    pub(super) fn fill(&mut self, samples: &Samples<'_>) -> Result<(), Reason> {
+    pub(super) fn fill<'a>(&mut self, samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Result<(), Reason> {
+        let samples = &Samples::new(samples);
         let (mut dark, mut differences) = ([0_u32; TAXELS], 0_u32);
         let [mut here, mut there] = [[0; TAXELS]; 2];
         for number in 0..DARK {
@@ -66,63 +69,70 @@ impl Lines {
         let noise = (differences / NOISE).max(LEAST_NOISE);
         // Noise of 25 whiskers is five times that of one: three standard deviations.
         let totals = totals(samples, dark.iter().sum::<u32>() + 15 * noise);
-        let least = (8 * noise).max(LEAST_LIGHT);
         let (mut is_cut, mut most) = (false, 0);
         let [first, last] = span(totals.get(..samples.count).unwrap_or_default(), |start, end| {
             is_cut = end >= samples.count;
             most = samples.brightest(&dark, start, end);
-            most > least
+            most > (8 * noise).max(LEAST_LIGHT)
         })?;
         (self.length, self.is_cut) = (last - first, is_cut);
         self.lost = (first..last).filter(|&number| samples.known(number).is_none()).count() as u8;
         // As many bits as a line has.
         let bits = u32::BITS - most.leading_zeros();
         let (left, right) = (BITS.saturating_sub(bits), bits.saturating_sub(BITS));
-        self.values = Self::EMPTY.values;
-        for number in 0..self.length {
-            let frame = samples.frame(first + number, &mut here);
-            for ((line, &light), &dark) in self.values.iter_mut().zip(frame).zip(&dark) {
+        for (taxel, ((line, peak), dark)) in self.values.iter_mut().zip(&mut self.peaks).zip(dark).enumerate() {
+            let (line, behind) = line.split_at_mut_checked(PAD + self.length).unwrap_or_default();
+            let line = line.get_mut(PAD..).unwrap_or_default();
+            let frames = samples.frames.get(first..).unwrap_or_default();
+            for (number, (place, frame)) in line.iter_mut().zip(frames).enumerate() {
+                let light = frame.and_then(|frame| frame.get(taxel).copied());
+                let light = light.unwrap_or_else(|| samples.between(first + number, taxel));
                 let light = ((i32::from(light) << DARK_SHIFT) - dark as i32).max(-(most as i32));
-                if let Some(place) = line.get_mut(PAD + number) {
-                    *place = ((light << left) >> right).clamp(-MOST - 1, MOST) as i16;
-                }
+                *place = ((light << left) >> right).clamp(-MOST - 1, MOST) as i16;
             }
-        }
-        for (line, peak) in self.values.iter_mut().zip(&mut self.peaks) {
-            let line = line.get_mut(PAD..PAD + self.length).unwrap_or_default();
-            smooth(line);
             *peak = smooth(line);
+            behind.fill(0);
         }
         Ok(())
     }
 }
 
-/// Smooths by the filter [1 2 1] / 4 in place, and returns the highest value, at least 0. The first and last values stand for
-/// those beyond them.
+/// Smooths twice by the filter [1 2 1] / 4 in place, and returns the highest value, at least 0. The first and last values stand
+/// for those beyond them.
+#[inline(never)]
 fn smooth(line: &mut [i16]) -> i16 {
-    let mut places = line.iter_mut();
-    let Some(mut place) = places.next() else { return 0 };
-    let mut here = i32::from(*place);
-    let (mut before, mut most) = (here, 0);
-    for next in places {
-        let after = i32::from(*next);
-        let smoothed = (before + 2 * here + after + 2) >> 2;
-        (*place, most) = (smoothed as i16, smoothed.max(most));
-        (before, here, place) = (here, after, next);
+    let line = Cell::from_mut(line).as_slice_of_cells();
+    let [first, mut here] = [0, 1].map(|at| line.get(at).map_or(0, |light: &Cell<i16>| i32::from(light.get())));
+    // Sums of two that follow each other, of light and of what is smoothed once.
+    let mut pair = first + here;
+    let mut once = (2 * first + pair + 2) >> 2;
+    let (mut of_once, mut most) = (2 * once, 0);
+    let mut put = |place: &Cell<i16>, after: i32| {
+        let next = once + after;
+        let twice = (of_once + next + 2) >> 2;
+        (once, of_once, most) = (after, next, twice.max(most));
+        place.set(twice as i16);
+    };
+    for [place, _, after] in line.array_windows() {
+        let next = here + i32::from(after.get());
+        put(place, (pair + next + 2) >> 2);
+        (here, pair) = (i32::from(after.get()), next);
     }
-    let smoothed = (before + 3 * here + 2) >> 2;
-    *place = smoothed as i16;
-    smoothed.max(most) as i16
+    let last = (pair + 2 * here + 2) >> 2;
+    for place in line.iter().skip(line.len().saturating_sub(2)) {
+        put(place, last);
+    }
+    most as i16
 }
 
 /// A sample's frames, oldest first; `None` is a lost one.
-pub(super) struct Samples<'a> {
-    pub(super) frames: [Option<&'a [u16; TAXELS]>; SAMPLE_FRAMES],
-    pub(super) count: usize,
+struct Samples<'a> {
+    frames: [Option<&'a [u16; TAXELS]>; SAMPLE_FRAMES],
+    count: usize,
 }
 
 impl<'a> Samples<'a> {
-    pub(super) fn new(samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Self {
+    fn new(samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Self {
         let mut list = Self { frames: [None; SAMPLE_FRAMES], count: 0 };
         for (place, frame) in list.frames.iter_mut().zip(samples) {
             *place = frame;
@@ -140,37 +150,34 @@ impl<'a> Samples<'a> {
         if let Some(frame) = self.known(number) {
             return frame;
         }
-        *place = self.between(number);
+        *place = core::array::from_fn(|taxel| self.between(number, taxel));
         place
     }
 
     /// Returns the most light of a whisker in some frames.
     #[inline(never)]
     fn brightest(&self, dark: &[u32; TAXELS], start: usize, end: usize) -> u32 {
-        let (mut most, mut place) = (0, [0; TAXELS]);
+        let (mut highest, mut place) = ([0; TAXELS], [0; TAXELS]);
         for number in start..end {
-            for (&light, &dark) in self.frame(number, &mut place).iter().zip(dark) {
-                most = (u32::from(light) << DARK_SHIFT).saturating_sub(dark).max(most);
+            let rows = self.frame(number, &mut place).as_chunks::<COLUMNS>().0;
+            for ([a, b, c, d, e], &[f, g, h, i, j]) in highest.as_chunks_mut::<COLUMNS>().0.iter_mut().zip(rows) {
+                (*a, *b, *c, *d, *e) = (f.max(*a), g.max(*b), h.max(*c), i.max(*d), j.max(*e));
             }
         }
-        most
+        let above = |(&light, &dark): (&u16, &u32)| (u32::from(light) << DARK_SHIFT).saturating_sub(dark);
+        highest.iter().zip(dark).map(above).max().unwrap_or(0)
     }
 
     #[cold]
     #[inline(never)]
-    fn between(&self, number: usize) -> [u16; TAXELS] {
-        let before = (1..=number).find_map(|steps| Some((self.known(number - steps)?, steps)));
-        let after = (1..SAMPLE_FRAMES).find_map(|steps| Some((self.known(number + steps)?, steps)));
+    fn between(&self, number: usize, taxel: usize) -> u16 {
+        let light = |number| Some(i32::from(*self.known(number)?.get(taxel)?));
+        let before = (1..=number).find_map(|steps| Some((light(number - steps)?, steps as i32)));
+        let after = (1..SAMPLE_FRAMES).find_map(|steps| Some((light(number + steps)?, steps as i32)));
         let (Some((before, since)), Some((after, until))) = (before, after) else {
-            return before.or(after).map_or([0; TAXELS], |(frame, _)| *frame);
+            return before.or(after).map_or(0, |(light, _)| light as u16);
         };
-        let mut frame = *before;
-        for (light, &after) in frame.iter_mut().zip(after) {
-            let steps = (since + until) as i32;
-            let rise = ((i32::from(after) - i32::from(*light)) * since as i32).checked_div(steps).unwrap_or(0);
-            *light = (i32::from(*light) + rise) as u16;
-        }
-        frame
+        (before + ((after - before) * since).checked_div(since + until).unwrap_or(0)) as u16
     }
 }
 

@@ -26,7 +26,7 @@ use crate::touch::motion::{
 use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
 use fit::{Wave as Fitted, Whisker, Whiskers};
-use light::{Lines, Samples};
+use light::Lines;
 use outline::{Outline, is_crossed, valley};
 use pair::Pair;
 use squares::{Polynomial, fit};
@@ -143,7 +143,7 @@ impl Wave {
         samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
-        self.lines.fill(&Samples::new(samples))?;
+        self.lines.fill(samples)?;
         let (velocity, basis, acceleration) = self.answer(config)?;
         self.acceleration = acceleration;
         Ok((velocity, basis))
@@ -222,19 +222,19 @@ impl Wave {
         config: MotionConfig,
     ) -> Result<Answer, Reason> {
         let peaks = &self.lines.peaks;
-        let wave = whiskers.wave()?;
+        let mut wave = Fitted::default();
+        wave.slowness = whiskers.start();
+        whiskers.fill(&mut wave)?;
         let [of_columns, of_rows] = delays(config);
         let slide = Slide::new([wave.slowness[0] + of_columns, wave.slowness[1] + of_rows], config)?;
         let Slide { slowness, right, up } = slide;
         // Otherwise the valley across the outline tells it.
         let is_apart = outline.degrees_sd > OUTLINE[0] && valley(peaks, right, up).is_some();
-        let or_two = |reason| if is_apart { Reason::TwoObjects } else { reason };
         let rest = Rest::new(&wave, slowness, right, up, count).ok_or(Reason::NotAlike)?;
-        if let Some(reason) = rest.doubt(count) {
-            return Err(if reason == Reason::SpeedChanges { reason } else { or_two(reason) });
-        }
-        if is_apart {
-            return Err(Reason::TwoObjects);
+        match rest.doubt(count) {
+            Some(reason) if reason == Reason::SpeedChanges || !is_apart => return Err(reason),
+            _ if is_apart => return Err(Reason::TwoObjects),
+            _ => (),
         }
         let basis = basis(outline, count, degrees(right, up), rest.late).ok_or(Reason::NotAlike)?;
         if !is_crossed(peaks, right, up) {
@@ -366,12 +366,8 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
         _ => coherent.doubt.unwrap_or(reason),
     };
     let extent = (doubt == Reason::TwoObjects).then_some(Extent { place_mm: None, width_mm: None, contacts: 2 });
-    TaxelMotion {
-        motion: Motion { reliable: false, doubt: Some(doubt), ..coherent },
-        basis: None,
-        extent,
-        acceleration: None,
-    }
+    let motion = Motion { reliable: false, doubt: Some(doubt), ..coherent };
+    TaxelMotion { motion, basis: None, extent, acceleration: None }
 }
 
 // It is not inlined: a wave does not lie on the stack of coherence.

@@ -206,6 +206,11 @@ fn across(right: f32, up: f32) -> [i32; TAXELS] {
     })
 }
 
+/// Returns the highest value and the second one, at least 0.
+pub(super) fn highest(values: impl Iterator<Item = i32>) -> [i32; 2] {
+    values.fold([0; 2], |[most, second], value| if value > most { [value, most] } else { [most, second.max(value)] })
+}
+
 /// Returns the whiskers to the right of the deepest valley across the motion that parts two contacts, a bit for each.
 #[inline(never)]
 pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> {
@@ -221,29 +226,19 @@ pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> 
         }
     }
     let sorted = order.map(|each| peaks.get(each as usize & 31).copied().unwrap_or(0));
-    let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
-    let second = |part: &[i16]| {
-        let (mut most, mut second) = (0, 0);
-        for &peak in part {
-            if peak > most {
-                (most, second) = (peak, most);
-            } else {
-                second = second.max(peak);
-            }
-        }
-        i32::from(second)
-    };
+    let [most, _] = highest(peaks.iter().map(|&peak| i32::from(peak)));
+    let second = |part: &[i16]| highest(part.iter().map(|&peak| i32::from(peak)))[1];
     let (mut deepest, mut side) = (0, None);
     for at in 3..TAXELS - 2 {
         let Some((before, behind)) = sorted.split_at_checked(at) else { continue };
         let [a, b] = [before.last(), behind.first()].map(|peak| peak.map_or(0, |&peak| i32::from(peak)));
         let bottom = a.max(b);
         // No side is brighter than the brightest.
-        if 20 * bottom >= 3 * highest {
+        if 20 * bottom >= 3 * most {
             continue;
         }
         // Both sides are lit, and the valley has less than 15 % of either.
-        let is_side = |side| side << LIT_SHIFT > highest && 20 * bottom < 3 * side && side - bottom > deepest;
+        let is_side = |side| side << LIT_SHIFT > most && 20 * bottom < 3 * side && side - bottom > deepest;
         let mut sides = second(before);
         if is_side(sides) {
             sides = sides.min(second(behind));

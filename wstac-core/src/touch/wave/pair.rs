@@ -1,6 +1,6 @@
 //! Motions by two planes through whiskers' times: of two contacts that have one velocity, and of a corner's two edges.
 
-use super::fit::{Whisker, Whiskers};
+use super::fit::{Whisker, Whiskers, place_of};
 use super::squares::{ONE_FRAME, Points, TimePlane, above};
 use super::{FEWEST, LATE_FROM};
 use crate::touch::motion::{length, sqrt};
@@ -149,7 +149,7 @@ fn variance(
     let (mut squares, mut farthest) = (0.0_f32, 0.0_f32);
     for (taxel, point) in points.iter().enumerate().filter(|(_, point)| point.weight > 0) {
         let [middle, along_x, along_y] = if first >> taxel & 1 == 1 { levels[0] } else { levels[1] };
-        let [x, y] = point.place.map(|part| part as f32);
+        let [x, y] = place_of(taxel).map(|part| part as f32);
         let rest = point.time as f32 - middle - along_x * x - along_y * y;
         let of_weight = point.weight as f32 * rest;
         squares += of_weight * rest;

@@ -1,6 +1,7 @@
 //! Weighted least squares over whiskers' places, for polynomials of at most two degrees.
 
-use crate::params::TAXELS;
+use super::fit::place_of;
+use crate::params::{self, TAXELS};
 use crate::touch::motion::sqrt;
 
 /// Exponents of the monomials of a polynomial: of the column's number from the middle, and of the row's.
@@ -10,21 +11,25 @@ const MONOMIALS: [[usize; 2]; 6] = [[0, 0], [1, 0], [0, 1], [2, 0], [1, 1], [0, 
 pub(super) type Polynomial = [f32; 6];
 
 /// Sums over whiskers of weights times the monomials of up to four degrees.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Default)]
 pub(super) struct Moments([[i32; 5]; 5]);
 
 impl Moments {
-    /// Adds a whisker: its weight is below 2^19, its place within 2 of the middle.
-    pub(super) fn add(&mut self, weight: i32, [x, y]: [i32; 2]) {
-        let mut of_x = weight;
-        for (degree, row) in self.0.iter_mut().enumerate() {
-            let mut value = of_x;
-            for sum in row.iter_mut().take(5 - degree) {
-                *sum += value;
-                value *= y;
+    /// Sums up the weights of all whiskers, each below 2^19.
+    #[inline(never)]
+    pub(super) fn new(weights: &[i32; TAXELS]) -> Self {
+        let mut moments = Self::default();
+        for (&[a, b, c, d, e], y) in weights.as_chunks::<{ params::COLUMNS }>().0.iter().zip(-2..) {
+            let (near, far, first, second) = (b + d, a + e, d - b, 2 * (e - a));
+            let of_x = [c + near + far, first + second, near + 4 * far, first + 4 * second, near + 16 * far];
+            for (degree, (row, mut value)) in moments.0.iter_mut().zip(of_x).enumerate() {
+                for sum in row.iter_mut().take(5 - degree) {
+                    *sum += value;
+                    value *= y;
+                }
             }
-            of_x *= x;
         }
+        moments
     }
 
     fn product(&self, a: [usize; 2], b: [usize; 2]) -> f32 {
@@ -49,7 +54,8 @@ pub(super) fn above(points: &Points, plane: [f32; 3]) -> u32 {
     let most = (1 << 26) as f32;
     let [middle, along_x, along_y] = plane.map(|part| (16.0 * part).clamp(0.0 - most, most) as i32);
     let mut whiskers = 0;
-    for (taxel, Point { place: [x, y], weight, .. }) in points.iter().enumerate() {
+    for (taxel, Point { weight, .. }) in points.iter().enumerate() {
+        let [x, y] = place_of(taxel);
         whiskers |= u32::from(*weight > 0 && middle + along_x * x + along_y * y > 0) << (taxel & 31);
     }
     whiskers
@@ -58,19 +64,31 @@ pub(super) fn above(points: &Points, plane: [f32; 3]) -> u32 {
 /// Weighted sums of products of two monomials.
 pub(super) type Products = [Polynomial; 6];
 
-/// Returns the six monomials of a place.
-pub(super) fn monomials([x, y]: [i32; 2]) -> [i32; 6] {
-    [1, x, y, x * x, x * y, y * y]
+/// Returns the sums of five values, at the places from -2 to 2, times 1, the place and its square.
+fn of_line([a, b, c, d, e]: [i64; 5]) -> [i64; 3] {
+    let (near, far) = (b + d, a + e);
+    [c + near + far, d - b + ((e - a) << 1), near + (far << 2)]
+}
+
+/// Returns the sums of all whiskers' values times the six monomials, without a product of long numbers.
+#[inline(never)]
+pub(super) fn sums(values: &[i64; TAXELS]) -> [i64; 6] {
+    let [mut whole, mut along, mut square] = [[0; 5]; 3];
+    let rows = values.as_chunks::<{ params::COLUMNS }>().0.iter();
+    for (((&row, whole), along), square) in rows.zip(&mut whole).zip(&mut along).zip(&mut square) {
+        [*whole, *along, *square] = of_line(row);
+    }
+    let ([one, y, yy], [x, xy, _]) = (of_line(whole), of_line(along));
+    [one, x, y, of_line(square)[0], xy, yy]
 }
 
 /// Fraction bits of a frame in a whisker's time, and what one frame is.
 pub(super) const TIME_SHIFT: u32 = 9;
 pub(super) const ONE_FRAME: f32 = (1 << TIME_SHIFT) as f32;
 
-/// A whisker's place, a time in units of 2^-9 frames, and its weight; no whisker has the weight 0.
+/// A whisker's time in units of 2^-9 frames, and its weight, below 2^12; no whisker has the weight 0.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Point {
-    pub(super) place: [i32; 2],
     pub(super) time: i32,
     pub(super) weight: i32,
 }
@@ -92,22 +110,19 @@ impl TimePlane {
     /// Creates the plane through the points of some whiskers, a bit for each.
     #[inline(never)]
     pub(super) fn new(points: &Points, whiskers: u32) -> Self {
-        let (mut moments, mut sums) = ([0; 6], [0_i64; 3]);
-        for (_, point) in points.iter().enumerate().filter(|(taxel, _)| whiskers >> taxel & 1 == 1) {
-            let each = monomials(point.place).map(|factor| factor * point.weight);
-            for (sum, part) in moments.iter_mut().zip(each) {
-                *sum += part;
-            }
-            for (sum, part) in sums.iter_mut().zip(each) {
-                *sum += i64::from(part) * i64::from(point.time);
+        let (mut weights, mut times) = ([0; TAXELS], [0_i64; TAXELS]);
+        for (taxel, ((point, weight), time)) in points.iter().zip(&mut weights).zip(&mut times).enumerate() {
+            if whiskers >> taxel & 1 == 1 {
+                // Below 2^29.
+                (*weight, *time) = (point.weight, i64::from(point.weight * point.time));
             }
         }
-        Self::of_sums(moments.map(|sum| sum as f32), sums.map(|sum| sum as f32))
+        Self::of_sums(Moments::new(&weights).plane(), sums(&times).map(|sum| sum as f32))
     }
 
     /// Returns the plane by the sums of weights times 1, x, y and their products, and of times with 1, x and y.
     #[inline(never)]
-    pub(super) fn of_sums([w, wx, wy, wxx, wxy, wyy]: Polynomial, [one, x, y]: [f32; 3]) -> Self {
+    pub(super) fn of_sums([w, wx, wy, wxx, wxy, wyy]: Polynomial, [one, x, y, ..]: Polynomial) -> Self {
         let w = if w > 0.0 { w } else { 1.0 };
         Self {
             mean: [wx / w, wy / w, one / w],
@@ -272,7 +287,7 @@ fn inverted(mut matrix: Matrix, size: usize) -> Option<Matrix> {
         let by = 1.0 / pivot;
         let mut of_pivot = *matrix.get(k)?;
         *of_pivot.get_mut(k)? = 1.0;
-        for place in &mut of_pivot {
+        for place in of_pivot.iter_mut().take(size) {
             *place *= by;
         }
         for (number, row) in matrix.iter_mut().enumerate().take(size) {
@@ -282,7 +297,7 @@ fn inverted(mut matrix: Matrix, size: usize) -> Option<Matrix> {
             }
             let factor = core::mem::replace(row.get_mut(k)?, 0.0);
             if factor != 0.0 {
-                for (place, part) in row.iter_mut().zip(&of_pivot) {
+                for (place, part) in row.iter_mut().zip(&of_pivot).take(size) {
                     *place -= factor * part;
                 }
             }
