@@ -373,64 +373,7 @@ fn pair(numbers: &[u16]) -> Option<[u16; 2]> {
 }
 
 /// A configuration file with every key at its default.
-pub const DEFAULT_CONFIGURATION: &str = r#"[layout]
-preset = "paper"        # or, in pixels of the frame: taxel = [width,
-                        # height] and corners = [[x, y], … 25 of them,
-                        # row by row]; frame = [width, height] refuses
-                        # frames of another size
-[green]
-yuv = "exact"           # YCbCr to green: "exact" per pixel, "linear"
-                        # once per taxel (faster)
-stride = 1              # count every 1st, 2nd, 3rd or 5th row and
-                        # column of a taxel
-[features]
-ln = "fixed"            # logarithm: "fixed" point, "libm" (most
-                        # accurate), "micromath"
-floor_levels = 0.5      # darkness floor, in gray levels of a taxel;
-                        # 0: one raw count
-[trigger]
-window = 5              # frames per window; the baseline is five
-                        # windows long
-multiplier = 1.2        # how far the trigger's threshold is above
-                        # the baseline: this minus 1, times the
-                        # size of the baseline; 1.2 adds 20 %
-backtrack = 10          # frames of an event before the window
-                        # that fired
-rule = "signed"         # or "literal": multiplier times baseline,
-                        # as it was published; a multiplier
-                        # above 1 takes dark frames for lit
-margin = 0.2            # the trigger's threshold is at least this
-                        # far above the baseline, in natural
-                        # logarithms: 0.2 is 22 % more light. A
-                        # lower margin sees weaker touches; only for
-                        # rule "signed"
-follow = 0              # time constant with which the baseline
-                        # follows slow drift: 16 to 32768 windows,
-                        # a power of two; 0: it is fixed
-[sensor]
-pitch_mm = 4            # distance between neighboring whiskers
-#readout_ms = 20        # time from the first to the last row of the
-                        # unturned picture: 0 for a global shutter,
-                        # negative if the bottom comes first; without
-                        # it, what the source states
-[speed]
-law = "arrival"         # arrival times: any speed, length, direction
-                        # "published": the duration, as published;
-                        # with intercept = 151.06, slope = 56.29
-                        # and range_mm_s = [100, 200]; answers
-                        # outside are marked as extrapolated
-estimator = "wave"      # of arrival times: 25 taxels, objects of any
-                        # shape; or "coherence": ten sums, objects as
-                        # wide as the sensor; or "edges": cheaper, and
-                        # less accurate than coherence
-threshold = 0.0475      # not the trigger's threshold: only laws of
-                        # durations use it. A row or column counts as
-                        # lit if the sum of its five taxels is above
-                        # this fraction of full scale
-threshold_on = "absolute"  # or "above_baseline"
-[direction]
-method = "centroid"
-"#;
+pub const DEFAULT_CONFIGURATION: &str = include_str!("config/default.toml");
 
 #[cfg(test)]
 mod tests {

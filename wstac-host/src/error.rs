@@ -150,63 +150,45 @@ impl Error {
     pub fn message(&self) -> &str {
         &self.message
     }
+}
 
+/// Writes a predicate of each kind.
+macro_rules! predicates {
+    ($($(#[$about:meta])* $name:ident = $kind:ident,)*) => {
+        impl Error {
+            $($(#[$about])*
+            pub fn $name(&self) -> bool {
+                self.kind == ErrorKind::$kind
+            })*
+        }
+    };
+}
+
+predicates! {
     /// Returns whether a file, device or address does not exist.
-    pub fn is_not_found(&self) -> bool {
-        self.kind == ErrorKind::NotFound
-    }
-
+    is_not_found = NotFound,
     /// Returns whether a file exists already and is not overwritten.
-    pub fn is_already_exists(&self) -> bool {
-        self.kind == ErrorKind::AlreadyExists
-    }
-
+    is_already_exists = AlreadyExists,
     /// Returns whether another program uses the file or device.
-    pub fn is_busy(&self) -> bool {
-        self.kind == ErrorKind::Busy
-    }
-
+    is_busy = Busy,
     /// Returns whether the operating system refused to read or write.
     ///
     /// Missing, existing and busy files have predicates of their own.
-    pub fn is_io(&self) -> bool {
-        self.kind == ErrorKind::Io
-    }
-
+    is_io = Io,
     /// Returns whether a camera or board failed, is gone, or refused what was set.
-    pub fn is_device(&self) -> bool {
-        self.kind == ErrorKind::Device
-    }
-
+    is_device = Device,
     /// Returns whether a configuration, a scene or a plan has a wrong value, or does not fit the source.
-    pub fn is_config(&self) -> bool {
-        self.kind == ErrorKind::Config
-    }
-
+    is_config = Config,
     /// Returns whether a frame was not taken.
-    pub fn is_frame(&self) -> bool {
-        self.kind == ErrorKind::Frame
-    }
-
+    is_frame = Frame,
     /// Returns whether a file or stream is damaged, or has another format.
-    pub fn is_format(&self) -> bool {
-        self.kind == ErrorKind::Format
-    }
-
+    is_format = Format,
     /// Returns whether the data can be read, but do not hold what is needed.
-    pub fn is_data(&self) -> bool {
-        self.kind == ErrorKind::Data
-    }
-
+    is_data = Data,
     /// Returns whether this build, or this kind of source, cannot do what is asked.
-    pub fn is_unsupported(&self) -> bool {
-        self.kind == ErrorKind::Unsupported
-    }
-
+    is_unsupported = Unsupported,
     /// Returns whether an argument is wrong, or does not go with the others.
-    pub fn is_usage(&self) -> bool {
-        self.kind == ErrorKind::Usage
-    }
+    is_usage = Usage,
 }
 
 impl From<io::ErrorKind> for ErrorKind {

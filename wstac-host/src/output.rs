@@ -75,17 +75,7 @@ impl Output {
     /// Returns the time of the record in nanoseconds ([`StreamSummary::clock`]); `None` for records without a time, and
     /// from a board whose clock is not known yet.
     pub fn time_ns(&self) -> Option<u64> {
-        match self {
-            Self::Features(features) => features.time_ns,
-            Self::Motion(motion) => motion.time_ns,
-            Self::Event(event) => event.time_ns,
-            Self::EarlyTexture(texture) => texture.time_ns,
-            Self::Interrupted(sample) => sample.time_ns,
-            Self::ContactEnd(end) => end.time_ns,
-            Self::Fault(fault) => fault.time_ns,
-            Self::End(end) => end.time_ns,
-            Self::Lost(_) | Self::BaselineDisturbed { .. } => None,
-        }
+        self.times().0
     }
 
     /// Returns the number of the feature frame whose time is that of the record: of an event that of its first touch. It
@@ -107,16 +97,20 @@ impl Output {
 
     /// Returns the wall-clock time of the record; `None` where the source knows none.
     pub fn stamp(&self) -> Option<Stamp> {
+        self.times().1
+    }
+
+    fn times(&self) -> (Option<u64>, Option<Stamp>) {
         match self {
-            Self::Features(features) => features.stamp,
-            Self::Motion(motion) => motion.stamp,
-            Self::Event(event) => event.stamp,
-            Self::EarlyTexture(texture) => texture.stamp,
-            Self::Interrupted(sample) => sample.stamp,
-            Self::ContactEnd(end) => end.stamp,
-            Self::Fault(fault) => fault.stamp,
-            Self::End(end) => end.stamp,
-            Self::Lost(_) | Self::BaselineDisturbed { .. } => None,
+            Self::Features(features) => (features.time_ns, features.stamp),
+            Self::Motion(motion) => (motion.time_ns, motion.stamp),
+            Self::Event(event) => (event.time_ns, event.stamp),
+            Self::EarlyTexture(texture) => (texture.time_ns, texture.stamp),
+            Self::Interrupted(sample) => (sample.time_ns, sample.stamp),
+            Self::ContactEnd(end) => (end.time_ns, end.stamp),
+            Self::Fault(fault) => (fault.time_ns, fault.stamp),
+            Self::End(end) => (end.time_ns, end.stamp),
+            Self::Lost(_) | Self::BaselineDisturbed { .. } => (None, None),
         }
     }
 

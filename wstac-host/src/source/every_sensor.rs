@@ -1,10 +1,10 @@
 //! Lists the sensors of the sources that a user names: of a recording of several, each one.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 
-use super::names::{SensorSpec, is_name};
+use super::names::{SensorSpec, is_name, refused};
 use super::open::recorded_sensors;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 
 /// A sensor, and where it is read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,10 +61,6 @@ pub fn every_sensor(given: &[SensorSpec<'_>]) -> Result<Vec<NamedSource>, Error>
         }
     }
     Ok(all)
-}
-
-fn refused(source: &OsStr, message: impl std::fmt::Display) -> Error {
-    Error::new(ErrorKind::Usage, format_args!("SOURCE is {:?}", source.to_string_lossy()), message)
 }
 
 #[cfg(test)]

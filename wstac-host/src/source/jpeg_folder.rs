@@ -5,14 +5,14 @@
 //! to something else. Pictures are turned as their Exif data say.
 
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
 use super::orientation::Orientation;
-use super::picture_files::{JPEG, Pictures, list};
+use super::picture_files::{JPEG, Pictures, first_of, list};
 use super::picture_names::rate;
 use super::{Frame, Source, SourceEvent, StreamInfo};
 use crate::camera::mjpeg::{Decoder, Refusal, picture_facts};
@@ -20,7 +20,7 @@ use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
 /// Most bytes of a file.
-const MOST_BYTES: u64 = 1 << 28;
+pub(super) const MOST_BYTES: u64 = 1 << 28;
 /// Bytes of memory per pixel that decoding may take: three colors, and the numbers of a progressive picture.
 const BYTES_PER_PIXEL: usize = 3 + 3 * 2;
 
@@ -48,7 +48,16 @@ impl JpegFolder {
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let (files, places) = list(path, JPEG)?;
         let mut bytes = Vec::new();
-        let (first, size, orientation) = first_picture(path, &files, &mut bytes)?;
+        let (first, (size, orientation)) = first_of(path, &files, "JPEG", |file| {
+            read(file, &mut bytes)?;
+            let ((width, height), exif) = match picture_facts(&bytes) {
+                Ok(facts) => facts,
+                Err(why) => return Ok(Err(in_words(why))),
+            };
+            let size = FrameSize::new(width.into(), height.into());
+            let size = size.map_err(|error| Error::with_cause(ErrorKind::Format, file.display(), error))?;
+            Ok(Ok((size, Orientation::of_exif(exif))))
+        })?;
         let decoder = Decoder::new(size);
         let size = orientation.frame_size(size);
         let pixels = usize::from(size.width()) * usize::from(size.height());
@@ -126,31 +135,6 @@ fn read(file: &Path, bytes: &mut Vec<u8>) -> Result<(), Error> {
 fn in_words(why: Refusal) -> String {
     let help = matches!(why, Refusal::Unsupported(_)).then_some(HELP);
     format!("{why}{}", help.unwrap_or_default())
-}
-
-/// Returns the first picture whose headers can be read, its size as it is stored, and its orientation. Others before it
-/// are frames that are lost later on.
-fn first_picture(
-    folder: &Path,
-    files: &[PathBuf],
-    bytes: &mut Vec<u8>,
-) -> Result<(PathBuf, FrameSize, Orientation), Error> {
-    let mut first = None;
-    for file in files {
-        read(file, bytes)?;
-        match picture_facts(bytes) {
-            Ok(((width, height), exif)) => {
-                let size = FrameSize::new(width.into(), height.into());
-                let refused = |error| Error::with_cause(ErrorKind::Format, file.display(), error);
-                return Ok((file.clone(), size.map_err(refused)?, Orientation::of_exif(exif)));
-            }
-            Err(why) => first = first.or(Some((file, why))),
-        }
-    }
-    let name = |file: &Path| file.file_name().unwrap_or_default().display().to_string();
-    let why = first.map(|(file, why)| format!("; {}: {}", name(file), in_words(why)));
-    let message = format_args!("no JPEG file of {} can be read{}", files.len(), why.unwrap_or_default());
-    Err(Error::new(ErrorKind::Format, folder.display(), message))
 }
 
 #[cfg(test)]

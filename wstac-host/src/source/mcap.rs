@@ -113,11 +113,8 @@ impl McapSource {
         if !replaced.is_empty() {
             replaced = format!("; {} frames per second{replaced}", replaced_rate::readable(info.rate));
         }
-        let vouched = if reader.has_sums() || outline.has_crcs {
-            ""
-        } else {
-            "; nothing vouches for its frames: they have no checksum"
-        };
+        let is_vouched = reader.has_sums() || outline.has_crcs;
+        let vouched = if is_vouched { "" } else { "; nothing vouches for its frames: they have no checksum" };
         let labels: String = about.labels.iter().map(|(name, value)| [", ", name, "=", value].concat()).collect();
         let recorded = format!("recorded from {}{labels}{replaced}{vouched}", info.about);
         info.about = format!("{subject}: {of_sensor}{recorded}");

@@ -4,11 +4,14 @@
 const DATE: usize = 14;
 pub(super) const NS_PER_S: i128 = 1_000_000_000;
 
+/// The digits of a fraction that is behind no point; 7 are .NET's.
+pub(super) const OF_FRACTION: &[usize] = &[3, 6, 7, 9];
+
 /// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of 10⁻⁹.
-pub(super) fn date(name: &[Part<'_>]) -> Option<i128> {
+pub(super) fn date(name: &[Part<'_>], of_fraction: &[usize]) -> Option<i128> {
     let (mut digits, mut at) = (Vec::new(), 0);
-    // Of `261127_104158` the century is left out. Numbers that count on are none: a month has 31 days at most.
-    if let [Part::Number(day), Part::Text(_), Part::Number(time), ..] = name
+    // Of `261127_104158` the century is left out. Numbers that begin with zeros count.
+    if let [Part::Number(day @ [b'1'..=b'9', ..]), Part::Text(_), Part::Number(time), ..] = name
         && (day.len(), time.len()) == (6, 6)
     {
         digits.extend_from_slice(b"20");
@@ -26,7 +29,7 @@ pub(super) fn date(name: &[Part<'_>]) -> Option<i128> {
     };
     let (year, month, day) = (field(0, 4, 1900..=2099)?, field(4, 6, 1..=12)?, field(6, 8, 1..=31)?);
     let (hour, minute, second) = (field(8, 10, 0..=23)?, field(10, 12, 0..=59)?, field(12, 14, 0..=60)?);
-    let fraction = fraction(digits.get(DATE..)?, name.get(at.wrapping_sub(3)))?;
+    let fraction = fraction(digits.get(DATE..)?, name.get(at.wrapping_sub(3)), of_fraction)?;
     // The year begins in March, so that a leap day is its last.
     let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
     let days = 365 * year + year / 4 - year / 100 + year / 400 + (153 * month + 2) / 5 + day;
@@ -34,11 +37,11 @@ pub(super) fn date(name: &[Part<'_>]) -> Option<i128> {
     Some(seconds * NS_PER_S + fraction)
 }
 
-/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Behind another text than a point, only 3, 6, 7 (.NET)
-/// or 9 digits are one.
-fn fraction(digits: &[u8], behind: Option<&Part<'_>>) -> Option<i128> {
+/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Behind another text than a point, only so many digits
+/// are one.
+fn fraction(digits: &[u8], behind: Option<&Part<'_>>, counts: &[usize]) -> Option<i128> {
     let has_point = matches!(behind, Some(Part::Text(b"." | b",")));
-    nanoseconds(digits).filter(|_| matches!(digits.len(), 3 | 6 | 7 | 9) || (digits.len() >= 2 && has_point))
+    nanoseconds(digits).filter(|_| counts.contains(&digits.len()) || (digits.len() >= 2 && has_point))
 }
 
 /// Returns the time of day that a decimal such as 104158.520 means; `None` if it means none.
@@ -53,7 +56,7 @@ pub(super) fn time_of_day(name: &[Part<'_>]) -> Option<i128> {
     name.first()?.digits()?;
     let digits: Vec<&[u8]> = name.iter().filter_map(Part::digits).take(4).collect();
     let joined = digits.concat();
-    let fraction = fraction(joined.get(6..)?, name.get((2 * digits.len()).wrapping_sub(3)))?;
+    let fraction = fraction(joined.get(6..)?, name.get((2 * digits.len()).wrapping_sub(3)), OF_FRACTION)?;
     let field = |from: usize, most: i128| number(joined.get(from..from + 2)?).filter(|field| *field <= most);
     let seconds = (field(0, 23)? * 60 + field(2, 59)?) * 60 + field(4, 59)?;
     // Fields of two digits each, in one number or in several.

@@ -97,7 +97,7 @@ fn is_of_name(byte: u8) -> bool {
     byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_')
 }
 
-fn refused(source: &OsStr, message: impl std::fmt::Display) -> Error {
+pub(super) fn refused(source: &OsStr, message: impl std::fmt::Display) -> Error {
     Error::new(ErrorKind::Usage, format_args!("SOURCE is {:?}", source.to_string_lossy()), message)
 }
 

@@ -226,11 +226,8 @@ fn spaced(path: &Path, places: Places, folder: impl Source + 'static) -> Box<dyn
 
 #[cfg(not(any(feature = "jpeg", feature = "png")))]
 fn open_folder(path: &Path, _: Option<FrameRate>) -> Result<Box<dyn Source>, Error> {
-    Err(Error::new(
-        ErrorKind::Unsupported,
-        path.display(),
-        "this build reads no folders of pictures: build with the feature png or jpeg",
-    ))
+    let message = "this build reads no folders of pictures: build with the feature png or jpeg";
+    Err(Error::new(ErrorKind::Unsupported, path.display(), message))
 }
 
 #[cfg(feature = "mcap")]
@@ -240,11 +237,8 @@ fn open_recording(path: &Path, options: &OpenOptions) -> Result<Box<dyn Source>,
 
 #[cfg(not(feature = "mcap"))]
 fn open_recording(path: &Path, _: &OpenOptions) -> Result<Box<dyn Source>, Error> {
-    Err(Error::new(
-        ErrorKind::Unsupported,
-        path.display(),
-        "this build reads no MCAP recordings: build with the feature mcap",
-    ))
+    let message = "this build reads no MCAP recordings: build with the feature mcap";
+    Err(Error::new(ErrorKind::Unsupported, path.display(), message))
 }
 
 /// Returns the names of the sensors of a recording of several; none for a recording of one, and for other sources.

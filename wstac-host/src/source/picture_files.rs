@@ -119,6 +119,26 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<(Vec<PathBuf>, Pla
     Ok((files, places))
 }
 
+/// Returns the first picture that can be read, and what `read` returns of it, which otherwise says why not. Others before it
+/// are frames that are lost later on.
+pub(super) fn first_of<T>(
+    folder: &Path,
+    files: &[PathBuf],
+    kind: &str,
+    mut read: impl FnMut(&Path) -> Result<Result<T, String>, Error>,
+) -> Result<(PathBuf, T), Error> {
+    let mut first = None;
+    for file in files {
+        match read(file)? {
+            Ok(found) => return Ok((file.clone(), found)),
+            Err(why) => first = first.or(Some((file, why))),
+        }
+    }
+    let why = first.map(|(file, why)| format!("; {}: {why}", file.file_name().unwrap_or_default().display()));
+    let message = format_args!("no {kind} file of {} can be read{}", files.len(), why.unwrap_or_default());
+    Err(Error::new(ErrorKind::Format, folder.display(), message))
+}
+
 /// Returns whether the pictures of a folder are JPEG rather than PNG.
 ///
 /// # Errors

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use wstac_core::rate::FrameRate;
 
-use super::name_times::{NS_PER_S, Part, date, decimal, number, of_clock, parts, seconds, time_of_day};
+use super::name_times::{NS_PER_S, OF_FRACTION, Part, date, decimal, number, of_clock, parts, seconds, time_of_day};
 use super::replaced_rate::{self, readable};
 use super::spacing::{self, Positions};
 
@@ -107,7 +107,7 @@ pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
 /// Returns the times of pictures of which some lack a fraction, so that their order is another: `01Z` is before `01.040Z`.
 fn by_clock(files: &[PathBuf]) -> Option<Vec<Option<i128>>> {
     let names = Names::new(files).filter(|names| names.lacks_fraction)?;
-    let time = |name: &[Part<'_>]| date(name).or_else(|| time_of_day(name));
+    let time = |name: &[Part<'_>]| date(name, OF_FRACTION).or_else(|| time_of_day(name));
     (0..names.usual.len()).find_map(|at| names.read(|name| time(name.get(at..)?)))
 }
 
@@ -127,7 +127,7 @@ fn by_parts(files: &[PathBuf]) -> Places {
             let numbers = names.column(at)?;
             // A counter such as 000000041 would be a clock of more frames per second than there are.
             let is_clock = |(_, times): &Times| rise(times, SHORTEST);
-            let times = names.clock(date).or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
+            let times = names.dates().or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
             match times.or_else(|| names.clock(time_of_day).filter(is_clock)) {
                 Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
                 None => placed(Positions::Numbers, 1.0, numbers),
@@ -207,6 +207,12 @@ impl<'a> Names<'a> {
         Some((NS_PER_MS, times))
     }
 
+    /// Returns the times of dates. Hundredths of a second that follow each other are a counter.
+    fn dates(&self) -> Option<Times> {
+        let hundredths = || self.clock(|name| date(name, &[2])).filter(|(_, times)| rise(times, 20_000_000));
+        self.clock(|name| date(name, OF_FRACTION)).or_else(hundredths)
+    }
+
     /// Returns the times of a clock, whose first parts may be those of all.
     fn clock(&self, time: impl Fn(&[Part<'_>]) -> Option<i128>) -> Option<Times> {
         self.parsed(0..self.usual.len(), time)
@@ -231,15 +237,16 @@ impl<'a> Names<'a> {
     /// Returns the times that names state in a form that nothing else has.
     fn clear_times(&self) -> Option<Times> {
         let of_units = || self.differing.iter().find_map(|at| self.with_unit(*at));
-        let clock = self.clock(date).or_else(|| self.clock(time_of_day));
+        let clock = self.dates().or_else(|| self.clock(time_of_day));
         clock.or_else(|| self.since_1970()).or_else(of_units)
     }
 }
 
-/// Returns whether numbers rise by at least this each time.
+/// Returns whether numbers rise by at least this each time. A few may be equal, which come unevenly.
 fn rise(numbers: &[Option<i128>], least: i128) -> bool {
     let known: Vec<i128> = numbers.iter().flatten().copied().collect();
-    known.windows(2).all(|pair| pair[1].saturating_sub(pair[0]) >= least)
+    let steps = || known.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
+    steps().all(|step| step == 0 || step >= least) && STRAY * steps().filter(|step| *step == 0).count() <= known.len()
 }
 
 /// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or nanoseconds.
@@ -490,6 +497,13 @@ mod tests {
                 assert_eq!((kind, places[129]), (NamedTimes, 5160.0), "{}", name(3));
             }
         }
+        let hundredths = |n: u64| PathBuf::from(format!("20250102_0304{:02}_{:02}.png", n / 25, n % 25 * 4));
+        assert_eq!(last(&hundredths), (NamedTimes, 5160.0));
+        // Two pictures of one time come unevenly.
+        let places = positions(&(0..130).map(|n| hundredths(n - u64::from(n == 60))).collect::<Vec<_>>()).unwrap().1;
+        assert_eq!((places[60], places[61]), (places[59], places[59] + 80.0));
+        let counted = |n| PathBuf::from(format!("000123_000456_{}.png", 789 + n));
+        assert_eq!(last(&counted), (Numbers, 129.0));
         // The number of a picture in its second is no fraction.
         let files: Vec<_> =
             (0..130).map(|n| PathBuf::from(format!("20261127_1000{:02}_{:02}.png", n / 25, n % 25))).collect();

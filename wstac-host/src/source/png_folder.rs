@@ -5,16 +5,16 @@
 
 mod picture;
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use wstac_core::rate::FrameRate;
 
 use self::picture::{PngPicture, PngShape, Problem};
 use super::orientation::Orientation;
-use super::picture_files::{PNG, Pictures, list};
+use super::picture_files::{PNG, Pictures, first_of, list};
 use super::picture_names::rate;
 use super::{Frame, LossReason, Source, SourceEvent, StreamInfo};
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 use crate::plural::counted;
 
 /// The pictures of a folder.
@@ -40,7 +40,10 @@ impl PngFolder {
     /// The folder cannot be listed or holds no picture, or its first picture's size or type is not supported.
     pub fn open(path: &Path, fps: Option<FrameRate>) -> Result<Self, Error> {
         let (files, places) = list(path, PNG)?;
-        let (first, shape, orientation) = first_picture(path, &files)?;
+        let (first, (shape, orientation)) = first_of(path, &files, "PNG", |file| match PngPicture::open(file) {
+            Ok(picture) => Ok(Ok((picture.shape(), picture.orientation))),
+            Err(problem) => problem.damage(file).map(Err),
+        })?;
         let (rate, said) = rate(places.as_ref(), fps);
         let about = format!("{}: {}, {shape}, {said}", path.display(), counted(files.len(), "PNG file"));
         let info = StreamInfo {
@@ -86,27 +89,6 @@ impl Source for PngFolder {
         let pixel = (self.info.bytes_per_row / u32::from(self.info.size.width())) as usize;
         Ok(SourceEvent::Frame(Frame::new(turn.pixels(bytes, width.into(), pixel, &mut self.turned))))
     }
-}
-
-/// Returns the first picture whose header can be read. Corrupt pictures before it are frames that are lost later on.
-fn first_picture(folder: &Path, files: &[PathBuf]) -> Result<(PathBuf, PngShape, Orientation), Error> {
-    let mut why = String::new();
-    for file in files {
-        match PngPicture::open(file) {
-            Ok(picture) => return Ok((file.clone(), picture.shape(), picture.orientation)),
-            Err(problem) => {
-                let damage = problem.damage(file)?;
-                if why.is_empty() {
-                    why = format!("{}: {damage}", file.file_name().unwrap_or_default().display());
-                }
-            }
-        }
-    }
-    Err(Error::new(
-        ErrorKind::Format,
-        folder.display(),
-        format_args!("no PNG file of {} can be read; {why}", files.len()),
-    ))
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ pub(crate) struct Spacing {
     least: f64,
     most: f64,
     /// Events before the next frame.
-    ready: VecDeque<SourceEvent<'static>>,
+    pub(super) ready: VecDeque<SourceEvent<'static>>,
 }
 
 impl Spacing {
@@ -176,7 +176,7 @@ impl Spacing {
         self.ready.pop_front()
     }
 
-    fn fault(&mut self, kind: FaultKind, message: &str) {
+    pub(super) fn fault(&mut self, kind: FaultKind, message: &str) {
         let message = format!("{}: {message}", self.subject);
         self.ready.push_back(SourceEvent::Fault(Fault::new(kind, message)));
     }

@@ -1,20 +1,25 @@
-//! Videos: `ffmpeg` of the machine decodes a file, and its frames are read as [Y4M](super::y4m).
+//! Videos: `ffmpeg` of the machine decodes a file, and its frames are read as [Y4M](super::y4m). Motion JPEG that has times
+//! is decoded as that of cameras.
 //!
 //! A decoder of our own would be larger than this project, and ffmpeg is on most machines that have videos. `ffprobe`,
 //! which comes with it, says what the numbers mean: range, matrix and rate.
 
 mod ffmpeg;
+#[cfg(feature = "jpeg")]
+mod jpegs;
 mod properties;
 
 use std::ffi::OsStr;
+use std::os::fd::OwnedFd;
 use std::path::Path;
+use std::process::Stdio;
 use std::sync::mpsc::RecvTimeoutError;
 use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
 use self::ffmpeg::{Decoder, Report};
-use self::properties::probe;
+use self::properties::{Stated, probe};
 use super::spacing::{Positions, Spacing};
 use super::y4m::Y4m;
 use super::{Fault, FaultKind, Source, SourceEvent, StreamInfo};
@@ -51,8 +56,6 @@ pub struct Video {
     /// Waits for the time of the next frame.
     waits: u32,
     doubt: Doubt,
-    /// The help about what ffmpeg cannot decode.
-    help: &'static str,
     /// The fault about its rotation, until it is reported.
     turned: Option<Fault>,
     /// Whether no picture has come.
@@ -84,7 +87,7 @@ impl Video {
     /// red, green and blue, green is taken as it is. Gray that states limited range is made full.
     ///
     /// From a frame that ffmpeg cannot decode without errors on, nothing is reliable until a later key frame. Errors
-    /// before the first frame say only that the file was cut.
+    /// before the first frame say only that the file was cut. A JPEG picture that cannot be decoded is a lost frame.
     ///
     /// # Errors
     /// ffmpeg is not installed, cannot read the file, or finds no picture in it.
@@ -92,9 +95,13 @@ impl Video {
         let subject = path.display().to_string();
         let stated = probe(&subject, path)?;
         let rate = fps.or(stated.rate);
-        let (conversion, pixels) = stated.conversion();
-        let filters = format!("{EVERY_TIME}{conversion}{EVERY_FRAME}");
-        let (mut decoder, output) = Decoder::start(&subject, path, &filters, pixels)?;
+        #[cfg(feature = "jpeg")]
+        let copied = stated.size_of_jpegs().map_or(Ok(None), |size| jpegs::start(&subject, path, size))?;
+        #[cfg(not(feature = "jpeg"))]
+        let copied = None::<(_, OwnedFd)>;
+        // The log is ahead of pictures that are copied.
+        let lacks_keys = stated.lacks_keys() || copied.is_some();
+        let (mut decoder, output) = copied.map_or_else(|| decoded(&subject, path, &stated), Ok)?;
         let frames = Y4m::from_fd(&subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
         let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
         let info = stated.describe(&subject, frames.info(), fps);
@@ -102,10 +109,20 @@ impl Video {
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
         let (has_arrived, waits, is_empty, ended) = (false, 0, true, false);
-        let doubt = Doubt { lacks_keys: stated.lacks_keys(), ..Doubt::default() };
-        let help = stated.help();
-        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, help, turned, is_empty, ended })
+        let doubt = Doubt { lacks_keys, ..Doubt::default() };
+        Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, is_empty, ended })
     }
+}
+
+/// Starts ffmpeg as the decoder of a file, which writes Y4M to the output that is returned.
+fn decoded(subject: &str, path: &Path, stated: &Stated) -> Result<(Decoder, OwnedFd), Error> {
+    let (conversion, pixels) = stated.conversion();
+    let filters = format!("{EVERY_TIME}{conversion}{EVERY_FRAME}");
+    // Cover pictures are no video. Gray of more than 8 bits has a name in Y4M that ffmpeg does not take for official.
+    let options = ["-map", "0:V:0", "-vf", &filters, "-r", "30", "-pix_fmt", pixels, "-strict", "-1", "-f"];
+    let options = options.into_iter().chain(["yuv4mpegpipe", "pipe:1"]);
+    let (decoder, output, _) = Decoder::start(subject, path, options, Stdio::null())?;
+    Ok((decoder, output.into()))
 }
 
 impl Doubt {
@@ -133,7 +150,7 @@ impl Source for Video {
         if let Some(fault) = self.turned.take() {
             return Ok(SourceEvent::Fault(fault));
         }
-        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, help, is_empty, ended, .. } = self;
+        let Self { subject, frames, decoder, spacing, has_arrived, waits, doubt, is_empty, ended, .. } = self;
         let fault = |kind, message: &str| Ok(SourceEvent::Fault(Fault::new(kind, format!("{subject}: {message}"))));
         if let Some(reports) = decoder.reports.as_ref().filter(|_| !*has_arrived && !*ended) {
             if !frames.has_next() {
@@ -151,13 +168,22 @@ impl Source for Video {
                         return fault(FaultKind::Even, "frames are decoded without errors again");
                     }
                 }
+                Ok(Report::Lost { time, why, is_first }) => {
+                    let Some(spacing) = spacing else { return Ok(SourceEvent::Waiting) };
+                    spacing.arrive(time);
+                    if is_first {
+                        let message = format!("a picture cannot be decoded: {why}; others count as lost, too");
+                        spacing.fault(FaultKind::Decoder, &message);
+                    }
+                    spacing.ready.push_back(SourceEvent::Lost { frames: 1, reason: why.reason() });
+                    return Ok(SourceEvent::Waiting);
+                }
                 Ok(Report::Damage(why)) => {
                     // At the end, no frame is made of what was damaged.
                     if !frames.has_frame() || !doubt.begin() {
                         return Ok(SourceEvent::Waiting);
                     }
-                    let until = "events are not reliable until a later key frame";
-                    let message = format!("ffmpeg reports \"{why}\"; {until}{help}");
+                    let message = format!("ffmpeg reports \"{why}\"; events are not reliable until a later key frame");
                     return fault(FaultKind::Uneven, &message);
                 }
                 Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {

@@ -26,6 +26,7 @@ const TOO_MANY_BITS: u8 = 11;
 const ONES: u64 = u64::MAX / 255;
 const HIGHEST_BITS: u64 = ONES << 7;
 const NO_CODE: Refusal = Refusal::Corrupt("its data are no Huffman codes");
+// libjpeg makes the blocks gray that are behind it.
 const MISPLACED: Refusal = Refusal::Corrupt("a restart marker is missing or out of place");
 const OVERLONG: Refusal = Refusal::Corrupt("it has too many bytes between its blocks and the next marker");
 
@@ -395,7 +396,7 @@ impl Bits<'_> {
         let extra = end..next.min(self.data.len());
         let bytes = self.data.get(extra.clone()).unwrap_or_default();
         if bytes.len() > MOST_EXTRA && bytes.iter().any(|byte| !matches!(byte, 0 | 0xff)) {
-            return Err(OVERLONG);
+            return Err(if matches!(marker, Some(0xd0..=0xd7)) { MISPLACED } else { OVERLONG });
         }
         Ok((extra, marker))
     }

@@ -18,6 +18,7 @@ const SEPARATE: Refusal = Refusal::Unsupported("its components are in separate s
 const BROKEN: Refusal = Refusal::Corrupt("one of its segments is broken");
 
 /// A JPEG picture that is read segment by segment.
+#[derive(Default)]
 pub(super) struct JpegReader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -71,19 +72,7 @@ impl<'a> JpegReader<'a> {
 
     fn new(bytes: &'a [u8]) -> Result<Self, Refusal> {
         let at = bytes.windows(2).take(MOST_BEFORE + 1).position(|pair| pair == START).ok_or(Refusal::NoPicture)?;
-        Ok(Self {
-            bytes,
-            at,
-            size: (0, 0),
-            exif: &[],
-            is_progressive: false,
-            components: Vec::new(),
-            dc: [const { None }; 4],
-            ac: [const { None }; 4],
-            restart: 0,
-            is_jfif: false,
-            adobe: None,
-        })
+        Ok(Self { bytes, at, ..Self::default() })
     }
 
     /// Checks that a picture has all its blocks, and writes it as every decoder reads it: without segments that have no

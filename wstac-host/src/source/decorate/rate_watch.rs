@@ -6,9 +6,7 @@ use std::time::Duration;
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
-use crate::source::{
-    Fault, FaultKind, Frame, Lag, LossReason, RATE_OFF, Source, SourceEvent, Stamp, StreamInfo, SummedFrame,
-};
+use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, RATE_OFF, Source, SourceEvent, Stamp, StreamInfo};
 
 /// The shortest span of a measurement, in time and in frames.
 const SPAN: Duration = Duration::from_secs(2);
@@ -59,22 +57,9 @@ pub struct RateWatch<S> {
     pace: Pace,
     /// Losses ahead of the next event.
     losses: VecDeque<(u64, LossReason)>,
-    /// Events to hand out before the source is asked again.
-    ready: VecDeque<Ready>,
+    /// Events to hand out before the source is asked again. A frame stands for the one that was copied.
+    ready: VecDeque<Result<SourceEvent<'static>, Error>>,
     copy: FrameCopy,
-}
-
-/// An event that borrows nothing of the source.
-#[derive(Debug)]
-enum Ready {
-    Lost(u64, LossReason),
-    Fault(Fault),
-    /// The frame that was copied.
-    Frame,
-    Taxels(SummedFrame),
-    Waiting,
-    End,
-    Error(Error),
 }
 
 /// A frame that outlives the source's next event.
@@ -97,21 +82,17 @@ impl FrameCopy {
         self.encoded = frame.encoded.map(<[u8]>::to_vec);
     }
 
+    /// Returns the next event, in which this is the frame.
+    fn event(&self, ready: &mut VecDeque<Result<SourceEvent<'static>, Error>>) -> Result<SourceEvent<'_>, Error> {
+        ready.pop_front().unwrap_or(Ok(SourceEvent::Waiting)).map(|event| match event {
+            SourceEvent::Frame(_) => SourceEvent::Frame(self.frame()),
+            event => event,
+        })
+    }
+
     fn frame(&self) -> Frame<'_> {
         let Self { timestamp, stamp, sequence, lag, .. } = *self;
         Frame { bytes: &self.bytes, timestamp, stamp, sequence, encoded: self.encoded.as_deref(), lag, off: 0.0 }
-    }
-
-    fn event(&self, ready: Ready) -> Result<SourceEvent<'_>, Error> {
-        Ok(match ready {
-            Ready::Lost(frames, reason) => SourceEvent::Lost { frames, reason },
-            Ready::Fault(fault) => SourceEvent::Fault(fault),
-            Ready::Frame => SourceEvent::Frame(self.frame()),
-            Ready::Taxels(frame) => SourceEvent::Taxels(frame),
-            Ready::Waiting => SourceEvent::Waiting,
-            Ready::End => SourceEvent::End,
-            Ready::Error(error) => return Err(error),
-        })
     }
 }
 
@@ -129,8 +110,8 @@ impl<S: Source> Source for RateWatch<S> {
     }
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        if let Some(ready) = self.ready.pop_front() {
-            return self.copy.event(ready);
+        if !self.ready.is_empty() {
+            return self.copy.event(&mut self.ready);
         }
         let event = match self.source.next_event() {
             Ok(SourceEvent::Frame(frame)) => {
@@ -139,8 +120,8 @@ impl<S: Source> Source for RateWatch<S> {
                     return Ok(SourceEvent::Frame(frame));
                 }
                 self.copy.set(&frame);
-                self.ready.extend(fault.map(Ready::Fault));
-                Ready::Frame
+                self.ready.extend(fault.map(|fault| Ok(SourceEvent::Fault(fault))));
+                Ok(SourceEvent::Frame(Frame::default()))
             }
             Ok(SourceEvent::Lost { frames, reason: reason @ (LossReason::Dropped | LossReason::Skipped) }) => {
                 self.losses.push_back((frames, reason));
@@ -150,26 +131,26 @@ impl<S: Source> Source for RateWatch<S> {
                 if matches!(reason, LossReason::Disconnected | LossReason::NoSignal) {
                     self.pace.restart();
                 }
-                Ready::Lost(frames, reason)
+                Ok(SourceEvent::Lost { frames, reason })
             }
             Ok(SourceEvent::Fault(fault)) => {
                 if matches!(fault.kind, FaultKind::Disconnected | FaultKind::Reconnected) {
                     self.pace.restart();
                 }
-                Ready::Fault(fault)
+                Ok(SourceEvent::Fault(fault))
             }
-            Ok(SourceEvent::Taxels(frame)) => Ready::Taxels(frame),
-            Ok(SourceEvent::Waiting) => Ready::Waiting,
-            Ok(SourceEvent::End) => Ready::End,
-            Err(error) => Ready::Error(error),
+            Ok(SourceEvent::Taxels(frame)) => Ok(SourceEvent::Taxels(frame)),
+            Ok(SourceEvent::Waiting) => Ok(SourceEvent::Waiting),
+            Ok(SourceEvent::End) => Ok(SourceEvent::End),
+            Err(error) => Err(error),
         };
         let is_slow = self.pace.is_slow();
-        self.ready.extend(self.losses.drain(..).map(|(frames, reason)| match reason {
-            LossReason::Dropped if is_slow => Ready::Lost(frames, LossReason::NeverTaken),
-            reason => Ready::Lost(frames, reason),
+        self.ready.extend(self.losses.drain(..).map(|(frames, reason)| {
+            let is_never = is_slow && reason == LossReason::Dropped;
+            Ok(SourceEvent::Lost { frames, reason: if is_never { LossReason::NeverTaken } else { reason } })
         }));
         self.ready.push_back(event);
-        self.ready.pop_front().map_or(Ok(SourceEvent::Waiting), |ready| self.copy.event(ready))
+        self.copy.event(&mut self.ready)
     }
 }
 

@@ -9,6 +9,8 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 
+#[cfg(feature = "jpeg")]
+use crate::camera::mjpeg::Refusal;
 use crate::error::{Error, ErrorKind};
 
 /// Most bytes that are kept of what ffmpeg reports.
@@ -37,16 +39,22 @@ pub(super) enum Report {
     },
     /// An error in the frame, or in one that the frame is made of.
     Damage(String),
+    /// A picture that cannot be decoded, whose frame never comes.
+    #[cfg(feature = "jpeg")]
+    Lost { time: f64, why: Refusal, is_first: bool },
 }
 
 impl Decoder {
-    /// Starts ffmpeg, which writes Y4M of these pixels to the output that is returned.
-    pub(super) fn start(subject: &str, path: &Path, filters: &str, pixels: &str) -> Result<(Self, ChildStdout), Error> {
+    /// Starts ffmpeg, which reads nothing from its input. Returns its output, and the way for reports of others.
+    pub(super) fn start<'a>(
+        subject: &str,
+        path: &Path,
+        options: impl Iterator<Item = &'a str>,
+        input: Stdio,
+    ) -> Result<(Self, ChildStdout, Sender<Report>), Error> {
         let mut process = ffmpeg("ffmpeg", path)
-            // Cover pictures are no video.
-            .args(["-map", "0:V:0", "-vf", filters, "-r", "30", "-pix_fmt", pixels])
-            // Gray of more than 8 bits has a name in Y4M that ffmpeg does not take for official.
-            .args(["-strict", "-1", "-f", "yuv4mpegpipe", "pipe:1"])
+            .args(options)
+            .stdin(input)
             // A signal to the program must not end the decoder before the program has read what it wants.
             .process_group(0)
             .spawn()
@@ -54,10 +62,10 @@ impl Decoder {
         let (output, errors) = (process.stdout.take(), process.stderr.take());
         let reported = Arc::new(Mutex::new(Vec::new()));
         let (sender, reports) = channel();
-        let reader = errors.map(|errors| read_reports(errors, Arc::clone(&reported), sender));
+        let reader = errors.map(|errors| read_reports(errors, Arc::clone(&reported), sender.clone()));
         let decoder = Self { process, reported, reader, reports: Some(reports) };
         let output = output.ok_or_else(|| Error::new(ErrorKind::Io, subject, "ffmpeg has no output"))?;
-        Ok((decoder, output))
+        Ok((decoder, output, sender))
     }
 
     /// Waits until ffmpeg has ended. Returns the first error that it reported, of which the others follow; `None` if all
@@ -181,6 +189,8 @@ fn read_reports(
                     let room = MOST_REPORTED.saturating_sub(kept.len());
                     kept.extend(error.bytes().chain([b'\n']).take(room));
                 }
+                // The output of copied pictures begins.
+                has_begun |= line.contains("framecrc,");
                 // Before the first frame, it looks for the rate and the size, in other streams, too, and for a key frame.
                 if let Some(why) = damage_in(&line).filter(|_| has_begun) {
                     let _ = reports.send(Report::Damage(why.to_owned()));

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
+use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 use wstac_core::touch::motion::RowOrder;
 
@@ -28,9 +29,6 @@ const MADE_UP: (u32, u32) = (25, 1);
 const OTHER_MADE_UP: (u32, u32) = (23, 1);
 /// The error of ffmpeg about a format that is not to be read.
 const NOT_LISTED: &str = "Format not on whitelist";
-/// The help about Motion JPEG that ffmpeg cannot decode, as of cameras that put bytes before markers.
-const HELP_OF_JPEG: &str =
-    "; help: ffmpeg -i FILE -c copy FOLDER/%05d.jpg, and read FOLDER: its pictures are decoded without ffmpeg";
 /// Frames that show how far frames are apart.
 const PROBED: &str = "%+#150";
 /// A rate that a file states is that of its time stamps if it differs by at most this part.
@@ -54,6 +52,7 @@ pub(super) struct Stated {
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
     codec: String,
+    size: Option<FrameSize>,
     /// The number of its video tracks.
     tracks: usize,
 }
@@ -94,15 +93,23 @@ impl Stated {
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
         let stated = mean.or(base);
         let codec = value("codec_name").to_owned();
-        let known = Self { pixels, range, matrix, other_matrix, is_turned, row_order, codec, ..Self::default() };
+        let side = |key| value(key).parse().unwrap_or_default();
+        let size = FrameSize::new(side("width"), side("height")).ok();
+        let known = Self { pixels, range, matrix, other_matrix, is_turned, row_order, codec, size, ..Self::default() };
         let format = value("format_name");
         if format.ends_with("_pipe") || format == PARTS || WITHOUT_TIMES.contains(&format) {
             let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
             return Self { rate, is_made_up, ..known };
         }
-        let times = text.lines().filter_map(|line| line.strip_prefix("best_effort_timestamp_time="));
-        let times: Vec<f64> = times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect();
+        let times_of = |key| {
+            let times = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
+            times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect::<Vec<_>>()
+        };
+        // ffmpeg decodes no frame of some cameras' pictures.
+        let times =
+            Some(times_of("best_effort_timestamp_time")).filter(|times| known.codec != "mjpeg" || times.len() > 1);
+        let times = times.unwrap_or_else(|| times_of("pts_time"));
         let step = spacing::step(&times);
         // The mean of a file whose frames come unevenly is the rate of none of them, and ffmpeg guesses the other.
         let is_same =
@@ -122,9 +129,12 @@ impl Stated {
         matches!(self.codec.as_str(), "apng" | "gif")
     }
 
-    /// Returns the help about errors of its decoder.
-    pub(super) fn help(&self) -> &'static str {
-        if self.codec == "mjpeg" { HELP_OF_JPEG } else { "" }
+    /// Returns the size of JPEG pictures of Y, Cb and Cr that have times and are not to be turned.
+    #[cfg(feature = "jpeg")]
+    pub(super) fn size_of_jpegs(&self) -> Option<FrameSize> {
+        let is_plain =
+            self.codec == "mjpeg" && self.pixels.starts_with("yuv") && !self.is_turned && self.step.is_some();
+        self.size.filter(|_| is_plain)
     }
 
     /// Returns the filter that makes pixels that are read, and their format.
@@ -204,8 +214,8 @@ fn row_order(text: &str) -> Option<RowOrder> {
 
 /// Asks `ffprobe` for the properties of a video.
 pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
-    let entries = "format=format_name,nb_streams:stream=codec_name,pix_fmt,color_range,color_space,avg_frame_rate,r_frame_rate:\
-                   stream_side_data=rotation,displaymatrix:frame=best_effort_timestamp_time";
+    let entries = "format=format_name,nb_streams:stream=codec_name,width,height,pix_fmt,color_range,color_space,avg_frame_rate,\
+                   r_frame_rate:stream_side_data=rotation,displaymatrix:packet=pts_time:frame=best_effort_timestamp_time";
     let ask = |options: &[&str]| {
         let mut command = ffmpeg("ffprobe", path);
         command.args(["-select_streams", "V:0", "-read_intervals", PROBED, "-show_entries", entries]);

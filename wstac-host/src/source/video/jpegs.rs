@@ -1,0 +1,117 @@
+//! Motion JPEG in a container: ffmpeg copies its pictures, which are decoded as those of a camera, and handed on as Y4M.
+//!
+//! ffmpeg's decoder refuses or spoils pictures with bytes before markers, as many cameras send them.
+
+use std::io::{BufRead, BufReader, Read, Result as IoResult, Write};
+use std::os::fd::OwnedFd;
+use std::os::unix::net::UnixStream;
+use std::path::Path;
+use std::sync::mpsc::Sender;
+
+use wstac_core::green::any::PixelFormat;
+use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
+
+use super::ffmpeg::{Decoder, Report};
+use crate::camera::mjpeg::{self, Refusal};
+use crate::error::Error;
+use crate::source::StreamInfo;
+use crate::source::jpeg_folder::MOST_BYTES;
+use crate::source::y4m::header_of;
+
+/// Writes each picture behind its size to the output, and its time and its size to the descriptor of an input.
+const COPY: &str = "-map 0:V:0 -c copy -copyinkf -flush_packets 1 -f mpjpeg pipe:1 \
+                    -map 0:V:0 -c copy -copyinkf -flush_packets 1 -f framecrc pipe:0";
+
+/// The time of a picture in milliseconds, not a number if it is unknown, and its bytes.
+type Timed = (f64, Result<Vec<u8>, Refusal>);
+const CUT: Refusal = Refusal::Corrupt("ffmpeg copies another number of bytes than it has");
+
+/// Starts ffmpeg and a thread that decodes the pictures; `None` if the first one is of a kind that is left to ffmpeg.
+pub(super) fn start(subject: &str, path: &Path, size: FrameSize) -> Result<Option<(Decoder, OwnedFd)>, Error> {
+    let failed = |error| Error::io(subject, error);
+    let (times, to_times) = std::io::pipe().map_err(failed)?;
+    let (process, parts, reports) = Decoder::start(subject, path, COPY.split_ascii_whitespace(), to_times.into())?;
+    let (mut parts, mut times, mut tick_ms) = (BufReader::new(parts), BufReader::new(times), f64::NAN);
+    let mut pictures = std::iter::from_fn(move || next_picture(&mut parts, &mut times, &mut tick_ms));
+    let (mut decoder, first) = (mjpeg::Decoder::new(size), pictures.next());
+    let Some((_, Ok(jpeg))) = &first else { return Ok(None) };
+    if matches!(decoder.components(jpeg), Err(Refusal::OtherSize | Refusal::Unsupported(_))) {
+        return Ok(None);
+    }
+    let header = header_of(&StreamInfo::new("", size, PixelFormat::Yuv444p, FrameRate::NOMINAL)).unwrap_or_default();
+    let (frames, to) = UnixStream::pair().map_err(failed)?;
+    // After the end of the source nobody reads.
+    std::thread::spawn(move || hand_on(first.into_iter().chain(pictures), decoder, &header, to, &reports));
+    Ok(Some((process, frames.into())))
+}
+
+/// Decodes pictures, and writes them as Y4M. Each is reported before.
+fn hand_on(
+    pictures: impl Iterator<Item = Timed>,
+    mut decoder: mjpeg::Decoder,
+    header: &str,
+    mut to: UnixStream,
+    reports: &Sender<Report>,
+) -> IoResult<()> {
+    to.write_all(header.as_bytes())?;
+    let (mut frame, mut is_first) = (Vec::new(), true);
+    // A picture without bytes stands for one that the camera left out.
+    for (time, jpeg) in pictures.filter(|(_, jpeg)| !jpeg.as_ref().is_ok_and(Vec::is_empty)) {
+        frame.clear();
+        let report = match jpeg.and_then(|jpeg| decoder.components(&jpeg)) {
+            Ok(components) => {
+                frame.extend_from_slice(b"FRAME\n");
+                frame.extend((0..3).flat_map(|plane| components.iter().skip(plane).step_by(3)));
+                Report::Frame { time, is_key: true }
+            }
+            Err(why) => Report::Lost { time, why, is_first: std::mem::take(&mut is_first) },
+        };
+        let _ = reports.send(report);
+        to.write_all(&frame)?;
+    }
+    Ok(())
+}
+
+/// Reads a picture, and its time and size from a line of ffmpeg's muxer `framecrc`: stream, times of decoding and of showing,
+/// duration, bytes, checksum. Its head has the time base: `#tb 0: 1/30`. Returns `None` at the end.
+fn next_picture(parts: &mut impl BufRead, times: &mut impl BufRead, tick_ms: &mut f64) -> Option<Timed> {
+    let mut lines = parts.by_ref().lines().map_while(Result::ok);
+    let bytes: u64 = lines.find_map(|line| line.strip_prefix("Content-length:")?.trim().parse().ok())?;
+    // An empty line ends the header.
+    lines.next()?;
+    let mut jpeg = Vec::new();
+    parts.take(bytes.min(MOST_BYTES)).read_to_end(&mut jpeg).ok()?;
+    let tick = |line: &str| {
+        let (numerator, denominator) = line.strip_prefix("#tb")?.rsplit_once(' ')?.1.split_once('/')?;
+        Some(1000.0 * numerator.parse::<f64>().ok()? / denominator.parse::<f64>().ok()?)
+    };
+    let line = times.by_ref().lines().map_while(Result::ok).find(|line| {
+        *tick_ms = tick(line).unwrap_or(*tick_ms);
+        !line.starts_with('#')
+    })?;
+    let fields: Vec<i64> = line.split(',').map_while(|field| field.trim().parse().ok()).collect();
+    let &[_, decoded, shown, _, size] = &fields[..] else { return None };
+    let time = [shown, decoded].into_iter().find(|time| *time != i64::MIN);
+    let is_whole = jpeg.len() as i64 == size;
+    Some((time.map_or(f64::NAN, |time| time as f64 * *tick_ms), if is_whole { Ok(jpeg) } else { Err(CUT) }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_have_their_times_and_sizes() {
+        let parts = b"--ffmpeg\r\nContent-type: image/jpeg\r\nContent-length: 3\r\n\r\n\xff\n\r\r\n--ffmpeg\r\n\
+                      Content-length: 0\r\n\r\n\r\n--ffmpeg\r\nContent-length: 2\r\n\r\nab\r\n--ffmpeg\r\n\
+                      Content-length: 9\r\n\r\ncut";
+        let times = b"#software: x\n#tb 0: 1/50\n#media_type 0: video\n0, 0, 2, 1, 3, 0x5\n0, 1, 3, 1, 0, 0x0\n\
+                      0, 4, -9223372036854775808, 1, 2, 0x5\n0, 5, 5, 1, 9, 0x5\n";
+        let (mut parts, mut times, mut tick_ms) = (&parts[..], &times[..], f64::NAN);
+        let found: Vec<_> = std::iter::from_fn(|| next_picture(&mut parts, &mut times, &mut tick_ms)).collect();
+        let expected =
+            [(40.0, Ok(b"\xff\n\r".to_vec())), (60.0, Ok(vec![])), (80.0, Ok(b"ab".to_vec())), (100.0, Err(CUT))];
+        assert_eq!(found, expected);
+    }
+}
