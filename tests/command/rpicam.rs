@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use wstac_tests::command::{good, program, said, wstac};
+use wstac_tests::command::{Signal, good, program, said, send, wstac};
 use wstac_tests::folder::Folder;
 
 /// A folder with the stand-in and a slide.
@@ -37,7 +37,7 @@ fn with(folder: &Folder, plan: &Value, arguments: &[&str]) -> Output {
 fn recorded(folder: &Folder, plan: &Value) -> String {
     let done = with(folder, plan, &["record", "rpicam:", "--size", "400x400", "-o", "r.mcap", "--force"]);
     assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-    said(&done)
+    said(&done) + &String::from_utf8_lossy(&done.stdout)
 }
 
 fn first_event(source: &str) -> Value {
@@ -66,10 +66,24 @@ fn frames_are_those_of_the_file_with_the_cameras_own_times() {
     assert!(text.contains("3 frames lost: dropped by the driver"), "{text}");
     let text = recorded(&folder, &json!({"period_us": 50_000}));
     assert!(text.contains("20 fps; 4 controls locked; asked for 30 fps"), "{text}");
-    recorded(&folder, &json!({"twice": 20}));
+    recorded(&folder, &json!({"time": "t - max(0, n - 20) * 16_666_500"}));
     let event = first_event(&folder.path("r.mcap"));
     let why = "the camera takes more frames per second than were agreed on";
     assert_eq!((&event["reliable"], &event["why"]["reliable"]), (&json!(false), &json!(why)), "{event}");
+}
+
+#[test]
+fn times_that_do_not_follow_are_said_once_and_doubted() {
+    let folder = camera("rpicam-times");
+    let said =
+        "rpicam: times of frames stay or jump: each is one frame, and events are not reliable until they are even";
+    for time in ["0", "5_000_000_000", "t if n < 60 else 1", "9_000_000_000 - n", "t + 120_000_000_000 * (n > 59)"] {
+        let text = recorded(&folder, &json!({"time": time}));
+        assert!(text.matches(said).count() == 1 && text.contains("not reliable: the frames of"), "{time}: {text}");
+    }
+    // Doubt ends with even times.
+    let text = recorded(&folder, &json!({"time": "t - 100_000_000 * (n == 5)"}));
+    assert!(text.contains("rpicam: frames come evenly again") && !text.contains("not reliable: "), "{text}");
 }
 
 #[test]
@@ -153,26 +167,30 @@ fn what_goes_wrong_is_said_with_its_reason() {
 #[test]
 fn the_program_ends_with_ours() {
     let folder = camera("rpicam-ends");
-    for killed in [false, true] {
-        let mut command = command(&folder, &json!({"loop": true}), &["run", "rpicam:"]);
+    let signals = [Signal::INT, Signal::TERM, Signal::HUP, Signal::KILL];
+    for (has_frames, signal) in
+        [true, false].into_iter().flat_map(|has_frames| signals.map(|signal| (has_frames, signal)))
+    {
+        let plan = if has_frames { json!({"loop": true}) } else { json!({"start_s": 1000}) };
         let (notes, number) = (folder.0.join("notes"), folder.0.join("process"));
+        let _ = std::fs::remove_file(&number);
+        let mut command = command(&folder, &plan, &["run", "rpicam:"]);
         let mut child = command.stderr(std::fs::File::create(&notes).unwrap()).spawn().unwrap();
         let started = Instant::now();
         let waited = |condition: &dyn Fn() -> bool| {
             while !condition() {
-                assert!(started.elapsed() < Duration::from_mins(1), "{killed}");
+                assert!(started.elapsed() < Duration::from_mins(1), "{has_frames} {signal:?}");
                 thread::sleep(Duration::from_millis(10));
             }
         };
-        waited(&|| std::fs::read_to_string(&notes).unwrap().contains("imx219"));
-        let stand_in = std::fs::read_to_string(&number).unwrap().trim().to_owned();
-        if killed {
-            child.kill().unwrap();
-        } else {
-            wstac_tests::command::send(&child, wstac_tests::command::Signal::INT);
-        }
+        let process = || std::fs::read_to_string(&number).unwrap_or_default();
+        waited(&|| process().ends_with('\n'));
+        waited(&|| !has_frames || std::fs::read_to_string(&notes).unwrap().contains("imx219"));
+        // The guard starts right behind it.
+        thread::sleep(Duration::from_millis(200));
+        send(&child, signal);
         let status = child.wait().unwrap();
-        assert_eq!(status.code(), if killed { None } else { Some(0) });
-        waited(&|| !Path::new(&format!("/proc/{stand_in}")).exists());
+        assert_eq!(status.code(), Some(0).filter(|_| has_frames && signal != Signal::KILL));
+        waited(&|| !Path::new(&format!("/proc/{}", process().trim())).exists());
     }
 }

@@ -43,6 +43,10 @@ const SIZE: (u32, u32) = (1280, 720);
 const MOST_PIXELS: u32 = 16_384;
 /// The part of a frame's time that is exposed at most, if no exposure is given; the other limit is that of the value.
 const MOST_EXPOSED: f64 = 0.6;
+/// Frames in a row after which their times are believed again.
+const EVEN_AGAIN: u32 = 10;
+/// What is said of times that do not follow each other.
+const WILD: &str = "times of frames stay or jump: each is one frame, and events are not reliable until they are even";
 /// Part of a rate or a control's value by which what was set may differ from what was asked for.
 const NEAR: f64 = 0.02;
 /// Controls that can be set: the name, the least and greatest value, the default, and what the value counts.
@@ -67,9 +71,9 @@ pub struct RpicamSource {
     next: Option<Metadata>,
     /// Events to report before the next frame.
     told: VecDeque<Told>,
-    /// Frames that came, and frames that the camera took.
-    number: u32,
+    /// Frames that the camera took, and those in a row whose times go on.
     taken: u32,
+    even: u32,
     /// When the last frame came, and when that or a report of silence was.
     arrived: Duration,
     heard: Duration,
@@ -102,22 +106,9 @@ impl RpicamSource {
         let info = settings.describe(&subject, &program, &program.metadata(), rate)?;
         let timeline = Timeline::new(info.rate);
         let newest = options.delivery == FramePolicy::Newest;
-        let (wall, told, lag) = (WallClock::default(), VecDeque::new(), Lag::default());
-        Ok(Self {
-            subject,
-            program,
-            info,
-            newest,
-            timeline,
-            wall,
-            next: None,
-            told,
-            number: 0,
-            taken: 0,
-            arrived: started,
-            heard: monotonic(),
-            lag,
-        })
+        let (wall, told, lag, next) = (WallClock::default(), VecDeque::new(), Lag::default(), None);
+        let (taken, even, arrived, heard) = (0, EVEN_AGAIN, started, monotonic());
+        Ok(Self { subject, program, info, newest, timeline, wall, next, told, taken, even, arrived, heard, lag })
     }
 
     /// Makes a frame the next one, or adds events to report, or waits in vain.
@@ -130,10 +121,10 @@ impl RpicamSource {
         let mut skipped = 0;
         while self.program.has_frame() {
             let metadata = self.program.take();
-            self.number = self.number.wrapping_add(1);
             let lost = self.lost_before(metadata.time);
             self.taken = self.taken.wrapping_add(1).wrapping_add(lost as u32);
             self.lose(lost, LossReason::Dropped);
+            self.doubt_times();
             // The program writes whole frames: if the next one begins to come, all of it is there.
             if !self.newest || skipped == MOST_SKIPPED || !self.program.has_begun_next() {
                 self.next = Some(metadata);
@@ -160,10 +151,23 @@ impl RpicamSource {
         let between = now.saturating_sub(self.arrived);
         (self.arrived, self.heard) = (now, now);
         if was_silent {
-            self.timeline.resume(self.number, time, between)
+            self.timeline.resume(0, time, between)
         } else {
-            self.timeline.arrive(self.number, time)
+            // The program has no numbers of frames: one that stays is one step.
+            self.timeline.arrive(0, time)
         }
+    }
+
+    /// Says that the times of frames do not go on, or that they do again: nothing else counts what is missing.
+    fn doubt_times(&mut self) {
+        let was_even = self.even >= EVEN_AGAIN;
+        self.even = if self.timeline.is_wild { 0 } else { self.even.saturating_add(1) };
+        let (kind, what) = match (was_even, self.even) {
+            (true, 0) => (FaultKind::Uneven, WILD),
+            (false, EVEN_AGAIN) => (FaultKind::Even, "frames come evenly again"),
+            _ => return,
+        };
+        self.told.push_back(Told::Fault(Fault::new(kind, format!("{}: {what}", self.subject))));
     }
 
     fn lose(&mut self, frames: u64, reason: LossReason) {
@@ -199,8 +203,7 @@ impl Source for RpicamSource {
         let Some(Metadata { time: timestamp, .. }) = self.next.take() else { return Ok(SourceEvent::Waiting) };
         self.lag.latency = timestamp.and_then(|timestamp| monotonic().checked_sub(timestamp));
         let stamp = timestamp.and_then(|timestamp| self.wall.stamp(timestamp));
-        let lag = self.lag;
-        let sequence = Some(self.taken);
+        let (lag, sequence) = (self.lag, Some(self.taken));
         Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, lag, ..Frame::new(self.program.bytes()) }))
     }
 }
@@ -289,10 +292,10 @@ impl PiSettings {
         asked: FrameRate,
     ) -> Result<StreamInfo, Error> {
         let wrong = |message: String| Error::new(ErrorKind::Device, subject, message);
-        let (width, height) = program.log.size.unwrap_or(self.size);
+        let (width, height) = program.came.log.size.unwrap_or(self.size);
         let size = FrameSize::new(width, height).map_err(|error| wrong(error.to_string()))?;
         // It asks libcamera for the color space of JPEG: BT.601 in full range.
-        let (matrix, range) = match program.log.color.as_deref() {
+        let (matrix, range) = match program.came.log.color.as_deref() {
             None | Some("sYCC" | "JPEG") => (YcbcrMatrix::Bt601, QuantizationRange::Full),
             Some("SMPTE170M") => (YcbcrMatrix::Bt601, QuantizationRange::Limited),
             Some("Rec709") => (YcbcrMatrix::Bt709, QuantizationRange::Limited),
@@ -319,7 +322,7 @@ impl PiSettings {
         if info.bytes_per_row < width || info.frame_bytes() != bytes {
             return Err(wrong(format!("a frame of rpicam-vid has {bytes} bytes, expected {width}x{height} in YUV420")));
         }
-        if let (Some(mode), Some(period)) = (program.log.mode, metadata.period) {
+        if let (Some(mode), Some(period)) = (program.came.log.mode, metadata.period) {
             info.readout = readout::of_sensor(&state.card, mode, (width, height), f64::from(period) / 1000.0);
         }
         (info.clock, info.camera) = (StreamClock::Driver, Some(Box::new(state)));
@@ -343,9 +346,9 @@ impl PiSettings {
         CameraState {
             path: (if subject.contains(':') { subject.to_owned() } else { START.to_owned() }).into(),
             links: Vec::new(),
-            card: program.log.sensor.clone().unwrap_or_else(|| "camera".into()),
+            card: program.came.log.sensor.clone().unwrap_or_else(|| "camera".into()),
             driver: program.name().into(),
-            bus: program.log.place.clone().unwrap_or_default(),
+            bus: program.came.log.place.clone().unwrap_or_default(),
             format: "YU12".into(),
             controls: controls.collect(),
         }

@@ -329,11 +329,16 @@ fn a_device_that_is_gone_is_waited_for() {
 #[test]
 fn a_board_that_ends_before_its_baseline_is_said_to_be_too_short() {
     let folder = Folder::new("monitor-short");
-    let mut sent = board::Sent { frames: Vec::new() };
-    sent.push(&Message::End { stream: StreamEnd::new(7), dropped: 0 });
-    let file = folder.file("short.bin", sent.frames.concat());
-    let notes = said(&run(&["run", &format!("board:{}", path(&file))]));
-    assert!(notes.contains("no event: the source ended before the baseline was complete"), "{notes}");
+    let notes = |messages: &[Message]| {
+        let mut sent = board::Sent { frames: Vec::new() };
+        messages.iter().for_each(|message| sent.push(message));
+        said(&run(&["run", &format!("board:{}", path(&folder.file("short.bin", sent.frames.concat())))]))
+    };
+    let why = "no event: the source ended before the baseline was complete";
+    assert!(notes(&[Message::End { stream: StreamEnd::new(7), dropped: 0 }]).contains(why));
+    // One that never says how it is has sent enough frames, or not.
+    let features = [23, 24, 25].map(|frame| Message::Features { frame, features: [0; 10] });
+    assert_eq!([2, 3].map(|count| notes(&features[..count]).contains(why)), [true, false]);
 }
 
 /// A monitor of a board that starts again and again, and does not read the requests for that, until the connection has

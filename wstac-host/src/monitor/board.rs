@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::time::{Duration, SystemTime};
 
 use wstac_core::features::Features;
-use wstac_core::paper::trigger::{InterruptedSample, StreamEnd};
+use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::wire::{
     Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
@@ -28,6 +28,8 @@ pub(super) struct BoardState {
     sample: Parts,
     /// The stream's state as the messages show it. It serves an end that the board does not report.
     progress: StreamSummary,
+    /// The frames of its baseline, until it says itself whether that is complete.
+    baseline_frames: Option<u16>,
     /// The times of its frames; `None` before it has described itself: then its rate is known.
     clock: Option<FrameClock>,
     own_clock: BoardClock,
@@ -55,6 +57,7 @@ impl BoardState {
             wanted,
             sample,
             progress,
+            baseline_frames: Some(TriggerConfig::default().baseline_frames()),
             clock: None,
             own_clock: BoardClock::default(),
             has_model: false,
@@ -135,6 +138,7 @@ impl BoardState {
             Message::Hello(hello) => self.hello(hello, first, give),
             Message::Features { frame, features } => {
                 self.reach(frame.saturating_add(1));
+                self.progress.baseline_complete |= self.baseline_frames.is_some_and(|of| *frame >= of.into());
                 let RecordTimes { time_ns, stamp, .. } = self.times(*frame);
                 let record = Output::Features(FrameFeatures { frame: *frame, time_ns, stamp, features: *features });
                 if self.wanted.features { give(Report::Output(record)) } else { Ok(()) }
@@ -214,6 +218,7 @@ impl BoardState {
             self.requests().into_iter().try_for_each(|request| give(Report::Request(request)))?;
         }
         self.has_model = hello.models.iter().any(Option::is_some);
+        self.baseline_frames = self.baseline_frames.and(Some(hello.trigger.baseline_frames()));
         self.reach(hello.frame);
         if again { Ok(()) } else { give(Report::Note(hello_in_words(hello))) }
     }
@@ -276,7 +281,7 @@ impl BoardState {
         dropped: u64,
         give: &mut impl FnMut(Report) -> Result<(), E>,
     ) -> Result<(), E> {
-        self.progress = StreamSummary::new(*stream, dropped);
+        (self.progress, self.baseline_frames) = (StreamSummary::new(*stream, dropped), None);
         if !stream.baseline_complete || stream.baseline_quiet || std::mem::replace(&mut self.baseline_said, true) {
             return Ok(());
         }

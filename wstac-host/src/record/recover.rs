@@ -135,8 +135,9 @@ struct Recovery<'a> {
     body: Vec<u8>,
     /// Other programs' records of metadata so far.
     metadata: usize,
-    /// Time of the last message.
+    /// Time of the last message, and of the last one that waits.
     time: u64,
+    waiting_time: u64,
     /// Frames that a recording of before must have lost here, at least, since its last sound frame.
     suspects: u64,
     is_suspect: bool,
@@ -230,6 +231,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         body: Vec::new(),
         metadata: 0,
         time: 0,
+        waiting_time: 0,
         suspects: 0,
         is_suspect: false,
         has_bad_chunk: false,
@@ -239,12 +241,9 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         entered: BTreeMap::new(),
         is_over: false,
         spacings: BTreeMap::new(),
-        doubt: None,
+        doubt: stated.has_other_end.then(|| "has the ends of several recordings".to_owned()),
         found: Recovered { problem, ..Recovered::default() },
     };
-    if stated.has_other_end {
-        recovery.doubt = Some("has the ends of several recordings".to_owned());
-    }
     let in_words = |failure: RecoverFailure| failure.in_words(old, path);
     // The index comes first, because chunks have each channel only once.
     let definitions = recovery.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
@@ -463,16 +462,19 @@ impl Recovery<'_> {
         let channel = self.walk.channel_of(span)?;
         let own = self.own(channel);
         let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
-        if let (Some((sensor, topic)), Some(message)) = (own, MessageBody::parse(start)) {
-            self.order.add(sensor, topic, &message);
+        let (message, mut is_later) = (MessageBody::parse(start), false);
+        if let Some(message) = message {
+            is_later = message.times[0] > self.waiting_time;
+            self.waiting_time = self.waiting_time.max(message.times[0]);
+            own.into_iter().for_each(|(sensor, topic)| _ = self.order.add(sensor, topic, &message));
         }
         self.has_bad_chunk |= self.walk.crc() == Crc::Bad;
         let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
         if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
             return self.sum(span);
         }
-        // Without checksums, a moment is a frame and everything behind it.
-        let starts = !self.has_sums && own.is_none_or(|(_, topic)| topic.is_frame());
+        // Without checksums, a moment is a frame and everything behind it that is not later: the next frame may be gone.
+        let starts = !self.has_sums && (is_later || own.is_none_or(|(_, topic)| topic.is_frame()));
         if starts || self.pending.len() == MOST_PENDING {
             self.flush()?;
         }

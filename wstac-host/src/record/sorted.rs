@@ -54,7 +54,7 @@ impl OrderCheck {
         }
         let last = self.last.get(&sensor);
         let is_backward = last
-            .is_some_and(|(last, of_last)| time < *last || (topic.is_frame() && (time, number) == (*last, *of_last)));
+            .is_some_and(|(last, of_last)| time < *last || (topic.is_frame() && (time, number) <= (*last, *of_last)));
         self.backward += u64::from(is_backward);
         if topic.is_frame() {
             (self.frames, self.time) = (self.frames.saturating_add(1), time);

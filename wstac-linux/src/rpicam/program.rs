@@ -26,10 +26,18 @@ pub(super) struct Program {
     subject: String,
     name: &'static str,
     process: Child,
+    /// Ends the process after the end of this program, however that comes.
+    guard: Child,
     /// Its standard output, the metadata and the log; `None` after the end of each.
     frames: Option<ChildStdout>,
     metadata: Option<PipeReader>,
     errors: Option<ChildStderr>,
+    pub(super) came: Came,
+}
+
+/// The bytes that have come so far, and what they say.
+#[derive(Debug, Default)]
+pub(super) struct Came {
     /// The frame that comes, and how many of its bytes have come. It is empty until the log says how long frames are.
     frame: Vec<u8>,
     filled: usize,
@@ -86,30 +94,15 @@ impl Program {
             // The log is read, and the program sets its level.
             command.env_remove("LIBCAMERA_LOG_LEVELS").env_remove("LIBCAMERA_LOG_FILE");
             command.env("LIBCAMERA_LOG_NO_COLOR", "1");
-            // A signal to this program must not end the camera before this program has read what it wants. If this
-            // program is killed, the pipe of frames breaks, which ends the other.
+            // A signal to this program must not end the camera before this program has read what it wants.
             let mut process = match command.process_group(0).spawn() {
                 Err(error) if error.kind() == IoErrorKind::NotFound => continue,
                 other => other.map_err(failed)?,
             };
+            let guard = guard(&process).inspect_err(|_| drop(process.kill())).map_err(failed)?;
             let (frames, errors) = (process.stdout.take(), process.stderr.take());
-            let (frame, block, line) = (Vec::new(), Vec::new(), Vec::new());
-            let (blocks, metadata, log) = (VecDeque::new(), Some(metadata), Log::default());
-            let subject = subject.to_owned();
-            return Ok(Self {
-                subject,
-                name,
-                process,
-                frames,
-                metadata,
-                errors,
-                frame,
-                filled: 0,
-                block,
-                blocks,
-                line,
-                log,
-            });
+            let (subject, metadata, came) = (subject.to_owned(), Some(metadata), Came::default());
+            return Ok(Self { subject, name, process, guard, frames, metadata, errors, came });
         }
         let message = "a Raspberry Pi's camera is read by rpicam-vid, which is not installed; \
                        help: sudo apt install rpicam-apps";
@@ -121,34 +114,34 @@ impl Program {
     }
 
     pub(super) fn frame_bytes(&self) -> usize {
-        self.log.frame_bytes
+        self.came.log.frame_bytes
     }
 
     /// Returns whether a whole frame has come, with its metadata.
     pub(super) fn has_frame(&self) -> bool {
-        !self.frame.is_empty() && self.filled == self.frame.len() && !self.blocks.is_empty()
+        !self.came.frame.is_empty() && self.came.filled == self.came.frame.len() && !self.came.blocks.is_empty()
     }
 
     /// Returns the metadata of the frame that has come.
     pub(super) fn metadata(&self) -> Metadata {
-        self.blocks.front().copied().unwrap_or_default()
+        self.came.blocks.front().copied().unwrap_or_default()
     }
 
     /// Takes the frame that has come. Its bytes stay until the next one is read.
     pub(super) fn take(&mut self) -> Metadata {
-        self.filled = 0;
-        self.blocks.pop_front().unwrap_or_default()
+        self.came.filled = 0;
+        self.came.blocks.pop_front().unwrap_or_default()
     }
 
     /// Returns the bytes of the frame that was taken last.
     pub(super) fn bytes(&self) -> &[u8] {
-        &self.frame
+        &self.came.frame
     }
 
     /// Takes the errors that the program has reported.
     pub(super) fn faults(&mut self) -> impl Iterator<Item = String> {
         let name = self.name;
-        std::mem::take(&mut self.log.faults).into_iter().map(move |line| format!("{name} reports: {line}"))
+        std::mem::take(&mut self.came.log.faults).into_iter().map(move |line| format!("{name} reports: {line}"))
     }
 
     /// Returns whether the frame after the one that has come begins to come.
@@ -165,7 +158,7 @@ impl Program {
     pub(super) fn read(&mut self, wait: Duration) -> Result<bool, Error> {
         let wait = Timespec::try_from(wait).unwrap_or_default();
         // The log comes first: it says how long the frame is.
-        let wants_frame = self.filled < self.frame.len();
+        let wants_frame = self.came.filled < self.came.frame.len();
         let frames = self.frames.as_ref().filter(|_| wants_frame).map(|frames| PollFd::new(frames, PollFlags::IN));
         let metadata = self.metadata.as_ref().map(|metadata| PollFd::new(metadata, PollFlags::IN));
         let errors = self.errors.as_ref().map(|errors| PollFd::new(errors, PollFlags::IN));
@@ -199,42 +192,43 @@ impl Program {
 
     /// Returns whether the log has ended, as those below do.
     fn read_log(&mut self) -> Result<bool, Error> {
-        let ended = append(&mut self.errors, &mut self.line).map_err(|error| Error::io(&self.subject, error))?;
-        while let Some(end) = self.line.iter().position(|byte| *byte == b'\n') {
-            let line: Vec<u8> = self.line.drain(..=end).collect();
-            self.log.note(&String::from_utf8_lossy(&line));
+        let ended = append(&mut self.errors, &mut self.came.line).map_err(|error| Error::io(&self.subject, error))?;
+        while let Some(end) = self.came.line.iter().position(|byte| *byte == b'\n') {
+            let line: Vec<u8> = self.came.line.drain(..=end).collect();
+            self.came.log.note(&String::from_utf8_lossy(&line));
         }
-        if self.frame.is_empty() && (1..=MOST_BYTES).contains(&self.log.frame_bytes) {
-            self.frame = vec![0; self.log.frame_bytes];
+        if self.came.frame.is_empty() && (1..=MOST_BYTES).contains(&self.came.log.frame_bytes) {
+            self.came.frame = vec![0; self.came.log.frame_bytes];
         }
         Ok(ended)
     }
 
     fn read_metadata(&mut self) -> Result<bool, Error> {
-        let ended = append(&mut self.metadata, &mut self.block).map_err(|error| Error::io(&self.subject, error))?;
-        while let Some(end) = self.block.windows(2).position(|bytes| bytes == b"\n\n") {
-            let block: Vec<u8> = self.block.drain(..end + 2).collect();
-            self.blocks.push_back(Metadata::parse(&String::from_utf8_lossy(&block)));
+        let ended =
+            append(&mut self.metadata, &mut self.came.block).map_err(|error| Error::io(&self.subject, error))?;
+        while let Some(end) = self.came.block.windows(2).position(|bytes| bytes == b"\n\n") {
+            let block: Vec<u8> = self.came.block.drain(..end + 2).collect();
+            self.came.blocks.push_back(Metadata::parse(&String::from_utf8_lossy(&block)));
         }
         Ok(ended)
     }
 
     fn read_frame(&mut self) -> Result<bool, Error> {
         let Some(frames) = &mut self.frames else { return Ok(true) };
-        let count = retried(|| frames.read(&mut self.frame[self.filled..]));
+        let count = retried(|| frames.read(&mut self.came.frame[self.came.filled..]));
         let count = count.map_err(|error| Error::io(&self.subject, error))?;
-        self.filled += count;
+        self.came.filled += count;
         Ok(count == 0)
     }
 
     /// Creates an error that says how the program ended, and why.
     fn ended(&mut self) -> Error {
         let status = self.process.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
-        let rest = std::mem::take(&mut self.line);
-        self.log.note(&String::from_utf8_lossy(&rest));
-        let (first, last) = (self.log.first.take(), self.log.last.take());
+        let rest = std::mem::take(&mut self.came.line);
+        self.came.log.note(&String::from_utf8_lossy(&rest));
+        let (first, last) = (self.came.log.first.take(), self.came.log.last.take());
         let last = last.filter(|last| first.as_ref() != Some(last));
-        let first = first.or_else(|| self.log.other.take());
+        let first = first.or_else(|| self.came.log.other.take());
         let why: Vec<_> = first.into_iter().chain(last).collect();
         let why = if why.is_empty() { "it reports no error".to_owned() } else { why.join("; ") };
         Error::new(ErrorKind::Device, &self.subject, format_args!("{} has ended ({status}): {why}", self.name))
@@ -243,10 +237,20 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // If it has ended, both say so, which changes nothing.
+        // If they have ended, these say so, which changes nothing. The guard must not end another process.
+        let _ = self.guard.kill();
+        let _ = self.guard.wait();
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
+}
+
+/// Starts a shell that waits until this program has ended, which closes its standard input, and then ends the process: one
+/// that writes nothing would not notice.
+fn guard(process: &Child) -> io::Result<Child> {
+    let mut command = Command::new("sh");
+    command.args(["-c", "read -r _; kill -KILL \"$0\"", &process.id().to_string()]).stdin(Stdio::piped());
+    command.stdout(Stdio::null()).stderr(Stdio::null()).process_group(0).spawn()
 }
 
 /// Reads once and appends, and drops the start of what has no end. Returns whether the stream has ended.
