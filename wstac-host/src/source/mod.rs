@@ -24,8 +24,8 @@ mod picture_names;
 #[cfg(feature = "png")]
 pub mod png_folder;
 mod replaced_rate;
-// Only folders of pictures use all of it.
-#[cfg_attr(not(any(feature = "jpeg", feature = "png")), allow(dead_code))]
+// Only recordings use all of it.
+#[cfg_attr(not(feature = "mcap"), allow(dead_code))]
 pub(crate) mod spacing;
 pub mod video;
 pub mod y4m;

@@ -98,7 +98,7 @@ impl Video {
         #[cfg(feature = "jpeg")]
         let copied = stated.size_of_jpegs().map_or(Ok(None), |size| jpegs::start(&subject, path, size))?;
         #[cfg(not(feature = "jpeg"))]
-        let copied = None::<(_, OwnedFd)>;
+        let copied = stated.size_of_jpegs().and(None::<(_, OwnedFd)>);
         // The log is ahead of pictures that are copied.
         let lacks_keys = stated.lacks_keys() || copied.is_some();
         let (mut decoder, output) = copied.map_or_else(|| decoded(&subject, path, &stated), Ok)?;
@@ -168,6 +168,7 @@ impl Source for Video {
                         return fault(FaultKind::Even, "frames are decoded without errors again");
                     }
                 }
+                #[cfg(feature = "jpeg")]
                 Ok(Report::Lost { time, why, is_first }) => {
                     let Some(spacing) = spacing else { return Ok(SourceEvent::Waiting) };
                     spacing.arrive(time);

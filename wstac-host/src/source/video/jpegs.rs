@@ -62,7 +62,8 @@ fn hand_on(
         let report = match jpeg.and_then(|jpeg| decoder.components(&jpeg)) {
             Ok(components) => {
                 frame.extend_from_slice(b"FRAME\n");
-                frame.extend((0..3).flat_map(|plane| components.iter().skip(plane).step_by(3)));
+                let pixels = components.as_chunks::<3>().0;
+                frame.extend((0..3).flat_map(|plane| pixels.iter().map(move |pixel| pixel[plane])));
                 Report::Frame { time, is_key: true }
             }
             Err(why) => Report::Lost { time, why, is_first: std::mem::take(&mut is_first) },

@@ -130,7 +130,6 @@ impl Stated {
     }
 
     /// Returns the size of JPEG pictures of Y, Cb and Cr that have times and are not to be turned.
-    #[cfg(feature = "jpeg")]
     pub(super) fn size_of_jpegs(&self) -> Option<FrameSize> {
         let is_plain =
             self.codec == "mjpeg" && self.pixels.starts_with("yuv") && !self.is_turned && self.step.is_some();
