@@ -122,23 +122,18 @@ pub(crate) enum Form {
     Cdr,
 }
 
-const HELP: &str = r"Keys, with the JSON objects of wstac run --json:
-  wstac/SENSOR/event        a tactile event; its attachment is its
-                            number, counted from 0
-  wstac/SENSOR/event/*      answers requests with the last 1000 events,
-                            each under its number
-  wstac/SENSOR/contact_end  the end of an event's touch
-  wstac/SENSOR/texture      a texture that is known before its event
-  wstac/SENSOR/incomplete   an event that a gap interrupted
-  wstac/SENSOR/motion       speed and direction while something slides
-  wstac/SENSOR/features     ten features of every frame
-  wstac/SENSOR/fault        a fault of the camera
-  wstac/SENSOR/end          the end of the source
-and two of this program:
-  wstac/SENSOR/taxels       25 taxel sums of every frame; boards
-                            have none
-  wstac/SENSOR/state        once a second: frames, events, and messages
-                            that were skipped for a slow network
+const HELP: &str = r"Keys under wstac/SENSOR/, with the JSON objects of wstac run --json:
+  event        a tactile event; its number, from 0, is attached
+  event/*      answers with the last 1000 events under their numbers
+  contact_end  the end of an event's touch
+  texture      a texture that is known before its event
+  incomplete   an event that a gap interrupted
+  motion       speed and direction while something slides
+  features     ten features of every frame
+  fault        a fault of the camera
+  end          the end of the source
+  taxels       25 taxel sums of every frame; boards have none
+  state        once a second: frames, events, skipped messages
 A token of liveliness at wstac/SENSOR says that a sensor is there.
 
 Services of ROS 2, with --ros:
@@ -146,10 +141,9 @@ Services of ROS 2, with --ros:
   start_recording and stop_recording; parameters of /wstac_node
 
 Network:
-  If no address is given, nothing leaves this machine: the program
-  listens at tcp/127.0.0.1:7447, or with --ros connects to it. It sends
-  no multicast and looks for nobody, unless --zenoh-config says so. TCP
-  is the only transport that is built in.
+  Without an address, nothing leaves this machine. No multicast is
+  sent and nobody looked for, unless --zenoh-config says so. TCP is
+  the only transport that is built in.
 
 Exit code: 1 if a source or file cannot be used or a source failed, 2
 for wrong arguments, otherwise 0. SIGINT, SIGTERM and SIGHUP end it: at
@@ -191,19 +185,14 @@ impl Arguments {
     pub(crate) fn check_names(&self, sensors: &[NamedSource]) -> Result<(), Error> {
         let parts = self.namespace.split('/').map(|part| ("the namespace", part));
         let mut names = parts.chain(sensors.iter().map(|sensor| ("the name of a sensor", &*sensor.name)));
-        match names.find(|(_, name)| self.ros && !is_name_of_ros(name)) {
-            None => Ok(()),
-            Some((what, name)) => {
-                let instead: String =
-                    name.chars().map(|part| if part.is_ascii_alphanumeric() { part } else { '_' }).collect();
-                let instead = if is_name_of_ros(&instead) { instead } else { format!("s{instead}") };
-                let message = format!(
-                    "has {name:?}, expected letters, digits and _, and no digit in front, as topics of ROS 2 have them; \
-                     help: {instead}"
-                );
-                Err(Error::new(ErrorKind::Usage, what, message))
-            }
-        }
+        let Some((what, name)) = names.find(|(_, name)| self.ros && !is_name_of_ros(name)) else { return Ok(()) };
+        let instead: String = name.chars().map(|part| if part.is_ascii_alphanumeric() { part } else { '_' }).collect();
+        let instead = if is_name_of_ros(&instead) { instead } else { format!("s{instead}") };
+        let message = format!(
+            "has {name:?}, expected letters, digits and _, and no digit in front, as topics of ROS 2 have them; \
+             help: {instead}"
+        );
+        Err(Error::new(ErrorKind::Usage, what, message))
     }
 
     /// Refuses a folder for services that is none.
@@ -211,14 +200,10 @@ impl Arguments {
     /// # Errors
     /// There is no such folder.
     pub(crate) fn check_files(&self) -> Result<(), Error> {
-        match self.files.as_deref().filter(|folder| !folder.is_dir()) {
-            None => Ok(()),
-            Some(folder) => {
-                let what = if folder.exists() { "is no folder" } else { "does not exist" };
-                let message = format_args!("{what}, expected a folder for the files of services (--files)");
-                Err(Error::new(ErrorKind::Usage, folder.display(), message))
-            }
-        }
+        let Some(folder) = self.files.as_deref().filter(|folder| !folder.is_dir()) else { return Ok(()) };
+        let what = if folder.exists() { "is no folder" } else { "does not exist" };
+        let message = format_args!("{what}, expected a folder for the files of services (--files)");
+        Err(Error::new(ErrorKind::Usage, folder.display(), message))
     }
 
     /// Returns all sensors: of a recording of several, each one.
@@ -271,20 +256,14 @@ fn namespace(text: &str) -> Result<String, String> {
     let is_name = |name: &str| {
         !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_' || byte == b'-')
     };
-    if text.split('/').all(is_name) {
-        Ok(text.to_owned())
-    } else {
-        Err("expected letters, digits, - and _, with / between names".to_owned())
-    }
+    let wrong = || "expected letters, digits, - and _, with / between names".to_owned();
+    if text.split('/').all(is_name) { Ok(text.to_owned()) } else { Err(wrong()) }
 }
 
 /// Checks the name of a node of ROS 2.
 fn node_name(text: &str) -> Result<String, String> {
-    if is_name_of_ros(text) {
-        Ok(text.to_owned())
-    } else {
-        Err("expected letters, digits and _, and no digit in front".to_owned())
-    }
+    let wrong = || "expected letters, digits and _, and no digit in front".to_owned();
+    if is_name_of_ros(text) { Ok(text.to_owned()) } else { Err(wrong()) }
 }
 
 /// Returns whether a name can be a part of those of ROS 2.

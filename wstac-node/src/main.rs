@@ -20,6 +20,7 @@ mod records;
 mod refused;
 mod ros;
 mod sensor;
+mod strangers;
 mod sums;
 mod threads;
 
@@ -79,6 +80,7 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     }
     let (network, about_network, connects) = network::open(arguments)?;
     note(about_network);
+    strangers::watch(&network)?;
     let mut publishers = Vec::new();
     for (place, named) in sources.iter().enumerate() {
         publishers.push(Publisher::new(&network, arguments, &named.name, place)?);

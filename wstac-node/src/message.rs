@@ -36,33 +36,22 @@ pub(crate) enum Topic {
 
 impl Topic {
     /// All topics, in the order of their declaration.
-    pub(crate) const ALL: [Self; 10] = [
-        Self::Event,
-        Self::ContactEnd,
-        Self::Texture,
-        Self::Incomplete,
-        Self::Motion,
-        Self::Features,
-        Self::Fault,
-        Self::End,
-        Self::Taxels,
-        Self::State,
+    pub(crate) const ALL: [(Self, &str); 10] = [
+        (Self::Event, "event"),
+        (Self::ContactEnd, "contact_end"),
+        (Self::Texture, "texture"),
+        (Self::Incomplete, "incomplete"),
+        (Self::Motion, "motion"),
+        (Self::Features, "features"),
+        (Self::Fault, "fault"),
+        (Self::End, "end"),
+        (Self::Taxels, "taxels"),
+        (Self::State, "state"),
     ];
 
     /// Returns the name, which is `kind` in the payload.
     pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Event => "event",
-            Self::ContactEnd => "contact_end",
-            Self::Texture => "texture",
-            Self::Incomplete => "incomplete",
-            Self::Motion => "motion",
-            Self::Features => "features",
-            Self::Fault => "fault",
-            Self::End => "end",
-            Self::Taxels => "taxels",
-            Self::State => "state",
-        }
+        Self::ALL[self as usize].1
     }
 
     /// Returns whether a newer message makes an older one worthless, so that a slow subscriber may miss some.

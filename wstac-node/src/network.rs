@@ -124,7 +124,7 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
         // Of what arrives, only requests are read, and the longest of them has 64 kB. Whoever takes nothing for half a
         // second, while what must not be lost waits for it, is cut off.
         "transport": {
-            "unicast": {"accept_timeout": 2000, "accept_pending": 128, "max_sessions": 128},
+            "unicast": {"accept_timeout": 2000, "accept_pending": 256, "max_sessions": 128},
             "link": {
                 "tx": {"queue": {
                     "size": {"data": 16, "interactive_high": 16},

@@ -40,14 +40,14 @@ impl RecordPublishers {
     /// The network refuses a key.
     pub(crate) fn new(session: &Session, sensor: &str, arguments: &Arguments) -> Result<Self, Error> {
         let refused = |error| refused(ErrorKind::Usage, format_args!("the keys {sensor}"), &error);
-        let declare = |topic: Topic| {
+        let declare = |(topic, name): (Topic, &str)| {
             let (control, priority) = if topic.is_stream() {
                 (CongestionControl::Drop, Priority::Data)
             } else {
                 (CongestionControl::Block, Priority::DataHigh)
             };
             session
-                .declare_publisher(format!("{sensor}/{}", topic.name()))
+                .declare_publisher(format!("{sensor}/{name}"))
                 .encoding(Encoding::APPLICATION_JSON)
                 .congestion_control(control)
                 .priority(priority)

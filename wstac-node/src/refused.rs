@@ -30,14 +30,10 @@ fn place(text: &str) -> Option<usize> {
     if text[..file].contains(char::is_whitespace) {
         return None;
     }
-    let number = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
-    let line = file + ".rs:".len();
-    let mut end = line + number(line);
-    let column = end + 1;
-    if text[end..].starts_with(':') && number(column) > 0 {
-        end = column + number(column);
-    }
-    (end > line).then_some(end)
+    let numbers = &text[file + ".rs:".len()..];
+    let end = numbers.find(|letter: char| !letter.is_ascii_digit() && letter != ':').unwrap_or(numbers.len());
+    let length = numbers[..end].trim_end_matches(':').len();
+    (length > 0).then_some(file + ".rs:".len() + length)
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Zenoh's threads and how its connections close, for which its configuration has no setting.
 //! Only this file holds unsafe code.
 
+use std::net::TcpStream;
+use std::os::fd::{BorrowedFd, RawFd};
 use std::{env, fs};
 
 // Zenoh reads it when it is built.
@@ -18,6 +20,9 @@ const NAME: &str = "ZENOH_RUNTIME";
 /// With two threads, more connections could be open than the process may have files.
 const THREADS: &str = "(rx: (worker_threads: 16), acc: (handover: net))";
 
+/// The place of `tcpi_bytes_received` in the `tcp_info` of Linux, in words of 64 bits.
+const BYTES_RECEIVED: usize = 16;
+
 /// Sets the threads, unless the environment does. `main` calls this before anything else.
 pub(crate) fn prepare() {
     if env::var_os(NAME).is_some() {
@@ -28,11 +33,34 @@ pub(crate) fn prepare() {
     }
 }
 
+/// Returns the numbers of the open files.
+fn files() -> impl Iterator<Item = RawFd> {
+    let files = fs::read_dir("/proc/self/fd").into_iter().flatten().flatten();
+    files.filter_map(|file| file.file_name().to_str()?.parse().ok())
+}
+
+/// Returns the numbers of TCP's sockets, each with how much has come from its other side.
+pub(crate) fn sockets() -> impl Iterator<Item = (RawFd, u64)> {
+    files().filter_map(|number| {
+        let mut info = [0_u64; BYTES_RECEIVED + 1];
+        let mut length = size_of_val(&info) as libc::socklen_t;
+        let (level, name, into) = (libc::IPPROTO_TCP, libc::TCP_INFO, info.as_mut_ptr().cast());
+        // SAFETY: the system writes `length` bytes at most, and refuses any other file.
+        let result = unsafe { libc::getsockopt(number, level, name, into, &raw mut length) };
+        (result == 0).then_some((number, info[BYTES_RECEIVED]))
+    })
+}
+
+/// Returns a socket as a file of its own; `None` if it is closed.
+pub(crate) fn socket(number: RawFd) -> Option<TcpStream> {
+    // SAFETY: the system copies it, or refuses a number that is of no file by now.
+    unsafe { BorrowedFd::borrow_raw(number) }.try_clone_to_owned().ok().map(TcpStream::from)
+}
+
 /// Lets the system send what waits in open connections after they are closed: Zenoh's are reset otherwise.
 pub(crate) fn release_connections() {
     let off = libc::linger { l_onoff: 0, l_linger: 0 };
-    let files = fs::read_dir("/proc/self/fd").into_iter().flatten().flatten();
-    for file in files.filter_map(|file| file.file_name().to_str()?.parse().ok()) {
+    for file in files() {
         let length = size_of_val(&off) as libc::socklen_t;
         // SAFETY: the system only reads `off`, and refuses a file that is closed by now or is no socket.
         unsafe { libc::setsockopt(file, libc::SOL_SOCKET, libc::SO_LINGER, (&raw const off).cast(), length) };

@@ -4,6 +4,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use zenoh::qos::{CongestionControl, Priority};
 
+use super::services::Service;
+
 /// The type of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Type {
@@ -30,17 +32,17 @@ impl Type {
         Self::Image,
     ];
 
-    /// Returns the package and the name.
-    fn name(self) -> (&'static str, &'static str) {
+    /// Returns the package of the definition, whose name is that of the constant, and the last part of the topic.
+    fn described(self) -> (&'static str, &'static str) {
         match self {
-            Self::Event => ("wstac_msgs", "Event"),
-            Self::ContactEnd => ("wstac_msgs", "ContactEnd"),
-            Self::TwistStamped => ("geometry_msgs", "TwistStamped"),
-            Self::Features => ("wstac_msgs", "Features"),
-            Self::Taxels => ("wstac_msgs", "Taxels"),
-            Self::DiagnosticArray => ("diagnostic_msgs", "DiagnosticArray"),
-            Self::Image => ("sensor_msgs", "Image"),
-            Self::ParameterEvent => ("rcl_interfaces", "ParameterEvent"),
+            Self::Event => ("wstac_msgs", "event"),
+            Self::ContactEnd => ("wstac_msgs", "contact_end"),
+            Self::TwistStamped => ("geometry_msgs", "motion"),
+            Self::Features => ("wstac_msgs", "features"),
+            Self::Taxels => ("wstac_msgs", "taxels"),
+            Self::DiagnosticArray => ("diagnostic_msgs", "diagnostics"),
+            Self::Image => ("sensor_msgs", "picture"),
+            Self::ParameterEvent => ("rcl_interfaces", "parameter_events"),
         }
     }
 
@@ -60,24 +62,16 @@ impl Type {
 
     /// Returns the topic, without the slash in front.
     fn topic(self, sensor: &str) -> String {
-        let last = match self {
-            Self::Event => "event",
-            Self::ContactEnd => "contact_end",
-            Self::TwistStamped => "motion",
-            Self::Features => "features",
-            Self::Taxels => "taxels",
-            Self::Image => "picture",
+        match (self, self.described().1) {
             // Every node's diagnostics have one topic, and so have the changes of its parameters.
-            Self::DiagnosticArray => return "diagnostics".to_owned(),
-            Self::ParameterEvent => return "parameter_events".to_owned(),
-        };
-        format!("{sensor}/{last}")
+            (Self::DiagnosticArray | Self::ParameterEvent, topic) => topic.to_owned(),
+            (_, last) => format!("{sensor}/{last}"),
+        }
     }
 
     /// Returns the name as ROS 2 writes it, such as `wstac_msgs/msg/Event`.
     pub(crate) fn schema(self) -> String {
-        let (package, name) = self.name();
-        format!("{package}/msg/{name}")
+        format!("{}/msg/{self:?}", self.described().0)
     }
 
     /// Returns what happens to a message if a subscriber is slow: of streams, a newer one makes an older one worthless.
@@ -95,8 +89,7 @@ impl Type {
 
     /// Returns the type as DDS writes it, and its hash.
     fn typed(self) -> String {
-        let (package, name) = self.name();
-        format!("{package}::msg::dds_::{name}_/{}", self.hash())
+        format!("{}::msg::dds_::{self:?}_/{}", self.described().0, self.hash())
     }
 
     /// Returns the key of a sensor's topic. `sensor` has the namespace in front.
@@ -113,72 +106,35 @@ impl Type {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ServiceType {
-    Trigger,
-    LoadFile,
-    StartRecording,
-    DescribeParameters,
-    GetParameters,
-    GetParameterTypes,
-    ListParameters,
-    SetParameters,
-    SetParametersAtomically,
-}
-
-impl ServiceType {
-    /// Returns the package, the name and the hash of the definition (REP 2016): that of the service, not of its parts.
-    fn described(self) -> (&'static str, &'static str, &'static str) {
-        let of_parameters = "rcl_interfaces";
+impl Service {
+    /// Returns the hash of the definition (REP 2016): that of the service, not of its parts.
+    fn hash(self) -> &'static str {
         match self {
-            Self::Trigger => {
-                ("std_srvs", "Trigger", "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f")
+            Self::RestartBaseline | Self::StopRecording => {
+                "RIHS01_eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"
             }
-            Self::LoadFile => {
-                ("wstac_msgs", "LoadFile", "RIHS01_33a86df6af22aa64707d9ee4183df36286910e6c13df3b93ec03fccb21122e95")
+            Self::LoadConfig | Self::LoadModel => {
+                "RIHS01_33a86df6af22aa64707d9ee4183df36286910e6c13df3b93ec03fccb21122e95"
             }
-            Self::StartRecording => (
-                "wstac_msgs",
-                "StartRecording",
-                "RIHS01_23c4988b917980d780083b1d62353b5d2cccf931d96e0879aee412e583f1d9b8",
-            ),
-            Self::DescribeParameters => (
-                of_parameters,
-                "DescribeParameters",
-                "RIHS01_845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff",
-            ),
-            Self::GetParameters => (
-                of_parameters,
-                "GetParameters",
-                "RIHS01_bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc",
-            ),
-            Self::GetParameterTypes => (
-                of_parameters,
-                "GetParameterTypes",
-                "RIHS01_da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca",
-            ),
-            Self::ListParameters => (
-                of_parameters,
-                "ListParameters",
-                "RIHS01_3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d",
-            ),
-            Self::SetParameters => (
-                of_parameters,
-                "SetParameters",
-                "RIHS01_56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0",
-            ),
-            Self::SetParametersAtomically => (
-                of_parameters,
-                "SetParametersAtomically",
-                "RIHS01_0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd",
-            ),
+            Self::StartRecording => "RIHS01_23c4988b917980d780083b1d62353b5d2cccf931d96e0879aee412e583f1d9b8",
+            Self::DescribeParameters => "RIHS01_845b484d71eb0673dae682f2e3ba3c4851a65a3dcfb97bddd82c5b57e91e4cff",
+            Self::GetParameters => "RIHS01_bf9803d5c74cf989a5de3e0c2e99444599a627c7ff75f97b8c05b01003675cbc",
+            Self::GetParameterTypes => "RIHS01_da199c878688b3e530bdfe3ca8f74cb9fa0c303101e980a9e8f260e25e1c80ca",
+            Self::ListParameters => "RIHS01_3e6062bfbb27bfb8730d4cef2558221f51a11646d78e7bb30a1e83afac3aad9d",
+            Self::SetParameters => "RIHS01_56eed9a67e169f9cb6c1f987bc88f868c14a8fc9f743a263bc734c154015d7e0",
+            Self::SetParametersAtomically => "RIHS01_0e192ef259c07fc3c07a13191d27002222e65e00ccec653ca05e856f79285fcd",
         }
     }
 
-    /// Returns the type as DDS writes it, and its hash.
+    /// Returns the type as DDS writes it, and its hash. Its name is that of the constant, unless others share it.
     fn typed(self) -> String {
-        let (package, name, hash) = self.described();
-        format!("{package}::srv::dds_::{name}_/{hash}")
+        let (package, name) = match self {
+            Self::RestartBaseline | Self::StopRecording => ("std_srvs", "Trigger".to_owned()),
+            Self::LoadConfig | Self::LoadModel => ("wstac_msgs", "LoadFile".to_owned()),
+            Self::StartRecording => ("wstac_msgs", format!("{self:?}")),
+            _ => ("rcl_interfaces", format!("{self:?}")),
+        };
+        format!("{package}::srv::dds_::{name}_/{}", self.hash())
     }
 
     /// Returns the key of a service. `service` is its name without the slash in front.
@@ -238,14 +194,10 @@ mod tests {
 
     #[test]
     fn a_service_is_named_as_in_the_design_of_rmw_zenoh() {
-        let (kind, name) = (ServiceType::Trigger, "wstac/left/restart_baseline");
-        assert!(
-            kind.key(2, name).starts_with("2/wstac/left/restart_baseline/std_srvs::srv::dds_::Trigger_/RIHS01_eeff2")
-        );
+        let (kind, name) = (Service::RestartBaseline, "wstac/left/restart_baseline");
+        assert!(kind.key(2, name).starts_with("2/wstac/left/restart_baseline/std_srvs::srv::dds_::Trigger_/RIHS01_"));
         let token = kind.token(2, "abc", 10, "wstac_node", name);
-        assert!(
-            token.starts_with("@ros2_lv/2/abc/0/10/SS/%/%/wstac_node/%wstac%left%restart_baseline/std_srvs::srv::")
-        );
+        assert!(token.starts_with("@ros2_lv/2/abc/0/10/SS/%/%/wstac_node/%wstac%left%restart_baseline/std_srvs::"));
         assert!(token.ends_with("2062c5f/::,10:,:,:,,"), "{token}");
     }
 

@@ -13,7 +13,7 @@ use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
 use super::cdr::Cdr;
-use super::names::{ServiceType, Type, attached, attachment};
+use super::names::{Type, attached, attachment};
 use super::parameters::{Changes, Parameters};
 use super::publishers::RosPublisher;
 use super::requests::action;
@@ -47,33 +47,21 @@ pub(super) enum Service {
 }
 
 impl Service {
-    const OF_SENSORS: [Self; 5] =
-        [Self::RestartBaseline, Self::LoadConfig, Self::LoadModel, Self::StartRecording, Self::StopRecording];
-    const OF_NODE: [Self; 6] = [
-        Self::DescribeParameters,
-        Self::GetParameters,
-        Self::GetParameterTypes,
-        Self::ListParameters,
-        Self::SetParameters,
-        Self::SetParametersAtomically,
+    /// The last part of each name: first those of sensors, then those of the node.
+    const ALL: [(Self, &str); 11] = [
+        (Self::RestartBaseline, "restart_baseline"),
+        (Self::LoadConfig, "load_configuration"),
+        (Self::LoadModel, "load_model"),
+        (Self::StartRecording, "start_recording"),
+        (Self::StopRecording, "stop_recording"),
+        (Self::DescribeParameters, "describe_parameters"),
+        (Self::GetParameters, "get_parameters"),
+        (Self::GetParameterTypes, "get_parameter_types"),
+        (Self::ListParameters, "list_parameters"),
+        (Self::SetParameters, "set_parameters"),
+        (Self::SetParametersAtomically, "set_parameters_atomically"),
     ];
-
-    /// Returns the last part of the name, and the type.
-    fn named(self) -> (&'static str, ServiceType) {
-        match self {
-            Self::RestartBaseline => ("restart_baseline", ServiceType::Trigger),
-            Self::LoadConfig => ("load_configuration", ServiceType::LoadFile),
-            Self::LoadModel => ("load_model", ServiceType::LoadFile),
-            Self::StartRecording => ("start_recording", ServiceType::StartRecording),
-            Self::StopRecording => ("stop_recording", ServiceType::Trigger),
-            Self::DescribeParameters => ("describe_parameters", ServiceType::DescribeParameters),
-            Self::GetParameters => ("get_parameters", ServiceType::GetParameters),
-            Self::GetParameterTypes => ("get_parameter_types", ServiceType::GetParameterTypes),
-            Self::ListParameters => ("list_parameters", ServiceType::ListParameters),
-            Self::SetParameters => ("set_parameters", ServiceType::SetParameters),
-            Self::SetParametersAtomically => ("set_parameters_atomically", ServiceType::SetParametersAtomically),
-        }
-    }
+    const OF_SENSORS: usize = 5;
 }
 
 /// The services, while they can be called.
@@ -142,11 +130,14 @@ impl Services {
         let (own, arriving) = channel();
         let waiting = Arc::new(AtomicUsize::new(0));
         let node = &arguments.node_name;
-        let of_node = Service::OF_NODE.map(|service| (service, 0, format!("{node}/{}", service.named().0)));
-        let of_sensors = controls.iter().enumerate().flat_map(|(place, control)| {
-            let prefix = format!("{}/{}", arguments.namespace, control.name);
-            Service::OF_SENSORS.map(|service| (service, place, format!("{prefix}/{}", service.named().0)))
-        });
+        let (of_sensor, of_node) = Service::ALL.split_at(Service::OF_SENSORS);
+        let under = |services: &[(Service, &str)], place: usize, prefix: &str| -> Vec<_> {
+            services.iter().map(|(of, last)| (*of, place, format!("{prefix}/{last}"))).collect()
+        };
+        let of_sensors = controls
+            .iter()
+            .enumerate()
+            .flat_map(|(place, control)| under(of_sensor, place, &format!("{}/{}", arguments.namespace, control.name)));
         let refused = |error: zenoh::Error| refused(ErrorKind::Usage, "the services", &error);
         let events = RosPublisher::new(session, arguments, Type::ParameterEvent, "", first).map_err(refused)?;
         let (patient, work) = Queue::new(MOST_PATIENT);
@@ -156,8 +147,7 @@ impl Services {
         let id = session.zid().to_string();
         let declare = |(number, (service, place, name)): (usize, (Service, usize, String))| {
             let (own, patient, waiting) = (own.clone(), patient.clone(), Arc::clone(&waiting));
-            let kind = service.named().1;
-            let key: Arc<str> = kind.key(arguments.domain, &name).into();
+            let key: Arc<str> = service.key(arguments.domain, &name).into();
             let answered = Arc::clone(&key);
             let take = move |mut query: Query| {
                 if let Some(why) = refusal(&mut query, &answered) {
@@ -174,10 +164,11 @@ impl Services {
             };
             // Nodes of ROS 2 ask those alone that answer every request under their key.
             let queryable = session.declare_queryable(&*key).complete(true).callback(take).wait()?;
-            let token = kind.token(arguments.domain, &id, first + 1 + number, node, &name);
+            let token = service.token(arguments.domain, &id, first + 1 + number, node, &name);
             Ok((queryable, session.liveliness().declare_token(token).wait()?))
         };
-        let declared: zenoh::Result<_> = of_node.into_iter().chain(of_sensors).enumerate().map(declare).collect();
+        let declared: zenoh::Result<_> =
+            under(of_node, 0, node).into_iter().chain(of_sensors).enumerate().map(declare).collect();
         let parameters = Parameters {
             node: format!("/{node}"),
             namespace: arguments.namespace.clone(),
