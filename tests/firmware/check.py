@@ -35,8 +35,8 @@ BASE = ("whole", "stripes", "logs", "trigger", "speed", "direction", "edges", "m
 FEW = ("M0", "M4F")
 # Keys of [speed].
 LAWS = ('estimator = "edges"', 'law = "published"', 'estimator = "coherence"')
-# The boards with memory for live motion by 25 taxels, and for all that is counted: a Cortex-M3 runs a Cortex-M0's code, instead of a
-# microbit with its 16 KiB, which has memory for the events alone.
+# The boards with memory for live motion by 25 taxels, and to count: a Cortex-M3 runs a Cortex-M0's code, instead of a microbit
+# with its 16 KiB, which has memory for events alone.
 WITH_TAXELS = (Board("M0", "mps2-an385", TARGETS[0]), *BOARDS[1:])
 FRAME = 400 * 400
 STRIPE = 8 * 400
