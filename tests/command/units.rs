@@ -186,14 +186,14 @@ fn a_part_of_a_study_has_the_rows_of_its_settings() {
     let config = folder.file("c.toml", "[trigger]\nwindow = 6\n");
     let study = ["trade", "--slides", "1", "--model", "builtin:svm", "--config", text(&config)];
     let part = folder.0.join("part");
-    let made = [&study[..], &["--units", "73..74", "-o", text(&part)]].concat();
+    let made = [&study[..], &["--units", "97..98", "-o", text(&part)]].concat();
     let said = good(&made);
-    assert!(said.contains("units 73..74 of 252 settings\n"), "{said}");
+    assert!(said.contains("units 97..98 of 336 settings\n"), "{said}");
     assert_eq!(fs::read_dir(&part).unwrap().count(), 2, "map.csv and base.toml");
     let map = fs::read_to_string(part.join("map.csv")).unwrap();
     assert!(map.lines().count() == 2 && map.contains("RGB565,"), "{map}");
     bad(&made, 1, &["map.csv: exists already"]);
-    bad(&["trade", "--units", "252..253", "-o", "never"], 2, &["found 252..253, expected at most 0..252"]);
+    bad(&["trade", "--units", "336..337", "-o", "never"], 2, &["found 336..337, expected at most 0..336"]);
     bad(&["trade", "--units", "0..1"], 2, &["-o <FOLDER>"]);
 }
 

@@ -27,7 +27,7 @@ ROWS = {
     "motion": "motion by coherence, instructions per event",
     "wave": "motion by a wave of balls and a block, instructions per event",
     "live": "live motion, instructions in the longest frame",
-    "wave, live": "live motion by a wave, instructions in the longest frame that does not end a touch",
+    "wave, live": "live motion by a wave, instructions in a touch's longest frame",
     "svm": "texture by `svm`, instructions per event",
     "forest": "texture by `forest`, instructions per event",
     "boosted": "texture by `boosted`, instructions per event",
