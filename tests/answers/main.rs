@@ -332,8 +332,11 @@ fn limits(page: &mut String) {
         (Kind::Bright, "four times the light"),
         (Kind::Noisy, "2.5 times the noise, 3 times the spread of gains"),
         (Kind::Pitch, "texture period equal to the pitch"),
+        (Kind::OneDead, "one dead whisker"),
         (Kind::OneWeak, "one weak whisker"),
         (Kind::Dead, "one dead whisker, three weak ones"),
+        (Kind::Narrow, "blocks of 6 to 20 mm in width"),
+        (Kind::Changing, "speed that changes; compared with that of the first 8 mm"),
         (Kind::Slow, "1 to 9 mm/s"),
         (Kind::Two, "two slides within one sample; compared with the first"),
     ] {

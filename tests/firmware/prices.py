@@ -17,12 +17,11 @@ import json
 import sys
 import tempfile
 import time
-import tomllib
 from pathlib import Path
 
 import boards
 from boards import BOARDS, ROOT
-from counter import FORMATS, Counter, Setting, formats, over_time
+from counter import FORMATS, Counter, Setting, formats, law_of, over_time
 
 KEPT = ROOT / "wstac-tradeoff/data/prices.json"
 STRIDES = (1, 2, 3, 5)
@@ -168,11 +167,9 @@ def one(counter, config, model, pixels, core):
         sys.exit(f"CORE is {core}, PIXELS {pixels}; expected one of {[b.core for b in BOARDS]}, and one of {list(FORMATS)}")
     toml = (boards.CONFIG if config == "-" else Path(config)).read_text()
     model = None if model == "-" else Path(model).resolve()
-    speed = tomllib.loads(toml).get("speed", {})
-    law = speed.get("estimator", "wave") if speed.get("law", "arrival") == "arrival" else "published"
     programs = counter.build(board.target, pixels, toml, model)
     counted = counter.count(board, programs, pixels, toml, model)
-    return pick(counted, "frame", "trigger", "event", "flash", "ram") | {"law": counted["laws"][law]}
+    return pick(counted, "frame", "trigger", "event", "flash", "ram") | {"law": counted["laws"][law_of(toml)]}
 
 
 def save(cores):

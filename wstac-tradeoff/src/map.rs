@@ -22,10 +22,6 @@ const ABOUT: &str = "map.csv";
 const FOUND: &str = "format,stride,ln,law,model,slides,events,specimen,specimen_low,specimen_high,pattern,pattern_low,\
     pattern_high,depth,depth_low,depth_high,speed_error,speed_error_p95,speed_slides,speed_missing,direction_errors,\
     feature_max_lit,feature_rms_lit,feature_max,feature_rms,latency,objects";
-/// The last of them, which maps of 0.3 do not have.
-const OBJECTS: &str = ",objects";
-/// More columns of those: times on the machine that made them.
-const HOST: &str = ",host_frame_ns,host_event_ns";
 /// Columns of the facts about a model.
 const MODEL: &str = "kind,weights,trees,depth,frames,bytes";
 
@@ -71,8 +67,7 @@ pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String 
 pub fn differences(claim: &Row, again: &Row) -> String {
     let (claim, again) = (found(claim), found(again));
     let all = FOUND.split(',').zip(claim.split(',').zip(again.split(',')));
-    // A claim of 0.3 says nothing about objects.
-    let differing = all.filter(|(name, (claim, again))| claim != again && (*name != "objects" || !claim.is_empty()));
+    let differing = all.filter(|(_, (claim, again))| claim != again);
     differing.map(|(name, (claim, again))| format!("{name} {claim}, found {again}")).collect::<Vec<_>>().join("; ")
 }
 
@@ -131,7 +126,7 @@ pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
             "a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)",
         ));
     }
-    if header != FOUND && Some(header.strip_suffix(HOST).unwrap_or(header)) != FOUND.strip_suffix(OBJECTS) {
+    if header != FOUND {
         return Err(Error::new(ErrorKind::Format, about, format_args!("line 1: {header:?}, expected {FOUND}")));
     }
     let numbered = (2..).zip(lines);
@@ -205,7 +200,7 @@ fn line_of(line: &str, header: &str) -> Result<Row, String> {
         direction_errors: fields.number()?,
         feature: [fields.number()?, fields.number()?, fields.number()?, fields.number()?],
         latency: fields.optional()?,
-        objects: if header == FOUND { fields.optional()? } else { None },
+        objects: fields.optional()?,
     };
     match fields.fields.count().cmp(&fields.names.count()) {
         Ordering::Less => Err("fewer fields than columns".to_owned()),
@@ -228,11 +223,6 @@ mod tests {
         assert_eq!(rows.len(), 1);
         assert_eq!((rows[0].found.events, rows[0].found.accuracy[2], rows[0].found.speedless), (799, None, 2));
         assert_eq!(write(&rows), text);
-        let (old, line) = (FOUND.strip_suffix(OBJECTS).unwrap(), LINE.strip_suffix(",95.5").unwrap());
-        let found = Found { objects: None, ..rows[0].found };
-        let rows = [Row { found, ..rows[0].clone() }];
-        assert_eq!(read("m", &format!("{old}\n{line}\n")).unwrap(), rows);
-        assert_eq!(read("m", &format!("{old}{HOST}\n{line},4100,2900\n")).unwrap(), rows);
     }
 
     #[test]

@@ -50,7 +50,7 @@ pub struct Found {
     /// Mean number of frames from the first touch to the answer, over events; `None` without events.
     pub latency: Option<f64>,
     /// Fraction of touches of rods, balls, coins, corners and narrow blocks whose speed and direction are reliable and right,
-    /// in percent; `None` in maps of 0.3, and of fewer than four slides of a sensor.
+    /// in percent; `None` of MJPEG, and of fewer than four slides of a sensor.
     pub objects: Option<f64>,
 }
 

@@ -76,9 +76,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         if number == SLIDES.len() as u64 {
             writeln!(out, "object                mm/s  direction                      mm/s     direction")?;
         }
-        let seed = arguments.seed.wrapping_add(number);
-        let keys = format!("speed = {speed}\ndirection = {direction}\nseed = {seed}\n{keys}");
-        let event = slide(&SceneConfig::from_toml(&what, &keys)?, &textures)?;
+        let mut script = SceneConfig::from_toml(&what, &format!("speed = {speed}\ndirection = {direction}\n{keys}"))?;
+        script.seed = arguments.seed.wrapping_add(number);
+        let event = slide(&script, &textures)?;
         write!(out, "{what:21}{speed:5}  {direction:8}°")?;
         let Some(event) = event else {
             writeln!(out, "  no event")?;

@@ -167,8 +167,8 @@ impl<'q> Question<'q> {
             return format!("no configuration fits; the nearest is {}, model {model}: {missed}", row.setting);
         }
         if self.rows.iter().any(|row| self.budget.is_of(row)) {
-            return "no configuration with these parameters tells what --by is about; without a model: --by speed, direction, \
-                objects or features"
+            return "no configuration with these parameters tells what --by is about; without a model: --by speed, direction or \
+                features, and, but for MJPEG, objects"
                 .to_owned();
         }
         "no configuration of the map has these parameters".to_owned()
