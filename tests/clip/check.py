@@ -225,6 +225,12 @@ class Clips:
         early = early[:half] + b"\xaa" * (len(early) - half)
         (self.at / "early.avi").write_bytes(b"00dc".join([*first, early, rest]))
         self.judged(self.at / "early.avi", True, "1 frame lost: corrupt JPEG picture")
+        # An error of the file that ffmpeg reports about pictures that it copies, six seconds before the touch.
+        long = self.make("-vf", "tpad=start=200:start_mode=clone", "-c:v", "mjpeg", "-q:v", "2", "-cluster_time_limit", "500", to="long.mkv")
+        clusters = long.read_bytes().split(b"\x1f\x43\xb6\x75")
+        clusters[2] = clusters[2][:-40] + bytes(40)
+        long.write_bytes(b"\x1f\x43\xb6\x75".join(clusters))
+        self.judged(long, True, "events are not reliable for the next 128 frames")
         # A file that was cut, also between key frames.
         self.make(*X264, "-g", "10", to="keys.mp4")
         ffmpeg("-ss", "0.2", "-i", self.at / "keys.mp4", "-c", "copy", self.at / "trimmed.ts")

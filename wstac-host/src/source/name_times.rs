@@ -7,12 +7,13 @@ pub(super) const NS_PER_S: i128 = 1_000_000_000;
 /// The digits of a fraction that is behind no point; 7 are .NET's.
 pub(super) const OF_FRACTION: &[usize] = &[3, 6, 7, 9];
 
-/// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of 10⁻⁹.
-pub(super) fn date(name: &[Part<'_>], of_fraction: &[usize]) -> Option<i128> {
+/// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of 10⁻⁹. Of
+/// `261127_104158` the century is left out, if its digits are at least `short`.
+pub(super) fn date(name: &[Part<'_>], of_fraction: &[usize], short: &[u8]) -> Option<i128> {
     let (mut digits, mut at) = (Vec::new(), 0);
-    // Of `261127_104158` the century is left out. Numbers that begin with zeros count.
-    if let [Part::Number(day @ [b'1'..=b'9', ..]), Part::Text(_), Part::Number(time), ..] = name
+    if let [Part::Number(day), Part::Text(_), Part::Number(time), ..] = name
         && (day.len(), time.len()) == (6, 6)
+        && *day >= short
     {
         digits.extend_from_slice(b"20");
     }

@@ -107,7 +107,7 @@ pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
 /// Returns the times of pictures of which some lack a fraction, so that their order is another: `01Z` is before `01.040Z`.
 fn by_clock(files: &[PathBuf]) -> Option<Vec<Option<i128>>> {
     let names = Names::new(files).filter(|names| names.lacks_fraction)?;
-    let time = |name: &[Part<'_>]| date(name, OF_FRACTION).or_else(|| time_of_day(name));
+    let time = |name: &[Part<'_>]| date(name, OF_FRACTION, b"0").or_else(|| time_of_day(name));
     (0..names.usual.len()).find_map(|at| names.read(|name| time(name.get(at..)?)))
 }
 
@@ -126,7 +126,7 @@ fn by_parts(files: &[PathBuf]) -> Places {
         [at] => {
             let numbers = names.column(at)?;
             // A counter such as 000000041 would be a clock of more frames per second than there are.
-            let is_clock = |(_, times): &Times| rise(times, SHORTEST);
+            let is_clock = |(_, times): &Times| names.rise(times, SHORTEST);
             let times = names.dates().or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
             match times.or_else(|| names.clock(time_of_day).filter(is_clock)) {
                 Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
@@ -203,14 +203,28 @@ impl<'a> Names<'a> {
         mut starts: impl Iterator<Item = usize>,
         time: impl Fn(&[Part<'_>]) -> Option<i128>,
     ) -> Option<Times> {
-        let times = starts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| rise(times, 1)))?;
+        let times =
+            starts.find_map(|at| self.read(|name| time(name.get(at..)?)).filter(|times| self.rise(times, 1)))?;
         Some((NS_PER_MS, times))
     }
 
-    /// Returns the times of dates. Hundredths of a second that follow each other are a counter.
+    /// Returns the times of dates. What begins with a zero and counts on is none.
     fn dates(&self) -> Option<Times> {
-        let hundredths = || self.clock(|name| date(name, &[2])).filter(|(_, times)| rise(times, 20_000_000));
-        self.clock(|name| date(name, OF_FRACTION)).or_else(hundredths)
+        let of = |counts: &[usize], short: &[u8], least| {
+            self.clock(|name| date(name, counts, short)).filter(|(_, times)| self.rise(times, least))
+        };
+        let hundredths = || of(&[2], b"1", 20_000_000).filter(|(_, times)| are_hundredths(times));
+        of(OF_FRACTION, b"1", 1).or_else(|| of(OF_FRACTION, b"0", SHORTEST)).or_else(hundredths)
+    }
+
+    /// Returns whether numbers rise by at least this each time. A few may be equal, which come unevenly, if names count on:
+    /// else they are of two cameras.
+    fn rise(&self, numbers: &[Option<i128>], least: i128) -> bool {
+        let known: Vec<i128> = numbers.iter().flatten().copied().collect();
+        let steps = || known.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
+        let equal = steps().filter(|step| *step == 0).count();
+        let are_few = || STRAY * equal <= known.len() && self.columns().any(|numbers| is_index(&numbers));
+        steps().all(|step| step == 0 || step >= least) && (equal == 0 || are_few())
     }
 
     /// Returns the times of a clock, whose first parts may be those of all.
@@ -223,7 +237,7 @@ impl<'a> Names<'a> {
         let whole = self.columns().find_map(|numbers| Some((epoch_unit(&numbers)?, numbers)));
         let is_time = |time: &i128| EPOCH.contains(&(time / NS_PER_S));
         let fractions = || self.clock(|name| seconds(name).filter(is_time));
-        whole.filter(|(_, times)| rise(times, 1)).or_else(fractions)
+        whole.filter(|(_, times)| self.rise(times, 1)).or_else(fractions)
     }
 
     /// Returns the numbers of a column behind which their unit stands.
@@ -231,7 +245,7 @@ impl<'a> Names<'a> {
         let units: [(&[u8], f64); 3] = [(b"ms", 1.0), (b"us", 1e3), (b"ns", NS_PER_MS)];
         let Some(Part::Text(behind)) = self.usual.get(at + 1) else { return None };
         let (_, unit) = units.into_iter().find(|(unit, _)| behind == unit)?;
-        Some((unit, self.column(at)?)).filter(|(_, times)| rise(times, 1))
+        Some((unit, self.column(at)?)).filter(|(_, times)| self.rise(times, 1))
     }
 
     /// Returns the times that names state in a form that nothing else has.
@@ -242,11 +256,13 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Returns whether numbers rise by at least this each time. A few may be equal, which come unevenly.
-fn rise(numbers: &[Option<i128>], least: i128) -> bool {
-    let known: Vec<i128> = numbers.iter().flatten().copied().collect();
-    let steps = || known.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
-    steps().all(|step| step == 0 || step >= least) && STRAY * steps().filter(|step| *step == 0).count() <= known.len()
+/// Returns whether the hundredths of times are no counter: they begin again, and are of more than 60 or not evenly apart.
+fn are_hundredths(times: &[Option<i128>]) -> bool {
+    let own: Vec<_> = times.iter().map(|time| time.map(|time| time / 10_000_000 % 100)).collect();
+    let known: Vec<i128> = own.iter().flatten().copied().collect();
+    let steps = || known.windows(2).map(|pair| pair[1] - pair[0]).filter(|step| *step > 0);
+    let least = steps().min().unwrap_or(1);
+    !is_index(&own) && (known.iter().any(|number| *number >= 60) || steps().any(|step| step % least != 0))
 }
 
 /// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or nanoseconds.
@@ -500,14 +516,22 @@ mod tests {
         let hundredths = |n: u64| PathBuf::from(format!("20250102_0304{:02}_{:02}.png", n / 25, n % 25 * 4));
         assert_eq!(last(&hundredths), (NamedTimes, 5160.0));
         // Two pictures of one time come unevenly.
-        let places = positions(&(0..130).map(|n| hundredths(n - u64::from(n == 60))).collect::<Vec<_>>()).unwrap().1;
+        let equal = |n| PathBuf::from(format!("{n:03}_{}", hundredths(n - u64::from(n == 60)).display()));
+        let places = positions(&(0..130).map(equal).collect::<Vec<_>>()).unwrap().1;
         assert_eq!((places[60], places[61]), (places[59], places[59] + 80.0));
+        // One in eleven has a second camera.
+        let cameras = (0..130).flat_map(|n| (1..=1 + u64::from(n % 11 == 0)).map(move |camera| (n, camera)));
+        let of_two = cameras.map(|(n, camera)| PathBuf::from(format!("20250102_0304{n:05}_{camera}.png")));
+        assert_eq!(positions(&of_two.collect::<Vec<_>>()), None);
         let counted = |n| PathBuf::from(format!("000123_000456_{}.png", 789 + n));
         assert_eq!(last(&counted), (Numbers, 129.0));
-        // The number of a picture in its second is no fraction.
-        let files: Vec<_> =
-            (0..130).map(|n| PathBuf::from(format!("20261127_1000{:02}_{:02}.png", n / 25, n % 25))).collect();
-        assert_eq!(positions(&files), None);
+        let early = |n: u64| PathBuf::from(format!("090102_0304{:02}_{:03}.png", n / 25, n % 25 * 40));
+        assert_eq!(last(&early), (NamedTimes, 5160.0));
+        // The number of a picture in its second is no fraction, nor is every second or third of them.
+        for step in [1, 2, 3] {
+            let name = |n| PathBuf::from(format!("20261127_1000{:02}_{:02}.png", n / 10, n % 10 * step));
+            assert_eq!(positions(&(0..130).map(name).collect::<Vec<_>>()), None);
+        }
     }
 
     #[test]

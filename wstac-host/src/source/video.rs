@@ -40,8 +40,13 @@ const EVERY_FRAME: &str = "settb=1/30,setpts=N";
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 const MOST_WAITS: u32 = 10;
 /// Frames after the last report of damage before which no key frame ends the doubt: since version 7, ffmpeg decodes
-/// eight frames ahead of the time that it prints, and B-frames come in another order.
+/// eight frames ahead of the time that it prints, and B-frames come in another order. Pictures that are copied are as far
+/// behind the log as pipes and buffers hold, some 100 KiB.
 const LONGEST_AHEAD: u32 = 16;
+const LONGEST_BEHIND: u32 = 128;
+/// Some cameras put bytes before markers, which ffmpeg takes for errors.
+const UNTIL_OF_JPEG: &str = "until a later key frame; help: ffmpeg -i FILE -c copy FOLDER/%05d.jpg, and read FOLDER: its \
+                             pictures are decoded without ffmpeg";
 
 /// A video file, decoded by ffmpeg.
 pub struct Video {
@@ -69,8 +74,12 @@ struct Doubt {
     is_on: bool,
     /// Frames since the last report of damage.
     frames: u32,
+    /// Frames after damage before which doubt does not end.
+    least: u32,
     /// Whether its codec calls every frame a key frame, although most are made of those before.
     lacks_keys: bool,
+    /// How long events are not reliable.
+    until: &'static str,
 }
 
 /// Returns whether a file is a video by its name.
@@ -87,7 +96,8 @@ impl Video {
     /// red, green and blue, green is taken as it is. Gray that states limited range is made full.
     ///
     /// From a frame that ffmpeg cannot decode without errors on, nothing is reliable until a later key frame. Errors
-    /// before the first frame say only that the file was cut. A JPEG picture that cannot be decoded is a lost frame.
+    /// before the first frame say only that the file was cut. Of Motion JPEG that ffmpeg only copies, a picture that
+    /// cannot be decoded is a lost frame, and an error of the file makes 128 frames behind it not reliable.
     ///
     /// # Errors
     /// ffmpeg is not installed, cannot read the file, or finds no picture in it.
@@ -99,8 +109,12 @@ impl Video {
         let copied = stated.size_of_jpegs().map_or(Ok(None), |size| jpegs::start(&subject, path, size))?;
         #[cfg(not(feature = "jpeg"))]
         let copied = stated.size_of_jpegs().and(None::<(_, OwnedFd)>);
-        // The log is ahead of pictures that are copied.
-        let lacks_keys = stated.lacks_keys() || copied.is_some();
+        let (least, until) = match stated.codec.as_str() {
+            "mjpeg" if copied.is_some() => (LONGEST_BEHIND, "for the next 128 frames"),
+            "mjpeg" => (LONGEST_AHEAD, UNTIL_OF_JPEG),
+            _ if stated.lacks_keys() => (LONGEST_AHEAD, "from there on"),
+            _ => (LONGEST_AHEAD, "until a later key frame"),
+        };
         let (mut decoder, output) = copied.map_or_else(|| decoded(&subject, path, &stated), Ok)?;
         let frames = Y4m::from_fd(&subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
         let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
@@ -109,7 +123,7 @@ impl Video {
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
         let (has_arrived, waits, is_empty, ended) = (false, 0, true, false);
-        let doubt = Doubt { lacks_keys, ..Doubt::default() };
+        let doubt = Doubt { least, until, lacks_keys: stated.lacks_keys(), ..Doubt::default() };
         Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, is_empty, ended })
     }
 }
@@ -135,7 +149,7 @@ impl Doubt {
     /// Takes a frame. Returns true if doubt ends before it.
     fn end(&mut self, is_key: bool) -> bool {
         self.frames = self.frames.saturating_add(1);
-        let ends = self.is_on && is_key && !self.lacks_keys && self.frames > LONGEST_AHEAD;
+        let ends = self.is_on && is_key && !self.lacks_keys && self.frames > self.least;
         self.is_on &= !ends;
         ends
     }
@@ -169,14 +183,15 @@ impl Source for Video {
                     }
                 }
                 #[cfg(feature = "jpeg")]
-                Ok(Report::Lost { time, why, is_first }) => {
+                Ok(Report::Lost { time, frames, why, is_first }) => {
                     let Some(spacing) = spacing else { return Ok(SourceEvent::Waiting) };
+                    spacing.lose(frames - 1);
                     spacing.arrive(time);
                     if is_first {
                         let message = format!("a picture cannot be decoded: {why}; others count as lost, too");
                         spacing.fault(FaultKind::Decoder, &message);
                     }
-                    spacing.ready.push_back(SourceEvent::Lost { frames: 1, reason: why.reason() });
+                    spacing.ready.push_back(SourceEvent::Lost { frames, reason: why.reason() });
                     return Ok(SourceEvent::Waiting);
                 }
                 Ok(Report::Damage(why)) => {
@@ -184,7 +199,7 @@ impl Source for Video {
                     if !frames.has_frame() || !doubt.begin() {
                         return Ok(SourceEvent::Waiting);
                     }
-                    let message = format!("ffmpeg reports \"{why}\"; events are not reliable until a later key frame");
+                    let message = format!("ffmpeg reports \"{why}\"; events are not reliable {}", doubt.until);
                     return fault(FaultKind::Uneven, &message);
                 }
                 Err(RecvTimeoutError::Timeout) if *waits < MOST_WAITS => {
@@ -216,7 +231,7 @@ impl Source for Video {
         match frames.next_event() {
             Ok(SourceEvent::End) if *is_empty => {
                 *ended = true;
-                let why = decoder.end().unwrap_or_else(|| "has no picture that ffmpeg can decode".to_owned());
+                let why = decoder.end().unwrap_or_else(|| "has no picture that can be decoded".to_owned());
                 Err(Error::new(ErrorKind::Format, subject, why))
             }
             Ok(SourceEvent::End) => {
@@ -250,14 +265,14 @@ mod tests {
 
     #[test]
     fn doubt_ends_at_a_key_frame_long_after_damage() {
-        let mut doubt = Doubt::default();
+        let mut doubt = Doubt { least: LONGEST_AHEAD, ..Doubt::default() };
         assert!(!doubt.end(true) && doubt.begin() && !doubt.begin());
         assert!((0..8).all(|_| !doubt.end(true)) && !doubt.begin());
         assert!((0..LONGEST_AHEAD).all(|_| !doubt.end(true)));
         assert!(!doubt.end(false) && doubt.is_on);
         assert!(doubt.end(true) && !doubt.is_on && doubt.begin());
         for lacks_keys in [false, true] {
-            let mut doubt = Doubt { is_on: true, frames: LONGEST_AHEAD, lacks_keys };
+            let mut doubt = Doubt { is_on: true, frames: 128, least: 128, lacks_keys, until: "" };
             assert_eq!(doubt.end(true), !lacks_keys);
         }
     }

@@ -8,7 +8,7 @@
 //! of the stream.
 
 mod header;
-mod input;
+pub(super) mod input;
 
 use std::io::Read;
 use std::ops::Range;

@@ -39,9 +39,9 @@ pub(super) enum Report {
     },
     /// An error in the frame, or in one that the frame is made of.
     Damage(String),
-    /// A picture that cannot be decoded, whose frame never comes.
+    /// Pictures that cannot be decoded, whose frames never come: the time of the last, and why the first is refused.
     #[cfg(feature = "jpeg")]
-    Lost { time: f64, why: Refusal, is_first: bool },
+    Lost { time: f64, frames: u64, why: Refusal, is_first: bool },
 }
 
 impl Decoder {

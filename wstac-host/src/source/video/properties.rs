@@ -51,7 +51,7 @@ pub(super) struct Stated {
     row_order: RowOrder,
     /// Whether ffmpeg may have made the rate up.
     is_made_up: bool,
-    codec: String,
+    pub(super) codec: String,
     size: Option<FrameSize>,
     /// The number of its video tracks.
     tracks: usize,
@@ -106,10 +106,8 @@ impl Stated {
             let times = text.lines().filter_map(|line| line.strip_prefix(key)?.strip_prefix('='));
             times.filter_map(|time| Some(1000.0 * time.trim().parse::<f64>().ok()?)).collect::<Vec<_>>()
         };
-        // ffmpeg decodes no frame of some cameras' pictures.
-        let times =
-            Some(times_of("best_effort_timestamp_time")).filter(|times| known.codec != "mjpeg" || times.len() > 1);
-        let times = times.unwrap_or_else(|| times_of("pts_time"));
+        // ffmpeg decodes only some of some cameras' pictures.
+        let times = times_of(if known.codec == "mjpeg" { "pts_time" } else { "best_effort_timestamp_time" });
         let step = spacing::step(&times);
         // The mean of a file whose frames come unevenly is the rate of none of them, and ffmpeg guesses the other.
         let is_same =
@@ -307,6 +305,8 @@ mod tests {
         assert_eq!(rate_of("matroska,webm", "0/0", "1000/1", 0.04), (Some((25, 1)), true));
         assert_eq!(rate_of("matroska,webm", "0/0", "1000/1", 0.035), (Some((1_000_000, 35_000)), true));
         assert_eq!(rate_of("avi", "25/1", "25/1", 0.04), (Some((25, 1)), false));
+        let packets = "codec_name=mjpeg\npts_time=0.04\npts_time=0.08\npts_time=0.12\n".to_owned();
+        assert_eq!(Stated::parse(&(packets + &times(0.4).collect::<String>())).rate, FrameRate::new(25, 1).ok());
         // ffmpeg makes times up.
         assert_eq!(rate_of("jpeg_pipe", "25/1", "25/1", 0.04), (None, false));
         assert_eq!(rate_of("h264", "25/1", "25/1", 0.04), (None, false));

@@ -44,7 +44,7 @@ impl Input {
 }
 
 /// Returns whether a read of `file` returns at once. At the end it does, too.
-fn readable(file: &File) -> Result<bool> {
+pub(in crate::source) fn readable(file: &File) -> Result<bool> {
     let mut descriptor = libc::pollfd { fd: file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
     // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `file` is.
     let ready = unsafe { libc::poll(&raw mut descriptor, 1, WAIT_MS) };
