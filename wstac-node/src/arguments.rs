@@ -354,11 +354,8 @@ mod tests {
 
     #[test]
     fn a_namespace_has_no_wildcards() {
-        for (text, is_right) in
-            [("wstac", true), ("hand/left-1", true), ("", false), ("a//b", false), ("a/*", false), ("$x", false)]
-        {
-            assert_eq!(namespace(text).is_ok(), is_right, "{text}");
-        }
+        assert!(["wstac", "hand/left-1"].iter().all(|text| namespace(text).is_ok()));
+        assert!(["", "a//b", "a/*", "$x"].iter().all(|text| namespace(text).is_err()));
     }
 
     #[test]

@@ -84,19 +84,3 @@ impl Drop for Reading<'_> {
         self.ending.names(|names| names.retain(|name| *name != self.sensor));
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_sensors_that_are_being_read_are_known() {
-        let ending = Ending::default();
-        let left = ending.reading("left");
-        let right = ending.reading("right");
-        drop(left);
-        assert_eq!(ending.names(|names| names.clone()), ["right"]);
-        drop(right);
-        assert!(ending.names(|names| names.is_empty()));
-    }
-}

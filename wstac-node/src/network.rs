@@ -79,10 +79,8 @@ pub(crate) fn close(session: &Session) -> Result<(), Error> {
 fn addresses(config: &Config, kind: &str) -> Vec<String> {
     let text = config.get_json(&format!("{kind}/endpoints")).unwrap_or_default();
     let found = serde_json::from_str(&text).unwrap_or(Value::Null);
-    let of = |list: &Value| match list {
-        Value::Array(list) => list.iter().filter_map(Value::as_str).map(str::to_owned).collect(),
-        _ => Vec::new(),
-    };
+    let all = |list: &Value| list.as_array().cloned().unwrap_or_default();
+    let of = |list: &Value| all(list).iter().filter_map(Value::as_str).map(str::to_owned).collect::<Vec<_>>();
     match &found {
         Value::Object(modes) => modes.values().flat_map(of).collect(),
         list => of(list),
@@ -150,10 +148,8 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
             merge(&mut settings, json!({ kind: {"endpoints": endpoints} }));
         }
     }
-    let about = |error: zenoh::Error| match path {
-        Some(path) => refused(ErrorKind::Config, path.display(), &error),
-        None => refused(ErrorKind::Config, "the network's safe settings", &error),
-    };
+    let name = path.map_or("the network's safe settings".into(), Path::to_string_lossy);
+    let about = |error: zenoh::Error| refused(ErrorKind::Config, name, &error);
     Config::from_json5(&settings.to_string()).map_err(about)
 }
 

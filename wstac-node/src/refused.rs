@@ -9,19 +9,15 @@ pub(crate) fn refused(kind: ErrorKind, subject: impl std::fmt::Display, error: &
 /// Returns a message of Zenoh without the places in its source code: they are those of the machine that built this
 /// program, and tell a user nothing.
 pub(crate) fn in_words(message: &str) -> String {
-    let mut rest = message;
-    let mut words = String::with_capacity(message.len());
-    while let Some(at) = rest.find(" at ") {
-        let (before, behind) = (&rest[..at], &rest[at + 4..]);
-        words.push_str(before);
-        rest = if let Some(length) = place(behind) {
-            &behind[length..]
-        } else {
-            words.push_str(" at ");
-            behind
-        };
+    let mut parts = message.split(" at ");
+    let mut words = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        match place(part) {
+            Some(length) => words.push_str(&part[length..]),
+            None => words.extend([" at ", part]),
+        }
     }
-    words + rest
+    words
 }
 
 /// Returns the length of a place in source code at the start of a text, such as `/src/a.rs:12` or `a.rs:12:5`.

@@ -1,8 +1,9 @@
 //! Connections that have not finished the handshake of Zenoh, which itself refuses new ones while old ones wait.
 
 use std::collections::{HashMap, HashSet};
-use std::net::{Shutdown, SocketAddr};
-use std::os::fd::RawFd;
+use std::fs::File;
+use std::mem::ManuallyDrop;
+use std::net::{Shutdown, SocketAddr, TcpStream};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
@@ -30,6 +31,26 @@ const LEAST_SAID: u64 = 2;
 /// # Errors
 /// The session has ended.
 pub(crate) fn watch(session: &Session) -> Result<(), Error> {
+    let open = links(session)?;
+    // The thread that accepts connections also counts them: however busy the machine is, few come between.
+    ZRuntime::Net.spawn(async move {
+        // Nobody else can have this file when all are open that the process may open.
+        let spare = || File::open("/dev/null").ok();
+        let (mut oldest_first, mut kept) = (Vec::new(), spare());
+        // The session has dropped the other one when it ends.
+        while Arc::strong_count(&open) > 1 {
+            // A look opens one file at a time, and nobody is accepted meanwhile.
+            drop(kept);
+            let count = end_some(&mut oldest_first, &open);
+            kept = spare();
+            tokio::time::sleep(if count < MOST / 4 { IDLE } else { BUSY }).await;
+        }
+    });
+    Ok(())
+}
+
+/// Returns the addresses of connections after their handshake, now and later.
+fn links(session: &Session) -> Result<Arc<Mutex<HashSet<String>>>, Error> {
     let open = Arc::new(Mutex::new(HashSet::new()));
     let told = Arc::clone(&open);
     let tell = move |event: LinkEvent| {
@@ -37,18 +58,9 @@ pub(crate) fn watch(session: &Session) -> Result<(), Error> {
         let mut open = locked(&told);
         let _ = if event.kind() == SampleKind::Put { open.insert(peer) } else { open.remove(&peer) };
     };
-    let events = session.info().link_events_listener().callback(tell).background().wait();
-    events.map_err(|error| refused(ErrorKind::Usage, "the network", &error))?;
-    // The thread that accepts connections also counts them: however busy the machine is, few come between.
-    ZRuntime::Net.spawn(async move {
-        let mut oldest_first = Vec::new();
-        // The session has dropped the other one when it ends.
-        while Arc::strong_count(&open) > 1 {
-            let count = end_some(&mut oldest_first, &open);
-            tokio::time::sleep(if count < MOST / 4 { IDLE } else { BUSY }).await;
-        }
-    });
-    Ok(())
+    // The session may have accepted some before.
+    let events = session.info().link_events_listener().history(true).callback(tell).background().wait();
+    events.map(|()| open).map_err(|error| refused(ErrorKind::Usage, "the network", &error))
 }
 
 /// Ends connections, and returns how many wait.
@@ -58,8 +70,8 @@ fn end_some(oldest_first: &mut Vec<SocketAddr>, open: &Mutex<HashSet<String>>) -
     let known: HashSet<_> = oldest_first.iter().copied().collect();
     oldest_first.extend(strangers.keys().filter(|peer| !known.contains(peer)));
     for peer in too_many(oldest_first, |peer| strangers[peer].1 > LEAST_SAID) {
-        // The number may be of another connection by now. Zenoh closes this one when it reads its end.
-        let socket = threads::socket(strangers[&peer].0).filter(|socket| socket.peer_addr().ok() == Some(peer));
+        // It may be another connection by now, but not its copy. Zenoh closes this one when it reads its end.
+        let socket = strangers[&peer].0.try_clone().ok().filter(|socket| socket.peer_addr().ok() == Some(peer));
         let _ = socket.map(|socket| socket.shutdown(Shutdown::Both));
     }
     strangers.len()
@@ -69,20 +81,21 @@ fn end_some(oldest_first: &mut Vec<SocketAddr>, open: &Mutex<HashSet<String>>) -
 fn too_many(oldest_first: &[SocketAddr], has_spoken: impl Fn(&SocketAddr) -> bool) -> Vec<SocketAddr> {
     let mut best_first: Vec<_> = oldest_first.iter().rev().copied().collect();
     best_first.sort_by_key(|peer| !has_spoken(peer));
-    let mut counts = HashMap::new();
+    let mut counts = HashMap::<_, usize>::new();
+    let place = |peer: SocketAddr| (*counts.entry(peer.ip()).and_modify(|count| *count += 1).or_default(), peer);
+    let mut placed: Vec<_> = best_first.into_iter().map(place).collect();
     // The second of an address comes behind the first of all addresses.
-    best_first.sort_by_cached_key(|peer| *counts.entry(peer.ip()).and_modify(|count| *count += 1).or_insert(0));
-    best_first.split_off(MOST.min(best_first.len()))
+    placed.sort_by_key(|&(place, _)| place);
+    placed.into_iter().skip(MOST).map(|(_, peer)| peer).collect()
 }
 
-/// Returns the connections to where the session listens that are not open yet, by their addresses: their files, and how much
-/// has come from each.
-fn strangers(open: &Mutex<HashSet<String>>) -> HashMap<SocketAddr, (RawFd, u64)> {
+/// Returns the connections to where the session listens that are not open yet, by their addresses, and how much has come
+/// from each.
+fn strangers(open: &Mutex<HashSet<String>>) -> HashMap<SocketAddr, (ManuallyDrop<TcpStream>, u64)> {
     let (mut listening, mut found) = (HashSet::new(), Vec::new());
-    for (file, received) in threads::sockets() {
-        let Some(socket) = threads::socket(file) else { continue };
+    for (socket, received) in threads::sockets() {
         match (socket.local_addr(), socket.peer_addr()) {
-            (Ok(here), Ok(peer)) => found.push((here.port(), (peer, (file, received)))),
+            (Ok(here), Ok(peer)) => found.push((here.port(), (peer, (socket, received)))),
             (Ok(here), Err(_)) => drop(listening.insert(here.port())),
             _ => {}
         }
@@ -90,4 +103,37 @@ fn strangers(open: &Mutex<HashSet<String>>) -> HashMap<SocketAddr, (RawFd, u64)>
     let open = locked(open);
     found.retain(|(port, (peer, _))| listening.contains(port) && !open.contains(&peer.to_string()));
     found.into_iter().map(|(_, stranger)| stranger).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::net::TcpListener;
+
+    use super::*;
+
+    #[test]
+    fn the_oldest_silent_ones_of_the_address_that_has_most_go() {
+        let peer = |host, port| SocketAddr::from(([127, 0, 0, host], port));
+        let mut oldest_first = vec![peer(2, 0)];
+        oldest_first.extend((0..=MOST as u16).map(|port| peer(1, port)));
+        assert_eq!(too_many(&oldest_first, |peer| peer.port() == 0), [peer(1, 2), peer(1, 1)]);
+        assert_eq!(too_many(&oldest_first[..MOST], |_| false), []);
+    }
+
+    #[test]
+    fn a_client_that_connects_before_the_first_look_is_no_stranger() {
+        let port = TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap().port();
+        let opened = |mode, endpoints| {
+            let mut config = zenoh::Config::default();
+            config.insert_json5("mode", mode).unwrap();
+            config.insert_json5("scouting/multicast/enabled", "false").unwrap();
+            config.insert_json5(endpoints, &format!("[\"tcp/127.0.0.1:{port}\"]")).unwrap();
+            zenoh::open(config).wait().unwrap()
+        };
+        let node = opened("'peer'", "listen/endpoints");
+        let _client = opened("'client'", "connect/endpoints");
+        while node.info().links().wait().next().is_none() {}
+        let open = links(&node).unwrap();
+        assert_eq!((strangers(&open).len(), locked(&open).len()), (0, 1));
+    }
 }

@@ -1,8 +1,9 @@
 //! Zenoh's threads and how its connections close, for which its configuration has no setting.
 //! Only this file holds unsafe code.
 
+use std::mem::ManuallyDrop;
 use std::net::TcpStream;
-use std::os::fd::{BorrowedFd, RawFd};
+use std::os::fd::{FromRawFd, RawFd};
 use std::{env, fs};
 
 // Zenoh reads it when it is built.
@@ -39,22 +40,18 @@ fn files() -> impl Iterator<Item = RawFd> {
     files.filter_map(|file| file.file_name().to_str()?.parse().ok())
 }
 
-/// Returns the numbers of TCP's sockets, each with how much has come from its other side.
-pub(crate) fn sockets() -> impl Iterator<Item = (RawFd, u64)> {
+/// Returns TCP's sockets, which others may close meanwhile, each with how much has come from its other side.
+pub(crate) fn sockets() -> impl Iterator<Item = (ManuallyDrop<TcpStream>, u64)> {
     files().filter_map(|number| {
         let mut info = [0_u64; BYTES_RECEIVED + 1];
         let mut length = size_of_val(&info) as libc::socklen_t;
         let (level, name, into) = (libc::IPPROTO_TCP, libc::TCP_INFO, info.as_mut_ptr().cast());
         // SAFETY: the system writes `length` bytes at most, and refuses any other file.
         let result = unsafe { libc::getsockopt(number, level, name, into, &raw mut length) };
-        (result == 0).then_some((number, info[BYTES_RECEIVED]))
+        // SAFETY: it is never dropped, so it closes nothing; the system refuses a number that is of no file by now.
+        let socket = || ManuallyDrop::new(unsafe { TcpStream::from_raw_fd(number) });
+        (result == 0).then(|| (socket(), info[BYTES_RECEIVED]))
     })
-}
-
-/// Returns a socket as a file of its own; `None` if it is closed.
-pub(crate) fn socket(number: RawFd) -> Option<TcpStream> {
-    // SAFETY: the system copies it, or refuses a number that is of no file by now.
-    unsafe { BorrowedFd::borrow_raw(number) }.try_clone_to_owned().ok().map(TcpStream::from)
 }
 
 /// Lets the system send what waits in open connections after they are closed: Zenoh's are reset otherwise.
