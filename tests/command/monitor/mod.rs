@@ -337,7 +337,7 @@ fn a_board_that_ends_before_its_baseline_is_said_to_be_too_short() {
     let why = "no event: the source ended before the baseline was complete";
     assert!(notes(&[Message::End { stream: StreamEnd::new(7), dropped: 0 }]).contains(why));
     // One that never says how it is has sent enough frames, or not.
-    let features = [23, 24, 25].map(|frame| Message::Features { frame, features: [0; 10] });
+    let features = [22, 23, 24].map(|frame| Message::Features { frame, features: [0; 10] });
     assert_eq!([2, 3].map(|count| notes(&features[..count]).contains(why)), [true, false]);
 }
 

@@ -138,7 +138,8 @@ impl BoardState {
             Message::Hello(hello) => self.hello(hello, first, give),
             Message::Features { frame, features } => {
                 self.reach(frame.saturating_add(1));
-                self.progress.baseline_complete |= self.baseline_frames.is_some_and(|of| *frame >= of.into());
+                self.progress.baseline_complete |=
+                    self.baseline_frames.is_some_and(|of| self.progress.frames >= of.into());
                 let RecordTimes { time_ns, stamp, .. } = self.times(*frame);
                 let record = Output::Features(FrameFeatures { frame: *frame, time_ns, stamp, features: *features });
                 if self.wanted.features { give(Report::Output(record)) } else { Ok(()) }
