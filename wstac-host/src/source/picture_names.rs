@@ -126,9 +126,8 @@ fn by_parts(files: &[PathBuf]) -> Places {
         [at] => {
             let numbers = names.column(at)?;
             // A counter such as 000000041 would be a clock of more frames per second than there are.
-            let is_clock = |(_, times): &Times| names.rise(times, SHORTEST);
             let times = names.dates().or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
-            match times.or_else(|| names.clock(time_of_day).filter(is_clock)) {
+            match times.or_else(|| names.clock(time_of_day).filter(|(_, times)| names.rise(times, SHORTEST))) {
                 Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
                 None => placed(Positions::Numbers, 1.0, numbers),
             }
@@ -173,10 +172,7 @@ impl<'a> Names<'a> {
     fn new(files: &'a [PathBuf]) -> Option<Self> {
         let mut parts: Vec<Vec<Part<'_>>> = files.iter().map(|file| parts(stem(file))).collect();
         let usual = usual(&parts)?.to_vec();
-        let mut lacks_fraction = false;
-        for name in &mut parts {
-            lacks_fraction |= add_fraction(name, &usual);
-        }
+        let lacks_fraction = parts.iter_mut().fold(false, |lacks, name| lacks | add_fraction(name, &usual));
         let differs = |at: &usize| parts.iter().any(|name| is_alike(name, &usual) && name.get(*at) != usual.get(*at));
         let differing = (0..usual.len()).filter(differs).collect();
         Some(Self { parts, usual, differing, lacks_fraction })

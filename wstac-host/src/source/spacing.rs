@@ -54,7 +54,7 @@ pub(crate) struct Spacing {
     frame: u64,
     /// Frames in a row that were in their places.
     even: u32,
-    is_uneven: bool,
+    pub(super) is_uneven: bool,
     /// Frames that are missing, and frames that came unevenly.
     missing: u64,
     uneven: u64,
@@ -130,11 +130,6 @@ impl Spacing {
         }
     }
 
-    /// Returns whether frames come unevenly now.
-    pub(super) fn is_uneven(&self) -> bool {
-        self.is_uneven
-    }
-
     /// Returns a source's event, of which a frame tells how far it is from its place.
     pub(super) fn placed<'a>(&self, event: SourceEvent<'a>) -> SourceEvent<'a> {
         match event {
@@ -161,13 +156,11 @@ impl Spacing {
         if uneven > 0 {
             found.push(counted(uneven, "frame") + if uneven == 1 { " comes unevenly" } else { " come unevenly" });
         }
-        let apart = if self.most > 0.0 {
-            let (least, most) = (self.distance(self.least), self.distance(self.most));
-            format!(": {least} to {most} apart, expected {}", self.distance(self.step))
-        } else {
-            String::new()
-        };
-        let message = format!("{}, by {by}{apart}", found.join(" and "));
+        let mut message = format!("{}, by {by}", found.join(" and "));
+        if self.most > 0.0 {
+            let [least, most, step] = [self.least, self.most, self.step].map(|distance| self.distance(distance));
+            message = format!("{message}: {least} to {most} apart, expected {step}");
+        }
         self.fault(FaultKind::Spacing, &message);
     }
 
@@ -205,9 +198,7 @@ pub(super) fn step(positions: &[f64]) -> Option<f64> {
                 (sum, frames) = (sum + distance, frames + near);
             }
         }
-        if frames > 0.0 {
-            step = sum / frames;
-        }
+        step = if frames > 0.0 { sum / frames } else { step };
     }
     Some(step)
 }

@@ -69,15 +69,12 @@ pub struct Video {
 }
 
 /// Whether frames may be wrong, because of what ffmpeg could not decode.
-#[derive(Debug, Default, PartialEq)]
 struct Doubt {
     is_on: bool,
     /// Frames since the last report of damage.
     frames: u32,
-    /// Frames after damage before which doubt does not end.
+    /// Frames after damage before which no key frame ends the doubt.
     least: u32,
-    /// Whether its codec calls every frame a key frame, although most are made of those before.
-    lacks_keys: bool,
     /// How long events are not reliable.
     until: &'static str,
 }
@@ -109,12 +106,7 @@ impl Video {
         let copied = stated.size_of_jpegs().map_or(Ok(None), |size| jpegs::start(&subject, path, size))?;
         #[cfg(not(feature = "jpeg"))]
         let copied = stated.size_of_jpegs().and(None::<(_, OwnedFd)>);
-        let (least, until) = match stated.codec.as_str() {
-            "mjpeg" if copied.is_some() => (LONGEST_BEHIND, "for the next 128 frames"),
-            "mjpeg" => (LONGEST_AHEAD, UNTIL_OF_JPEG),
-            _ if stated.lacks_keys() => (LONGEST_AHEAD, "from there on"),
-            _ => (LONGEST_AHEAD, "until a later key frame"),
-        };
+        let doubt = Doubt::new(&stated.codec, copied.is_some());
         let (mut decoder, output) = copied.map_or_else(|| decoded(&subject, path, &stated), Ok)?;
         let frames = Y4m::from_fd(&subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
         let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
@@ -123,7 +115,6 @@ impl Video {
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
         let turned = turned.map(|message| Fault::new(FaultKind::Turned, message));
         let (has_arrived, waits, is_empty, ended) = (false, 0, true, false);
-        let doubt = Doubt { least, until, lacks_keys: stated.lacks_keys(), ..Doubt::default() };
         Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, is_empty, ended })
     }
 }
@@ -140,6 +131,17 @@ fn decoded(subject: &str, path: &Path, stated: &Stated) -> Result<(Decoder, Owne
 }
 
 impl Doubt {
+    fn new(codec: &str, is_copied: bool) -> Self {
+        let (least, until) = match codec {
+            "mjpeg" if is_copied => (LONGEST_BEHIND, "for the next 128 frames"),
+            "mjpeg" => (LONGEST_AHEAD, UNTIL_OF_JPEG),
+            // They call every frame a key frame, although most are made of those before.
+            "apng" | "gif" => (u32::MAX, "from there on"),
+            _ => (LONGEST_AHEAD, "until a later key frame"),
+        };
+        Self { is_on: false, frames: 0, least, until }
+    }
+
     /// Takes a report of damage. Returns true if doubt begins.
     fn begin(&mut self) -> bool {
         self.frames = 0;
@@ -149,7 +151,7 @@ impl Doubt {
     /// Takes a frame. Returns true if doubt ends before it.
     fn end(&mut self, is_key: bool) -> bool {
         self.frames = self.frames.saturating_add(1);
-        let ends = self.is_on && is_key && !self.lacks_keys && self.frames > self.least;
+        let ends = self.is_on && is_key && self.frames > self.least;
         self.is_on &= !ends;
         ends
     }
@@ -178,7 +180,7 @@ impl Source for Video {
                         spacing.arrive(time);
                     }
                     // A key frame mends no times.
-                    if doubt.end(is_key) && !spacing.as_ref().is_some_and(Spacing::is_uneven) {
+                    if doubt.end(is_key) && !spacing.as_ref().is_some_and(|spacing| spacing.is_uneven) {
                         return fault(FaultKind::Even, "frames are decoded without errors again");
                     }
                 }
@@ -229,12 +231,7 @@ impl Source for Video {
             return Ok(SourceEvent::End);
         }
         match frames.next_event() {
-            Ok(SourceEvent::End) if *is_empty => {
-                *ended = true;
-                let why = decoder.end().unwrap_or_else(|| "has no picture that can be decoded".to_owned());
-                Err(Error::new(ErrorKind::Format, subject, why))
-            }
-            Ok(SourceEvent::End) => {
+            Ok(SourceEvent::End) if !*is_empty => {
                 *ended = true;
                 spacing.iter_mut().for_each(Spacing::finish);
                 // ffmpeg has replaced or left out the frames that it could not decode.
@@ -242,10 +239,11 @@ impl Source for Video {
                     SourceEvent::Fault(Fault::new(FaultKind::Decoder, format!("ffmpeg reports about {subject}: {why}")))
                 }))
             }
-            Err(error) => {
+            other @ (Err(_) | Ok(SourceEvent::End)) => {
                 *ended = true;
-                let why = decoder.end().unwrap_or_else(|| error.message().to_owned());
-                Err(Error::new(ErrorKind::Format, subject, why))
+                let none = || "has no picture that can be decoded".to_owned();
+                let why = other.err().map_or_else(none, |error| error.message().to_owned());
+                Err(Error::new(ErrorKind::Format, subject, decoder.end().unwrap_or(why)))
             }
             other => {
                 *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_)));
@@ -265,15 +263,14 @@ mod tests {
 
     #[test]
     fn doubt_ends_at_a_key_frame_long_after_damage() {
-        let mut doubt = Doubt { least: LONGEST_AHEAD, ..Doubt::default() };
+        let mut doubt = Doubt::new("h264", false);
         assert!(!doubt.end(true) && doubt.begin() && !doubt.begin());
         assert!((0..8).all(|_| !doubt.end(true)) && !doubt.begin());
         assert!((0..LONGEST_AHEAD).all(|_| !doubt.end(true)));
         assert!(!doubt.end(false) && doubt.is_on);
         assert!(doubt.end(true) && !doubt.is_on && doubt.begin());
-        for lacks_keys in [false, true] {
-            let mut doubt = Doubt { is_on: true, frames: 128, least: 128, lacks_keys, until: "" };
-            assert_eq!(doubt.end(true), !lacks_keys);
+        for (codec, is_copied, least) in [("mjpeg", true, 128), ("mjpeg", false, 16), ("gif", false, u32::MAX)] {
+            assert_eq!(Doubt::new(codec, is_copied).least, least, "{codec}");
         }
     }
 

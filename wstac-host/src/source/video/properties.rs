@@ -91,14 +91,13 @@ impl Stated {
             FrameRate::new(numerator.parse().ok()?, denominator.parse().ok()?).ok()
         };
         let (mean, base) = (rate_of("avg_frame_rate"), rate_of("r_frame_rate"));
-        let stated = mean.or(base);
         let codec = value("codec_name").to_owned();
         let side = |key| value(key).parse().unwrap_or_default();
         let size = FrameSize::new(side("width"), side("height")).ok();
         let known = Self { pixels, range, matrix, other_matrix, is_turned, row_order, codec, size, ..Self::default() };
         let format = value("format_name");
         if format.ends_with("_pipe") || format == PARTS || WITHOUT_TIMES.contains(&format) {
-            let rate = stated.filter(|rate| <(u32, u32)>::from(*rate) != made_up);
+            let rate = mean.or(base).filter(|rate| <(u32, u32)>::from(*rate) != made_up);
             let is_made_up = rate.is_none() && WITHOUT_TIMES.contains(&format);
             return Self { rate, is_made_up, ..known };
         }
@@ -120,11 +119,6 @@ impl Stated {
         let step = step.or_else(|| by_header.filter(|_| are_equal).map(|rate| 1000.0 / rate.per_second()));
         let rate = by_header.or(by_times);
         Self { rate, step, is_by_times, ..known }
-    }
-
-    /// Returns whether its codec calls every frame a key frame, although most are made of those before.
-    pub(super) fn lacks_keys(&self) -> bool {
-        matches!(self.codec.as_str(), "apng" | "gif")
     }
 
     /// Returns the size of JPEG pictures of Y, Cb and Cr that have times and are not to be turned.
@@ -238,17 +232,14 @@ pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let reported = String::from_utf8_lossy(&done.stderr);
     // The last line only says that the data are invalid.
     let first = reported.lines().map(without_context).find(|line| !line.is_empty());
-    let why = first.map_or_else(
-        || "has no picture, expected a video".to_owned(),
-        |line| {
-            if line.starts_with(NOT_LISTED) {
-                return "is a list of other files, or none of the formats of videos; expected a video".to_owned();
-            }
-            // ffprobe begins with the name of the file.
-            let line = line.strip_prefix(&format!("file:{subject}: ")).unwrap_or(line);
-            format!("ffmpeg cannot read it: {line}")
-        },
-    );
+    let why = match first {
+        None => "has no picture, expected a video",
+        Some(line) if line.starts_with(NOT_LISTED) => {
+            "is a list of other files, or none of the formats of videos; expected a video"
+        }
+        // ffprobe begins with the name of the file.
+        Some(line) => &format!("ffmpeg cannot read it: {}", line.trim_start_matches(&format!("file:{subject}: "))),
+    };
     Err(Error::new(ErrorKind::Format, subject, why))
 }
 
@@ -285,9 +276,6 @@ mod tests {
         assert!(Stated::parse("rotation=-90\n").is_turned && !Stated::parse("rotation=0\n").is_turned);
         assert_eq!(stated.rate, FrameRate::new(29_970, 1000).ok());
         assert_eq!(Stated::parse("avg_frame_rate=0/0\nrubbish"), Stated::default());
-        for (codec, lacks_keys) in [("gif", true), ("apng", true), ("h264", false)] {
-            assert_eq!(Stated::parse(&format!("codec_name={codec}\n")).lacks_keys(), lacks_keys, "{codec}");
-        }
     }
 
     #[test]

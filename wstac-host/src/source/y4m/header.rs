@@ -127,27 +127,27 @@ fn checked_rate(found: Option<&str>, fps: Option<FrameRate>) -> Result<(FrameRat
     Ok((rate, header))
 }
 
+/// The names of formats. The first of a format is written.
+#[rustfmt::skip]
+const FORMATS: [(&str, PixelFormat); 10] = [
+    ("420jpeg", PixelFormat::Yu12), ("420", PixelFormat::Yu12), ("420mpeg2", PixelFormat::Yu12),
+    ("420paldv", PixelFormat::Yu12), ("422", PixelFormat::Yuv422p), ("444", PixelFormat::Yuv444p),
+    ("mono", PixelFormat::Gray), ("mono10", PixelFormat::Y10), ("mono12", PixelFormat::Y12), ("mono16", PixelFormat::Y16),
+];
+
 /// Returns a format and its name. Without C it is 4:2:0, as the format's description says.
 fn checked_format(found: Option<&str>, sampling: Option<&str>) -> Result<(String, PixelFormat), String> {
-    let format = match found.unwrap_or("420") {
-        "420" | "420jpeg" | "420mpeg2" | "420paldv" => PixelFormat::Yu12,
-        "422" => PixelFormat::Yuv422p,
-        "444" => PixelFormat::Yuv444p,
-        "mono" => PixelFormat::Gray,
-        "mono10" => PixelFormat::Y10,
-        "mono12" => PixelFormat::Y12,
-        "mono16" => PixelFormat::Y16,
-        other => {
-            return Err(format!(
-                "C is {other:?}, expected 420, 420jpeg, 420mpeg2, 420paldv, 422, 444, mono, mono10, mono12 or mono16; ffmpeg makes the first with -pix_fmt yuv420p"
-            ));
-        }
+    let name = found.unwrap_or("420");
+    let Some((_, format)) = FORMATS.iter().find(|(known, _)| *known == name) else {
+        return Err(format!(
+            "C is {name:?}, expected 420, 420jpeg, 420mpeg2, 420paldv, 422, 444, mono, mono10, mono12 or mono16; ffmpeg makes the first with -pix_fmt yuv420p"
+        ));
     };
     match sampling {
         Some(other) if found.is_none() && !other.starts_with("420") => {
             Err(format!("XYSCSS is {other:?} and C is missing, expected 420 or a C"))
         }
-        _ => Ok((format!("C{}", found.unwrap_or("420")), format)),
+        _ => Ok((format!("C{name}"), *format)),
     }
 }
 
@@ -167,15 +167,8 @@ fn number(text: &str) -> Option<u32> {
 /// Y4M has no name for the format or for the meaning of its numbers. The error says what was found and what was
 /// expected.
 pub fn header_of(info: &StreamInfo) -> Result<String, String> {
-    let name = match info.format {
-        PixelFormat::Gray => "mono",
-        PixelFormat::Y10 => "mono10",
-        PixelFormat::Y12 => "mono12",
-        PixelFormat::Y16 => "mono16",
-        PixelFormat::Yu12 => "420jpeg",
-        PixelFormat::Yuv422p => "422",
-        PixelFormat::Yuv444p => "444",
-        other => return Err(format!("format is {other:?}, expected GREY, Y10, Y12, Y16, YU12 or 422P in Y4M")),
+    let Some((name, _)) = FORMATS.iter().find(|(_, format)| *format == info.format) else {
+        return Err(format!("format is {:?}, expected GREY, Y10, Y12, Y16, YU12 or 422P in Y4M", info.format));
     };
     if info.format.is_ycbcr() && info.color.matrix != YcbcrMatrix::Bt601 {
         return Err("matrix is bt709, expected bt601: Y4M cannot say another".into());
@@ -183,10 +176,8 @@ pub fn header_of(info: &StreamInfo) -> Result<String, String> {
     let (width, height) = info.size.into();
     let rate = info.rate;
     // Gray is read as it is. ffmpeg would take it for limited range, and cut off what is dark, where nothing is stated.
-    let range = match (info.format.is_ycbcr(), info.color.range) {
-        (true, QuantizationRange::Limited) => "LIMITED",
-        (false, _) | (true, QuantizationRange::Full) => "FULL",
-    };
+    let is_limited = info.format.is_ycbcr() && info.color.range == QuantizationRange::Limited;
+    let range = if is_limited { "LIMITED" } else { "FULL" };
     let magic = String::from_utf8_lossy(MAGIC);
     Ok(format!(
         "{magic} W{width} H{height} F{}:{} Ip A1:1 C{name} XCOLORRANGE={range}\n",
