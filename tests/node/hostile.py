@@ -1,6 +1,8 @@
 """Checks what strangers can do to wstac-node: connections that say nothing, and clients that ask and read nothing."""
 
 import contextlib
+import os
+import resource
 import shutil
 import signal
 import socket
@@ -87,8 +89,7 @@ def answered(client, seconds, look=lambda: None):
             took = time.monotonic() - before
             same(took < MOST_SECONDS, True, f"{service} took {took:.2f} s, which is less than {MOST_SECONDS} s")
             worst = max(worst, took)
-            if not getattr(answer, "success", True):
-                fail(f"{service}: {answer.message!r}")
+            getattr(answer, "success", True) or fail(f"{service}: {answer.message!r}")
             look()
         time.sleep(0.05)
     return worst
@@ -124,6 +125,7 @@ def check_hostile(programs):
             return count
 
         before, gone = connections(), silent(port)
+        few = len(os.listdir(f"/proc/{node.pid}/fd")) + SESSIONS - 8
         peaks = []
         with several(4, SILENT, port, 0):
             until(lambda: connections() > before + SESSIONS // 2, "silent connections")
@@ -138,6 +140,12 @@ def check_hostile(programs):
             let_in = (time.monotonic() - begun) / 20
             # Without the node's help, one of eight.
             same((admitted >= 10, let_in < PATIENCE), (True, True), f"{admitted} of 20 new clients, each after {let_in:.2f} s")
+            # So few files that all are open: whoever says nothing goes before its time.
+            usual = resource.prlimit(node.pid, resource.RLIMIT_NOFILE)
+            resource.prlimit(node.pid, resource.RLIMIT_NOFILE, (few, usual[1]))
+            cut = min(silent(port) for _ in range(5))
+            resource.prlimit(node.pid, resource.RLIMIT_NOFILE, usual)
+            same(cut < gone / 2, True, f"{cut:.1f} s until a silent connection goes while all files are open are less than half of {gone:.1f} s")
         most = before + 3 * SESSIONS
         same(max(peaks) <= most, True, f"{max(peaks)} sockets under silent connections are at most {most}")
         until(lambda: connections() <= before, "silent connections are closed")

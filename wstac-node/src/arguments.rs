@@ -293,19 +293,6 @@ mod tests {
     }
 
     #[test]
-    fn sensors_that_cannot_be_told_apart_are_refused() {
-        for (sources, part) in [
-            (&["a=1.y4m", "a=2.y4m"][..], "the name is taken"),
-            (&["a=1.y4m", "2.y4m"], "several sources need names"),
-            (&["left="], "nothing after ="),
-            (&["--", "-left=1.y4m"], "the first no -"),
-        ] {
-            let said = sensors(sources).unwrap_err();
-            assert!(said.contains(part), "{said}");
-        }
-    }
-
-    #[test]
     fn names_are_those_of_ros() {
         let check = |arguments: &[&str]| {
             let arguments = Arguments::try_parse_from(["wstac-node"].iter().chain(arguments)).unwrap();

@@ -36,9 +36,8 @@ impl ConnectedSensor {
             note(format_args!("{name}: a board has no pictures; none are published"));
         }
         // Sources of other kinds have no bits per second.
-        let is_serial = port.as_bytes().starts_with(b"/");
-        let board = ConnectedBoard::open(name, port, arguments.baud.filter(|_| is_serial))?;
-        Ok(Self::Board(Box::new(board)))
+        let baud = arguments.baud.filter(|_| port.as_bytes().starts_with(b"/"));
+        ConnectedBoard::open(name, port, baud).map(|board| Self::Board(Box::new(board)))
     }
 
     /// Reads to the end of the source, or until `ends` is set. Returns whether the source did not fail.

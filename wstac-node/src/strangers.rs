@@ -39,9 +39,11 @@ pub(crate) fn watch(session: &Session) -> Result<(), Error> {
         let (mut oldest_first, mut kept) = (Vec::new(), spare());
         // The session has dropped the other one when it ends.
         while Arc::strong_count(&open) > 1 {
+            // Without a further file, nobody else can be accepted, nor any service open one.
+            let most = if spare().is_some() { MOST } else { oldest_first.len() / 2 };
             // A look opens one file at a time, and nobody is accepted meanwhile.
             drop(kept);
-            let count = end_some(&mut oldest_first, &open);
+            let count = end_some(&mut oldest_first, &open, most);
             kept = spare();
             tokio::time::sleep(if count < MOST / 4 { IDLE } else { BUSY }).await;
         }
@@ -64,12 +66,12 @@ fn links(session: &Session) -> Result<Arc<Mutex<HashSet<String>>>, Error> {
 }
 
 /// Ends connections, and returns how many wait.
-fn end_some(oldest_first: &mut Vec<SocketAddr>, open: &Mutex<HashSet<String>>) -> usize {
+fn end_some(oldest_first: &mut Vec<SocketAddr>, open: &Mutex<HashSet<String>>, most: usize) -> usize {
     let strangers = strangers(open);
     oldest_first.retain(|peer| strangers.contains_key(peer));
     let known: HashSet<_> = oldest_first.iter().copied().collect();
     oldest_first.extend(strangers.keys().filter(|peer| !known.contains(peer)));
-    for peer in too_many(oldest_first, |peer| strangers[peer].1 > LEAST_SAID) {
+    for peer in too_many(oldest_first, most, |peer| strangers[peer].1 > LEAST_SAID) {
         // It may be another connection by now, but not its copy. Zenoh closes this one when it reads its end.
         let socket = strangers[&peer].0.try_clone().ok().filter(|socket| socket.peer_addr().ok() == Some(peer));
         let _ = socket.map(|socket| socket.shutdown(Shutdown::Both));
@@ -78,7 +80,7 @@ fn end_some(oldest_first: &mut Vec<SocketAddr>, open: &Mutex<HashSet<String>>) -
 }
 
 /// Returns those to end: of the addresses that have most, those that are silent, or else the oldest.
-fn too_many(oldest_first: &[SocketAddr], has_spoken: impl Fn(&SocketAddr) -> bool) -> Vec<SocketAddr> {
+fn too_many(oldest_first: &[SocketAddr], most: usize, has_spoken: impl Fn(&SocketAddr) -> bool) -> Vec<SocketAddr> {
     let mut best_first: Vec<_> = oldest_first.iter().rev().copied().collect();
     best_first.sort_by_key(|peer| !has_spoken(peer));
     let mut counts = HashMap::<_, usize>::new();
@@ -86,7 +88,7 @@ fn too_many(oldest_first: &[SocketAddr], has_spoken: impl Fn(&SocketAddr) -> boo
     let mut placed: Vec<_> = best_first.into_iter().map(place).collect();
     // The second of an address comes behind the first of all addresses.
     placed.sort_by_key(|&(place, _)| place);
-    placed.into_iter().skip(MOST).map(|(_, peer)| peer).collect()
+    placed.into_iter().skip(most).map(|(_, peer)| peer).collect()
 }
 
 /// Returns the connections to where the session listens that are not open yet, by their addresses, and how much has come
@@ -116,8 +118,8 @@ mod tests {
         let peer = |host, port| SocketAddr::from(([127, 0, 0, host], port));
         let mut oldest_first = vec![peer(2, 0)];
         oldest_first.extend((0..=MOST as u16).map(|port| peer(1, port)));
-        assert_eq!(too_many(&oldest_first, |peer| peer.port() == 0), [peer(1, 2), peer(1, 1)]);
-        assert_eq!(too_many(&oldest_first[..MOST], |_| false), []);
+        assert_eq!(too_many(&oldest_first, MOST, |peer| peer.port() == 0), [peer(1, 2), peer(1, 1)]);
+        assert_eq!(too_many(&oldest_first[..MOST], MOST, |_| false), []);
     }
 
     #[test]
