@@ -163,7 +163,7 @@ fn what_goes_wrong_is_said_with_its_reason() {
     let text = recorded(&folder, &json!({"last_lines": ["ERROR: *** \u{9b}lost ***"]}));
     assert!(text.contains("(exit status: 0): \\u009blost"), "{text}");
     let done = command(&folder, &json!({}), &["run", "rpicam:"]).env("PATH", folder.path("bin")).output().unwrap();
-    assert!(said(&done).contains("sh: No such file"), "{}", said(&done));
+    assert!(said(&done).contains("sh: no such file"), "{}", said(&done));
     std::fs::remove_file(folder.0.join("bin/rpicam-vid")).unwrap();
     let done = with(&folder, &json!({}), &["run", "rpicam:"]);
     assert!(said(&done).contains("not installed; help: sudo apt install rpicam-apps"), "{}", said(&done));

@@ -190,8 +190,7 @@ mod tests {
         for seed in 0..200 {
             let mut random = fastrand::Rng::with_seed(seed);
             let quiet: Vec<_> = (0..2000).map(|t| (t, f64::from(t) + 0.6 * noise(&mut random))).collect();
-            let losses = lost(&mut timeline(), quiet.clone());
-            assert_eq!(losses.iter().sum::<u64>(), 0, "seed {seed}");
+            assert_eq!(lost(&mut timeline(), quiet.clone()).iter().sum::<u64>(), 0, "seed {seed}");
             // The sequence number counts a drop in spite of jitter.
             let losses = lost(&mut timeline(), quiet.iter().copied().filter(|(t, _)| t % 100 != 50));
             assert_eq!(losses.iter().sum::<u64>(), 20, "seed {seed}");
@@ -213,8 +212,7 @@ mod tests {
         // A frame that is 1.2 periods late looks like a loss. The total is right again after a real loss.
         let late = |t: u32| f64::from(t) + if t == 100 { 1.2 } else { 0.0 };
         let frames = (0..200).filter(|t| *t != 105).zip(0..);
-        let losses = lost(&mut timeline(), frames.map(|(t, sequence)| (sequence, late(t))));
-        assert_eq!(losses.iter().sum::<u64>(), 1);
+        assert_eq!(lost(&mut timeline(), frames.map(|(t, sequence)| (sequence, late(t)))).iter().sum::<u64>(), 1);
     }
 
     #[test]
