@@ -74,6 +74,8 @@ pub struct RpicamSource {
     /// Frames that the camera took, and those in a row whose times go on.
     taken: u32,
     even: u32,
+    /// The time of the last frame that came, believed or not.
+    last: Option<Duration>,
     /// When the last frame came, and when that or a report of silence was.
     arrived: Duration,
     heard: Duration,
@@ -107,8 +109,8 @@ impl RpicamSource {
         let timeline = Timeline::new(info.rate);
         let newest = options.delivery == FramePolicy::Newest;
         let (wall, told, lag, next) = (WallClock::default(), VecDeque::new(), Lag::default(), None);
-        let (taken, even, arrived, heard) = (0, EVEN_AGAIN, started, monotonic());
-        Ok(Self { subject, program, info, newest, timeline, wall, next, told, taken, even, arrived, heard, lag })
+        let (taken, even, last, arrived, heard) = (0, EVEN_AGAIN, None, started, monotonic());
+        Ok(Self { subject, program, info, newest, timeline, wall, next, told, taken, even, last, arrived, heard, lag })
     }
 
     /// Makes a frame the next one, or adds events to report, or waits in vain.
@@ -124,7 +126,6 @@ impl RpicamSource {
             let lost = self.lost_before(metadata.time);
             self.taken = self.taken.wrapping_add(1).wrapping_add(lost as u32);
             self.lose(lost, LossReason::Dropped);
-            self.doubt_times();
             // The program writes whole frames: if the next one begins to come, all of it is there.
             if !self.newest || skipped == MOST_SKIPPED || !self.program.has_begun_next() {
                 self.next = Some(metadata);
@@ -145,23 +146,35 @@ impl RpicamSource {
         Ok(())
     }
 
-    /// Notes a frame, and returns how many were lost before it.
+    /// Notes a frame, and returns how many were lost before it: by its time, as the program has no numbers of frames.
     fn lost_before(&mut self, time: Option<Duration>) -> u64 {
         let (now, was_silent) = (monotonic(), self.heard > self.arrived);
         let between = now.saturating_sub(self.arrived);
         (self.arrived, self.heard) = (now, now);
+        // No frame begins after it came.
+        let time = time.filter(|time| *time <= now);
+        let last = std::mem::replace(&mut self.last, time);
         if was_silent {
-            self.timeline.resume(0, time, between)
-        } else {
-            // The program has no numbers of frames: one that stays is one step.
-            self.timeline.arrive(0, time)
+            return self.timeline.resume(0, time, between);
         }
+        let mut since = Timeline::new(self.info.rate);
+        since.arrive(0, last);
+        // If it follows only one that was not believed, the clock was set.
+        let believed = [&self.timeline, &since].into_iter().find(|of| of.is_followed_by(time)).cloned();
+        self.doubt_times(believed.is_none());
+        let Some(timeline) = believed else {
+            // It is one frame, and the next one is compared with the last one that was believed.
+            self.timeline.report_lost();
+            return 0;
+        };
+        self.timeline = timeline;
+        self.timeline.arrive(0, time)
     }
 
     /// Says that the times of frames do not go on, or that they do again: nothing else counts what is missing.
-    fn doubt_times(&mut self) {
+    fn doubt_times(&mut self, is_wild: bool) {
         let was_even = self.even >= EVEN_AGAIN;
-        self.even = if self.timeline.is_wild { 0 } else { self.even.saturating_add(1) };
+        self.even = if is_wild { 0 } else { self.even.saturating_add(1) };
         let (kind, what) = match (was_even, self.even) {
             (true, 0) => (FaultKind::Uneven, WILD),
             (false, EVEN_AGAIN) => (FaultKind::Even, "frames come evenly again"),
@@ -204,7 +217,7 @@ impl Source for RpicamSource {
         self.lag.latency = timestamp.and_then(|timestamp| monotonic().checked_sub(timestamp));
         let stamp = timestamp.and_then(|timestamp| self.wall.stamp(timestamp));
         let (lag, sequence) = (self.lag, Some(self.taken));
-        Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, lag, ..Frame::new(self.program.bytes()) }))
+        Ok(SourceEvent::Frame(Frame { timestamp, stamp, sequence, lag, ..Frame::new(&self.program.came.frame) }))
     }
 }
 
@@ -245,42 +258,27 @@ impl PiSettings {
         Ok(Self { size, values, kept: options.keep_controls })
     }
 
-    fn arguments(&self, subject: &str, number: &str, rate: FrameRate) -> Result<Vec<String>, Error> {
+    fn arguments(&self, subject: &str, number: &str, rate: FrameRate) -> Result<String, Error> {
         if !number.is_empty() && !number.parse::<u8>().is_ok_and(|parsed| parsed.to_string() == number) {
             let message = format!("camera is {number:?}, expected a number of rpicam-hello --list-cameras or none");
             return Err(Error::new(ErrorKind::Usage, subject, message));
         }
         let camera = if number.is_empty() { "0" } else { number };
         let (width, height) = self.size;
-        let mut arguments = vec![
-            // It runs until it is ended, without a window.
-            "--timeout=0".to_owned(),
-            "--nopreview".to_owned(),
-            "--verbose=2".to_owned(),
-            format!("--camera={camera}"),
-            format!("--width={width}"),
-            format!("--height={height}"),
-            format!("--framerate={:.4}", rate.per_second()),
-            "--codec=yuv420".to_owned(),
-            // A Raspberry Pi 5 would mix the frame with those before.
-            "--denoise=off".to_owned(),
-            "--flush".to_owned(),
-            "--output=-".to_owned(),
-            format!("--metadata={}", program::METADATA),
-            "--metadata-format=txt".to_owned(),
-        ];
+        // It runs until it is ended, without a window. A Raspberry Pi 5 would mix the frame with those before as denoising.
+        let mut arguments = vec![format!(
+            "--timeout=0 --nopreview --verbose=2 --camera={camera} --width={width} --height={height} --framerate={:.4} \
+             --codec=yuv420 --denoise=off --flush --output=- --metadata={} --metadata-format=txt",
+            rate.per_second(),
+            program::METADATA
+        )];
         if !self.kept {
-            let [shutter, gain, red, blue, lens] = self.values;
-            let part = |hundredths: i32| f64::from(hundredths) / 100.0;
-            arguments.extend([
-                format!("--shutter={shutter}"),
-                format!("--gain={:.2}", part(gain)),
-                format!("--awbgains={:.2},{:.2}", part(red), part(blue)),
-                "--autofocus-mode=manual".to_owned(),
-            ]);
-            arguments.extend((lens >= 0).then(|| format!("--lens-position={:.2}", part(lens))));
+            let [_, gain, red, blue, lens] = self.values.map(|value| f64::from(value) / 100.0);
+            let gains = format!("--gain={gain:.2} --awbgains={red:.2},{blue:.2}");
+            arguments.push(format!("--shutter={} {gains} --autofocus-mode=manual", self.values[0]));
+            arguments.extend((lens >= 0.0).then(|| format!("--lens-position={lens:.2}")));
         }
-        Ok(arguments)
+        Ok(arguments.join(" "))
     }
 
     /// Describes the stream by what the program states.
@@ -317,7 +315,7 @@ impl PiSettings {
         let mut info = StreamInfo::new(about.join("; "), size, PixelFormat::Yu12, rate);
         info.color = YcbcrEncoding { matrix, range };
         // Rows of Y are padded, and those of Cb and Cr by half of that.
-        let bytes = program.frame_bytes();
+        let bytes = program.came.log.frame_bytes;
         info.bytes_per_row = u32::try_from(2 * bytes / (3 * height as usize)).unwrap_or(u32::MAX);
         if info.bytes_per_row < width || info.frame_bytes() != bytes {
             return Err(wrong(format!("a frame of rpicam-vid has {bytes} bytes, expected {width}x{height} in YUV420")));
@@ -347,7 +345,7 @@ impl PiSettings {
             path: (if subject.contains(':') { subject.to_owned() } else { START.to_owned() }).into(),
             links: Vec::new(),
             card: program.came.log.sensor.clone().unwrap_or_else(|| "camera".into()),
-            driver: program.name().into(),
+            driver: program.name.into(),
             bus: program.came.log.place.clone().unwrap_or_default(),
             format: "YU12".into(),
             controls: controls.collect(),

@@ -360,13 +360,8 @@ impl SourceKind for Cameras {
         }
         let is_missing = name.as_encoded_bytes().starts_with(b"/dev/video")
             && Path::new(name).metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
-        is_missing.then(|| {
-            Err(Error::new(
-                ErrorKind::NotFound,
-                name.display(),
-                "no such camera; wstac devices lists those that there are",
-            ))
-        })
+        let message = "no such camera; wstac devices lists those that there are";
+        is_missing.then(|| Err(Error::new(ErrorKind::NotFound, name.display(), message)))
     }
 }
 

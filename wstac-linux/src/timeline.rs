@@ -24,6 +24,8 @@ const UNCERTAINTY: f64 = 0.5;
 const MEMORY: f64 = 64.0;
 /// Periods ahead of the grid from which it starts again.
 const EARLY: f64 = -1.5;
+/// Periods too early from which a time is not believed. A camera of twice its rate is none: its rate is watched.
+const SOON: f64 = -0.6;
 /// The longest gap. It is longer than a source waits for a frame before it starts the stream again.
 const LONGEST_GAP: Duration = Duration::from_secs(10);
 /// The largest difference between the driver's time across a break and the time between the arrivals.
@@ -42,14 +44,12 @@ pub(crate) struct Timeline {
     reported: u64,
     /// Frames that count as lost by their time alone. Those whose buffers were merely stamped late turn up later.
     guessed: f64,
-    /// Whether the last frame had no time, one that was not behind the last one's, or one that jumped.
-    pub(crate) is_wild: bool,
 }
 
 impl Timeline {
     pub(crate) fn new(rate: FrameRate) -> Self {
         let rate = rate.per_second();
-        Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0, is_wild: false }
+        Self { rate, last: None, late: 0.0, frames: 1.0, reported: 0, guessed: 0.0 }
     }
 
     /// Notes a lost frame for which there is no buffer. The gap before the next buffer includes it.
@@ -65,17 +65,12 @@ impl Timeline {
         let Some((last_sequence, last_timestamp)) = self.last.replace((sequence, timestamp)) else { return 0 };
         let reported = std::mem::take(&mut self.reported);
         let counted = f64::from(sequence.wrapping_sub(last_sequence));
-        // This is the time in periods, below 0 if time went back.
-        let elapsed = timestamp.zip(last_timestamp).map(|(now, before)| {
-            let ahead = now.saturating_sub(before).as_secs_f64();
-            (ahead - before.saturating_sub(now).as_secs_f64()) * self.rate
-        });
+        let elapsed = self.periods(timestamp, last_timestamp);
         let agree = elapsed.is_some_and(|elapsed| (elapsed - counted).abs() <= 2.0 + 0.1 * counted);
-        let longest = (LONGEST_GAP.as_secs_f64() * self.rate).max(2.0);
+        let longest = self.longest_gap();
         let steps = if counted >= 1.0 && (counted <= longest || agree) { counted } else { 1.0 };
         let steps = steps.max(1.0 + reported as f64);
         let timed = elapsed.filter(|elapsed| *elapsed <= longest || agree);
-        self.is_wild = timed.is_none_or(|elapsed| elapsed <= 0.0);
         let steps = if let Some(elapsed) = timed {
             self.follow(steps, elapsed)
         } else {
@@ -83,6 +78,25 @@ impl Timeline {
             steps
         };
         (steps as u64).saturating_sub(1 + reported)
+    }
+
+    /// Returns whether a buffer's time follows that of the last one, if those that were reported are between: it neither
+    /// stays, creeps, goes back nor jumps. Nothing is before the first buffer.
+    pub(crate) fn is_followed_by(&self, timestamp: Option<Duration>) -> bool {
+        let late = |elapsed| elapsed - (1 + self.reported) as f64;
+        let follows = |elapsed| (SOON..=self.longest_gap()).contains(&late(elapsed));
+        self.last.is_none_or(|(_, before)| self.periods(timestamp, before).is_some_and(follows))
+    }
+
+    /// Returns the time between two buffers in periods, below 0 if time went back.
+    fn periods(&self, now: Option<Duration>, before: Option<Duration>) -> Option<f64> {
+        let (now, before) = now.zip(before)?;
+        let ahead = now.saturating_sub(before).as_secs_f64();
+        Some((ahead - before.saturating_sub(now).as_secs_f64()) * self.rate)
+    }
+
+    fn longest_gap(&self) -> f64 {
+        (LONGEST_GAP.as_secs_f64() * self.rate).max(2.0)
     }
 
     /// Notes the first buffer after the stream broke off and started again.
@@ -97,9 +111,7 @@ impl Timeline {
         let told = timestamp.zip(before).and_then(|(now, before)| now.checked_sub(before));
         // Buffers may have waited before they arrived, and a rest of some periods is usual.
         let unsure = UNSURE + Duration::try_from_secs_f64(10.0 / self.rate).unwrap_or(Duration::MAX).min(LONGEST_GAP);
-        let believed = told.filter(|told| told.abs_diff(between) <= unsure);
-        self.is_wild = believed.is_none();
-        let passed = believed.unwrap_or(between);
+        let passed = told.filter(|told| told.abs_diff(between) <= unsure).unwrap_or(between);
         ((passed.as_secs_f64() * self.rate).round() as u64).saturating_sub(1 + reported)
     }
 
@@ -178,8 +190,7 @@ mod tests {
         for seed in 0..200 {
             let mut random = fastrand::Rng::with_seed(seed);
             let quiet: Vec<_> = (0..2000).map(|t| (t, f64::from(t) + 0.6 * noise(&mut random))).collect();
-            let losses = lost(&mut timeline(), quiet.clone());
-            assert_eq!(losses.iter().sum::<u64>(), 0, "seed {seed}");
+            assert_eq!(lost(&mut timeline(), quiet.clone()).iter().sum::<u64>(), 0, "seed {seed}");
             // The sequence number counts a drop in spite of jitter.
             let losses = lost(&mut timeline(), quiet.iter().copied().filter(|(t, _)| t % 100 != 50));
             assert_eq!(losses.iter().sum::<u64>(), 20, "seed {seed}");
@@ -191,8 +202,7 @@ mod tests {
         for seed in 0..200 {
             let mut random = fastrand::Rng::with_seed(seed);
             let frames = (0..2000_u32).filter(|t| t % 200 != 100).zip(0..);
-            let jittery: Vec<_> =
-                frames.map(|(t, sequence)| (sequence, f64::from(t) + 0.2 * noise(&mut random))).collect();
+            let jittery = frames.map(|(t, sequence)| (sequence, f64::from(t) + 0.2 * noise(&mut random)));
             assert_eq!(lost(&mut timeline(), jittery).iter().sum::<u64>(), 10, "seed {seed}");
         }
     }
@@ -202,8 +212,7 @@ mod tests {
         // A frame that is 1.2 periods late looks like a loss. The total is right again after a real loss.
         let late = |t: u32| f64::from(t) + if t == 100 { 1.2 } else { 0.0 };
         let frames = (0..200).filter(|t| *t != 105).zip(0..);
-        let losses = lost(&mut timeline(), frames.map(|(t, sequence)| (sequence, late(t))));
-        assert_eq!(losses.iter().sum::<u64>(), 1);
+        assert_eq!(lost(&mut timeline(), frames.map(|(t, sequence)| (sequence, late(t)))).iter().sum::<u64>(), 1);
     }
 
     #[test]
@@ -222,13 +231,7 @@ mod tests {
         // The rate is 30 frames per second, then 7.5, then 20.
         let mut time = 0.0;
         let frames = (0..300).map(|t| {
-            time += if t < 100 {
-                1.0
-            } else if t < 200 {
-                4.0
-            } else {
-                1.5
-            };
+            time += [1.0, 4.0, 1.5][t as usize / 100];
             (t, time)
         });
         let losses = lost(&mut timeline(), frames);

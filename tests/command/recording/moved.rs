@@ -153,8 +153,7 @@ fn rewritten(bytes: &[u8], how: Rewrite<'_>) -> Vec<u8> {
 /// Returns the checksum that a description has of one of its records.
 fn sum_of(metadata: &Metadata) -> String {
     let texts = metadata.metadata.iter().flat_map(|(name, value)| [name, value]);
-    let bytes = [&metadata.name]
-        .into_iter()
+    let bytes = std::iter::once(&metadata.name)
         .chain(texts)
         .flat_map(|text| [&(text.len() as u64).to_le_bytes()[..], text.as_bytes()].concat());
     format!("{:08x}", wstac_core::crc::crc32(bytes))
@@ -333,6 +332,11 @@ fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
     let bytes = numbered(&folder, &[]);
     let truth = stream(&folder.0.join("whole.mcap"), None).unwrap();
     let [file, new] = ["holes.mcap", "new.mcap"].map(|name| folder.0.join(name));
+    let recover = |bytes: &[u8], is_bare, options, order: &dyn Fn(&mut Vec<Message<'_>>)| {
+        let how = Rewrite { topic: &no_sums, order, is_bare, ..plain(options) };
+        fs::write(&file, rewritten(bytes, how)).unwrap();
+        said(&run(&["recover", file.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]))
+    };
     let lz4 = || chunked().compression(Some(mcap::Compression::Lz4));
     for holes in [0..FRAMES - 1, 100..140] {
         let is_gone = |number: u32| holes.contains(&number) && number % 2 == 1;
@@ -344,39 +348,43 @@ fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
         let expected: Vec<_> =
             truth.frames.iter().zip(0..).map(|(frame, number)| frame.clone().filter(|_| !is_gone(number))).collect();
         for (is_bare, options) in [(true, chunked()), (true, lz4()), (true, unchunked()), (false, chunked())] {
-            fs::write(&file, rewritten(&bytes, Rewrite { topic: &no_sums, order: &order, is_bare, ..plain(options) }))
-                .unwrap();
-            let done = run(&["recover", file.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
-            assert!(said(&done).contains("damaged, recorded as lost"), "{}", said(&done));
+            let text = recover(&bytes, is_bare, options, &order);
+            assert!(text.contains("damaged, recorded as lost"), "{text}");
             assert!(stream(&new, None).unwrap().frames == expected, "{is_bare} {holes:?}");
             // The record at the end has the number of all frames.
             assert_eq!(stream(&file, None).map(|found| found.frames == expected), is_bare.then_some(true), "{holes:?}");
         }
     }
     let order = |all: &mut Vec<Message<'_>>| all.iter_mut().for_each(|of| (of.log_time, of.publish_time) = (9, 9));
-    let recover = |order: &dyn Fn(&mut Vec<Message<'_>>)| {
-        let how = Rewrite { topic: &no_sums, order, is_bare: true, ..plain(chunked()) };
-        fs::write(&file, rewritten(&bytes, how)).unwrap();
-        run(&["recover", file.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
-    };
-    recover(&order);
+    recover(&bytes, true, chunked(), &order);
     for name in [&file, &new] {
         let lines = good(&["run", name.to_str().unwrap(), "--json"]);
-        let message = format!("{}: frame 1 comes 0.0 ms after the one before, expected 33.3 ms", name.display());
-        assert!(lines.contains(&message), "{lines}");
+        assert!(lines.contains(": frame 1 comes 0.0 ms after the one before, expected 33.3 ms"), "{lines}");
     }
-    // If only a picture is gone, what followed from it is no part of the moment before.
-    recover(&|all| drop(all.remove(frames_of(all)[120])));
-    let (new, mut of_moment) = (fs::read(&new).unwrap(), None);
-    for message in mcap::MessageStream::new(&new).unwrap().map(Result::unwrap) {
-        let first = *of_moment.get_or_insert(message.log_time);
-        assert!(
-            message.log_time <= first,
-            "{} of {} in the moment of {first}",
-            message.channel.topic,
-            message.log_time
-        );
-        of_moment = of_moment.filter(|_| message.channel.topic != "/sums/json");
+    // What is no picture is left out, as the new file would end there.
+    let text = recover(&bytes, true, unchunked(), &|all| {
+        frames_of(all)[120..121].iter().for_each(|place| all[*place].data.to_mut()[0] = 0);
+    });
+    let expected = truth.frames.iter().zip(0..).map(|(frame, number)| frame.clone().filter(|_| number != 120));
+    assert!(stream(&new, None).unwrap().frames == expected.collect::<Vec<_>>() && text.contains("1 frame"), "{text}");
+    // If only a picture is gone, what followed from it is no part of the moment before, of whatever sensor and time that is.
+    let sensors = several(&folder, &[]);
+    for (bytes, damaged) in [(&bytes, 0..0), (&bytes, 20..21), (&sensors, 0..0)] {
+        recover(bytes, true, chunked(), &|all| {
+            frames_of(all)[damaged.clone()].iter().for_each(|place| all[*place].log_time = u64::MAX);
+            all.remove(frames_of(all)[120]);
+        });
+        let (new, mut of_moment) = (fs::read(&new).unwrap(), None);
+        for message in mcap::MessageStream::new(&new).unwrap().map(Result::unwrap) {
+            let topic = &message.channel.topic;
+            let of = (SENSORS.iter().position(|(name, ..)| topic.starts_with(&format!("/{name}/"))), message.log_time);
+            let first = *of_moment.get_or_insert(of);
+            let is_line = topic.contains("events") || topic.contains("faults");
+            let is_sum = topic == "/sums/json";
+            let follows = of == first || (is_line && of.0 == first.0 && of.1 < first.1);
+            assert!(is_sum || follows, "{topic}: {of:?} in the moment of {first:?}");
+            of_moment = of_moment.filter(|_| !is_sum);
+        }
     }
 }
 

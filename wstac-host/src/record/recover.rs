@@ -41,6 +41,7 @@ use super::about::{About, CONFIGURATION, TOML, is_description};
 use super::channels::Channels;
 use super::compression::Compression;
 use super::file::{RecordingFile, Sensors, Topic, write_error};
+use super::foxglove::{picture_of, read_taxel_sums};
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::{fault_line, lost_frames, lost_line};
@@ -135,9 +136,10 @@ struct Recovery<'a> {
     body: Vec<u8>,
     /// Other programs' records of metadata so far.
     metadata: usize,
-    /// Time of the last message, and of the last one that waits.
+    /// Time of the last message.
     time: u64,
-    waiting_time: u64,
+    /// The sensor and the time of the first message of this program that waits.
+    moment: Option<(u8, u64)>,
     /// Frames that a recording of before must have lost here, at least, since its last sound frame.
     suspects: u64,
     is_suspect: bool,
@@ -231,7 +233,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         body: Vec::new(),
         metadata: 0,
         time: 0,
-        waiting_time: 0,
+        moment: None,
         suspects: 0,
         is_suspect: false,
         has_bad_chunk: false,
@@ -244,7 +246,10 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         doubt: stated.has_other_end.then(|| "has the ends of several recordings".to_owned()),
         found: Recovered { problem, ..Recovered::default() },
     };
-    let in_words = |failure: RecoverFailure| failure.in_words(old, path);
+    let in_words = |failure| match failure {
+        RecoverFailure::Old(error) => failed(error),
+        RecoverFailure::New(error) => not_written(path, error),
+    };
     // The index comes first, because chunks have each channel only once.
     let definitions = recovery.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
     for (op, body) in definitions {
@@ -290,15 +295,6 @@ impl From<io::Error> for RecoverFailure {
 impl From<McapError> for RecoverFailure {
     fn from(error: McapError) -> Self {
         Self::New(error)
-    }
-}
-
-impl RecoverFailure {
-    fn in_words(self, old: &Path, new: &Path) -> Error {
-        match self {
-            Self::Old(error) => Error::io(old.display(), error),
-            Self::New(error) => not_written(new, error),
-        }
     }
 }
 
@@ -352,9 +348,7 @@ impl Recovery<'_> {
                     // A moment without its checksum is the incomplete end of a recording that was cut off.
                     let is_cut =
                         self.has_sums && !self.is_suspect && self.pending.iter().all(|of| of.crc == Crc::Unknown);
-                    if is_cut {
-                        self.pending.clear();
-                    }
+                    self.pending.retain(|_| !is_cut);
                     self.flush()?;
                     if self.sorted.is_none() && self.order.is_other(self.has_sums) {
                         return Ok(false);
@@ -377,8 +371,7 @@ impl Recovery<'_> {
     fn define(&mut self, op: u8, body: &[u8], sound: bool) {
         self.definitions = self.definitions.saturating_add(body.len() as u64);
         if self.definitions > 4 * MOST_DEFINITIONS {
-            let most = (4 * MOST_DEFINITIONS) >> 20;
-            self.doubt.get_or_insert_with(|| format!("has more than {most} MB of schemas and channels"));
+            self.doubt.get_or_insert(format!("has more than {} MB of schemas and channels", MOST_DEFINITIONS >> 18));
             return;
         }
         // The numbers of channels are known without their records.
@@ -462,19 +455,22 @@ impl Recovery<'_> {
         let channel = self.walk.channel_of(span)?;
         let own = self.own(channel);
         let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
-        let (message, mut is_later) = (MessageBody::parse(start), false);
-        if let Some(message) = message {
-            is_later = message.times[0] > self.waiting_time;
-            self.waiting_time = self.waiting_time.max(message.times[0]);
-            own.into_iter().for_each(|(sensor, topic)| _ = self.order.add(sensor, topic, &message));
+        let (message, mut of_moment) = (MessageBody::parse(start), None);
+        if let (Some((sensor, topic)), Some(message)) = (own, message) {
+            self.order.add(sensor, topic, &message);
+            of_moment = Some((sensor, message.times[0]));
         }
         self.has_bad_chunk |= self.walk.crc() == Crc::Bad;
         let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
         if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
             return self.sum(span);
         }
-        // Without checksums, a moment is a frame and everything behind it that is not later: the next frame may be gone.
-        let starts = !self.has_sums && (is_later || own.is_none_or(|(_, topic)| topic.is_frame()));
+        // Without checksums, a moment is a frame and what is behind it of its sensor and time: the next frame may be gone.
+        // Lines of events have earlier times.
+        let is_line = matches!(own, Some((_, Topic::Events | Topic::EventsJson | Topic::Faults | Topic::FaultsJson)));
+        let joins = |((sensor, time), (of, at))| of == sensor && (at == time || (is_line && at < time));
+        let joins = self.moment.zip(of_moment).is_none_or(joins);
+        let starts = !self.has_sums && own.is_none_or(|(_, topic)| topic.is_frame() || !joins);
         if starts || self.pending.len() == MOST_PENDING {
             self.flush()?;
         }
@@ -486,30 +482,43 @@ impl Recovery<'_> {
             self.held += span.length;
             self.walk.body(span, body.insert(Vec::new()))?;
         }
+        self.moment = self.moment.or(of_moment);
         self.pending.push(Waiting { span, channel, own, crc, is_unfinished, body });
         Ok(())
     }
 
     /// Returns whether a message is copied that has no checksum of its own.
-    fn is_sound(&self, message: &Waiting) -> bool {
-        match message.crc {
+    fn is_sound(&mut self, message: &Waiting) -> io::Result<bool> {
+        Ok(match message.crc {
             Crc::Bad => false,
             // Messages that have no place in the stream.
             Crc::Good if self.has_sums => !message.is_frame() && !matches!(message.own, Some((_, Topic::FaultsJson))),
             Crc::Good => true,
             // The last chunk of a recording that was killed has no checksum yet.
-            Crc::Unknown => !self.has_sums && (!self.has_crcs || message.is_unfinished),
-        }
+            Crc::Unknown => !self.has_sums && (!self.has_crcs || message.is_unfinished) && self.is_readable(message)?,
+        })
+    }
+
+    /// Returns whether a message is no frame, or one that is read as a picture: the new file would end at another.
+    fn is_readable(&mut self, message: &Waiting) -> io::Result<bool> {
+        let Some((_, topic)) = message.own.filter(|(_, topic)| topic.is_frame()) else { return Ok(true) };
+        self.read(message)?;
+        let data = MessageBody::parse(&self.body).map_or(&[][..], |message| message.data);
+        let is_sums = topic == Topic::TaxelSums;
+        Ok(if is_sums { read_taxel_sums(data).is_some() } else { picture_of(data, topic == Topic::Jpeg).is_some() })
     }
 
     /// Copies the messages that wait, if they are sound.
     fn flush(&mut self) -> Result<(), RecoverFailure> {
-        self.held = 0;
+        (self.held, self.moment) = (0, None);
         let pending = std::mem::take(&mut self.pending);
         if pending.is_empty() || self.is_over {
             return Ok(());
         }
-        let (sound, others): (Vec<_>, Vec<_>) = pending.into_iter().partition(|message| self.is_sound(message));
+        let (mut sound, mut others) = (Vec::new(), Vec::new());
+        for message in pending {
+            if self.is_sound(&message)? { &mut sound } else { &mut others }.push(message);
+        }
         self.leave(&others);
         if sound.is_empty() {
             return Ok(());
@@ -528,12 +537,10 @@ impl Recovery<'_> {
         self.is_suspect |= !messages.is_empty();
         let frames = messages.iter().filter(|message| message.is_frame()).count() as u64;
         self.suspects = self.suspects.saturating_add(frames);
-        let is_foreign = |of: &&Waiting| of.own.is_none() && of.crc == Crc::Unknown;
-        for message in messages.iter().filter(is_foreign) {
-            if let Some((channel, _)) = self.channels.get(&message.channel) {
-                let topic = &channel.topic;
-                self.doubt.get_or_insert_with(|| format!("has messages of {topic}, which no checksum vouches for"));
-            }
+        let mut foreign = messages.iter().filter(|of| of.own.is_none() && of.crc == Crc::Unknown);
+        if let Some((channel, _)) = foreign.find_map(|of| self.channels.get(&of.channel)) {
+            let what = || format!("has messages of {}, which no checksum vouches for", channel.topic);
+            self.doubt.get_or_insert_with(what);
         }
     }
 
@@ -594,16 +601,11 @@ impl Recovery<'_> {
             let body = std::mem::take(&mut self.body);
             if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
             {
-                match message.own.map(|(_, topic)| topic) {
-                    Some(topic) if topic.is_frame() => {
-                        self.time = log_time;
-                        self.found.frames += 1;
-                    }
-                    Some(Topic::EventsJson) => {
-                        self.found.events += u64::from(data.starts_with(br#"{"kind":"event""#));
-                    }
-                    _ => {}
+                if message.is_frame() {
+                    (self.time, self.found.frames) = (log_time, self.found.frames + 1);
                 }
+                let is_event = matches!(message.own, Some((_, Topic::EventsJson)));
+                self.found.events += u64::from(is_event && data.starts_with(br#"{"kind":"event""#));
                 let header = MessageHeader { channel_id, sequence, log_time, publish_time };
                 self.out.write_message(own, &header, data)?;
             }
@@ -640,8 +642,7 @@ impl Recovery<'_> {
             self.time = MessageBody::parse(&self.body).map_or(0, |message| message.times[0]);
         }
         self.found.damaged = self.found.damaged.saturating_add(frames);
-        let entered = self.entered.entry(sensor).or_default();
-        *entered = entered.saturating_add(frames);
+        self.entered.entry(sensor).and_modify(|all| *all = all.saturating_add(frames)).or_insert(frames);
         self.enter(sensor, &lost_line(frames, "damaged in the recording"))
     }
 

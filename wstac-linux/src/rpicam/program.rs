@@ -7,6 +7,7 @@ use std::process::{Child, ChildStderr, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::process::{Pid, WaitId, WaitIdOptions, waitid};
 use wstac_host::error::{Error, ErrorKind};
 
 /// The names of the program, the newest first.
@@ -24,10 +25,11 @@ const MOST_FAULTS: usize = 16;
 #[derive(Debug)]
 pub(super) struct Program {
     subject: String,
-    name: &'static str,
+    pub(super) name: &'static str,
     process: Child,
-    /// Ends the process after the end of this program, however that comes.
-    guard: Child,
+    /// Ends the process after the end of this program, however that comes. It ends before the process is waited for, whose
+    /// number is another's then.
+    guard: Option<Child>,
     /// Its standard output, the metadata and the log; `None` after the end of each.
     frames: Option<ChildStdout>,
     metadata: Option<PipeReader>,
@@ -38,8 +40,8 @@ pub(super) struct Program {
 /// The bytes that have come so far, and what they say.
 #[derive(Debug, Default)]
 pub(super) struct Came {
-    /// The frame that comes, and how many of its bytes have come. It is empty until the log says how long frames are.
-    frame: Vec<u8>,
+    /// The frame that comes, or the one that was taken last, and how many of its bytes have come. It is empty until the log says how long frames are.
+    pub(super) frame: Vec<u8>,
     filled: usize,
     block: Vec<u8>,
     blocks: VecDeque<Metadata>,
@@ -73,7 +75,7 @@ pub(super) struct Log {
     pub(super) place: Option<String>,
     /// The size of the sensor's own frames.
     pub(super) mode: Option<(u32, u32)>,
-    frame_bytes: usize,
+    pub(super) frame_bytes: usize,
     /// The first error, the last one, and those that wait to be reported.
     first: Option<String>,
     last: Option<String>,
@@ -83,14 +85,14 @@ pub(super) struct Log {
 }
 
 impl Program {
-    pub(super) fn start(subject: &str, arguments: &[String]) -> Result<Self, Error> {
+    pub(super) fn start(subject: &str, arguments: &str) -> Result<Self, Error> {
         for name in PROGRAMS {
             let failed = |error: io::Error| {
                 Error::new(ErrorKind::Io, subject, format_args!("{name} does not start: {error}")).caused_by(error)
             };
             let (metadata, writer) = io::pipe().map_err(failed)?;
             let mut command = Command::new(name);
-            command.args(arguments).stdin(writer).stdout(Stdio::piped()).stderr(Stdio::piped());
+            command.args(arguments.split(' ')).stdin(writer).stdout(Stdio::piped()).stderr(Stdio::piped());
             // The log is read, and the program sets its level.
             command.env_remove("LIBCAMERA_LOG_LEVELS").env_remove("LIBCAMERA_LOG_FILE");
             command.env("LIBCAMERA_LOG_NO_COLOR", "1");
@@ -99,22 +101,15 @@ impl Program {
                 Err(error) if error.kind() == IoErrorKind::NotFound => continue,
                 other => other.map_err(failed)?,
             };
-            let guard = guard(&process).inspect_err(|_| drop(process.kill())).map_err(failed)?;
             let (frames, errors) = (process.stdout.take(), process.stderr.take());
             let (subject, metadata, came) = (subject.to_owned(), Some(metadata), Came::default());
-            return Ok(Self { subject, name, process, guard, frames, metadata, errors, came });
+            let mut started = Self { subject, name, process, guard: None, frames, metadata, errors, came };
+            started.guard = Some(guard(&started.process).map_err(|error| Error::io("sh", error))?);
+            return Ok(started);
         }
         let message = "a Raspberry Pi's camera is read by rpicam-vid, which is not installed; \
                        help: sudo apt install rpicam-apps";
         Err(Error::new(ErrorKind::Unsupported, subject, message))
-    }
-
-    pub(super) fn name(&self) -> &'static str {
-        self.name
-    }
-
-    pub(super) fn frame_bytes(&self) -> usize {
-        self.came.log.frame_bytes
     }
 
     /// Returns whether a whole frame has come, with its metadata.
@@ -131,11 +126,6 @@ impl Program {
     pub(super) fn take(&mut self) -> Metadata {
         self.came.filled = 0;
         self.came.blocks.pop_front().unwrap_or_default()
-    }
-
-    /// Returns the bytes of the frame that was taken last.
-    pub(super) fn bytes(&self) -> &[u8] {
-        &self.came.frame
     }
 
     /// Takes the errors that the program has reported.
@@ -170,13 +160,13 @@ impl Program {
             Err(rustix::io::Errno::INTR) => return Ok(true),
             Err(error) => return Err(Error::io(&self.subject, error.into())),
             // A process that it started may hold its streams open.
-            Ok(0) if self.process.try_wait().is_ok_and(|status| status.is_some()) => return Err(self.ended()),
+            Ok(0) if self.has_ended() => return Err(self.ended()),
             Ok(0) => return Ok(false),
             Ok(_) => {}
         }
         let mut ready = descriptors.iter().map(|descriptor| !descriptor.revents().is_empty());
-        let mut is_ready = |stream: bool| stream && ready.next().unwrap_or_default();
-        let ready = [errors.is_some(), metadata.is_some(), frames.is_some()].map(&mut is_ready);
+        let ready = [errors.is_some(), metadata.is_some(), frames.is_some()]
+            .map(|stream| stream && ready.next().unwrap_or_default());
         drop(descriptors);
         if ready[0] && self.read_log()? {
             self.errors = None;
@@ -204,8 +194,7 @@ impl Program {
     }
 
     fn read_metadata(&mut self) -> Result<bool, Error> {
-        let ended =
-            append(&mut self.metadata, &mut self.came.block).map_err(|error| Error::io(&self.subject, error))?;
+        let ended = append(&mut self.metadata, &mut self.came.block).map_err(|why| Error::io(&self.subject, why))?;
         while let Some(end) = self.came.block.windows(2).position(|bytes| bytes == b"\n\n") {
             let block: Vec<u8> = self.came.block.drain(..end + 2).collect();
             self.came.blocks.push_back(Metadata::parse(&String::from_utf8_lossy(&block)));
@@ -221,8 +210,21 @@ impl Program {
         Ok(count == 0)
     }
 
+    /// Returns whether the process has ended. It keeps its number.
+    fn has_ended(&self) -> bool {
+        let how = WaitIdOptions::EXITED | WaitIdOptions::NOHANG | WaitIdOptions::NOWAIT;
+        waitid(WaitId::Pid(Pid::from_child(&self.process)), how).is_ok_and(|status| status.is_some())
+    }
+
+    fn end_guard(&mut self) {
+        if let Some(mut guard) = self.guard.take() {
+            let _ = guard.kill().and_then(|()| guard.wait());
+        }
+    }
+
     /// Creates an error that says how the program ended, and why.
     fn ended(&mut self) -> Error {
+        self.end_guard();
         let status = self.process.wait().map_or_else(|error| error.to_string(), |status| status.to_string());
         let rest = std::mem::take(&mut self.came.line);
         self.came.log.note(&String::from_utf8_lossy(&rest));
@@ -237,11 +239,9 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        // If they have ended, these say so, which changes nothing. The guard must not end another process.
-        let _ = self.guard.kill();
-        let _ = self.guard.wait();
-        let _ = self.process.kill();
-        let _ = self.process.wait();
+        self.end_guard();
+        // If it was waited for, this says so, which changes nothing.
+        let _ = self.process.kill().and_then(|()| self.process.wait());
     }
 }
 
