@@ -331,7 +331,9 @@ fn a_board_that_ends_before_its_baseline_is_said_to_be_too_short() {
     let folder = Folder::new("monitor-short");
     let notes = |messages: &[Message]| {
         let mut sent = board::Sent { frames: Vec::new() };
-        messages.iter().for_each(|message| sent.push(message));
+        for message in messages {
+            sent.push(message);
+        }
         said(&run(&["run", &format!("board:{}", path(&folder.file("short.bin", sent.frames.concat())))]))
     };
     let why = "no event: the source ended before the baseline was complete";
