@@ -3,7 +3,8 @@
 use wstac_host::output::Output;
 use wstac_host::session::Processor;
 
-/// A range of times in seconds from the first frame on: from `since` on, before `until`.
+/// A range of times in seconds from the first frame on: from `since` on, before `until`. Without either it has all, also frames
+/// of a clock that goes back.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range {
     since: f64,
@@ -14,7 +15,7 @@ pub(super) struct Range {
 
 impl Range {
     pub(super) fn new(since: Option<f64>, until: Option<f64>) -> Self {
-        Self { since: since.unwrap_or(0.0), until: until.unwrap_or(f64::INFINITY), left_out: 0 }
+        Self { since: since.unwrap_or(f64::NEG_INFINITY), until: until.unwrap_or(f64::INFINITY), left_out: 0 }
     }
 
     /// Returns a record and its time in seconds, if it is in the range. The end is always in it, without an incomplete
