@@ -18,7 +18,7 @@ use wstac_host::visible::OneLine;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
 
-/// Compare simulated slides of every specimen, and of other objects, with the answers
+/// Compare simulated slides of many objects with the answers
 ///
 /// The frames (1280 × 720) are rendered and processed like a camera's. The command needs no camera and no sensor.
 #[derive(Debug, clap::Args)]

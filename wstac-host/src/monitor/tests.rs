@@ -104,9 +104,11 @@ fn a_start_is_told_from_an_answer() {
 
 #[test]
 fn an_end_that_the_board_does_not_tell_is_known_from_what_it_told() {
-    let features = Message::Features { frame: 99, features: [0; 10] };
-    let (found, last) = reports(OutputOptions::default(), &[features]);
-    assert_eq!((found, last), (vec![], end(100, false, None)));
+    for (frame, baseline_complete) in [(23, false), (24, true)] {
+        let features = Message::Features { frame, features: [0; 10] };
+        let (found, last) = reports(OutputOptions::default(), &[features]);
+        assert_eq!((found, last), (vec![], end(frame + 1, baseline_complete, None)));
+    }
     let texture = TextureAnswer::new(wstac_core::model::file::Task::Pattern, Text::new("Saw"));
     let early = Message::Texture { frame: 200, frames: 40, texture };
     let under_way = Some(InterruptedSample::new(200, 40));
