@@ -45,7 +45,7 @@ const MOST_PIXELS: u32 = 16_384;
 const MOST_EXPOSED: f64 = 0.6;
 /// Frames in a row after which their times are believed again.
 const EVEN_AGAIN: u32 = 10;
-/// What is said of times that do not follow each other.
+/// The fault about times that do not follow each other.
 const WILD: &str = "times of frames stay or jump: each is one frame, and events are not reliable until they are even";
 /// Part of a rate or a control's value by which what was set may differ from what was asked for.
 const NEAR: f64 = 0.02;

@@ -361,7 +361,7 @@ fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
         let lines = good(&["run", name.to_str().unwrap(), "--json"]);
         assert!(lines.contains(": frame 1 comes 0.0 ms after the one before, expected 33.3 ms"), "{lines}");
     }
-    // What is no picture is left out, as the new file would end there.
+    // A frame that is no picture is left out, as the new file would end there.
     let text = recover(&bytes, true, unchunked(), &|all| {
         frames_of(all)[120..121].iter().for_each(|place| all[*place].data.to_mut()[0] = 0);
     });

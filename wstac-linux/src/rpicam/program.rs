@@ -40,7 +40,8 @@ pub(super) struct Program {
 /// The bytes that have come so far, and what they say.
 #[derive(Debug, Default)]
 pub(super) struct Came {
-    /// The frame that comes, or the one that was taken last, and how many of its bytes have come. It is empty until the log says how long frames are.
+    /// The frame that comes, or the one that was taken last, and how many of its bytes have come. It is empty until the log
+    /// says how long frames are.
     pub(super) frame: Vec<u8>,
     filled: usize,
     block: Vec<u8>,
