@@ -1,5 +1,6 @@
 //! Objects of any shape: how often their velocity is known and how often it is wrong, by kind and by fault.
 
+mod extents;
 pub(crate) mod scenes;
 
 use core::result::Result as Found;
@@ -369,10 +370,15 @@ const OF_DECADE: u64 = 300;
 pub(crate) fn section(page: &mut String) {
     page.push_str(include_str!("../objects.txt"));
     let _ = writeln!(page, "{PAGE_HEAD}");
-    for row in &ROWS {
+    let mut others = extents::HEADS.map(|head| head.to_owned() + "\n");
+    for row in ROWS.iter().chain(BREAKS.iter().filter(|row| row.kind == Kind::Even)) {
         let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number));
-        let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered, LAW).page(&row.goal));
+        if row.kind != Kind::Even {
+            let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered, LAW).page(&row.goal));
+        }
+        extents::rows(&mut others, row.touch, row.kind, &answered);
     }
+    let [places, accelerations] = others;
     let _ = writeln!(
         page,
         "\nBy speed in mm/s, {OF_DECADE} of each, reliable/wrong in %:\n\n\
@@ -390,7 +396,11 @@ pub(crate) fn section(page: &mut String) {
         }
         page.push('\n');
     }
-    page.push('\n');
+    let _ = writeln!(
+        page,
+        "\nThe place and the width of what is lit across the motion, and how many objects it is of:\n\n{places}\n\
+         The acceleration, where an edge tells the motion; a constant speed has 0:\n\n{accelerations}"
+    );
 }
 
 /// What the command line asks for.
@@ -506,6 +516,7 @@ pub(crate) fn run(arguments: &[String]) {
         println!("| touch | by | {HEAD} --- |");
     }
     let mut reasons = String::new();
+    let mut others = extents::HEADS.map(|head| head.to_owned() + "\n");
     for row in ROWS.iter().chain(&BREAKS).filter(|row| options.has(row)) {
         let row = &Row { fault: options.fault.unwrap_or(row.fault), ..*row };
         let answered = each(options.count, |number| answer(row, options.speeds, options.seed, number));
@@ -525,7 +536,8 @@ pub(crate) fn run(arguments: &[String]) {
             );
             let _ = writeln!(reasons, "{} by {}: {}", row.name, ESTIMATORS[estimator], tally.reasons());
         }
+        extents::rows(&mut others, row.name, row.kind, &answered);
         print!("{page}");
     }
-    print!("\n{reasons}");
+    print!("\n{reasons}\n{}", others.join("\n"));
 }

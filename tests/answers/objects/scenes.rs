@@ -13,7 +13,7 @@ const JUDGE_UNITS: [f64; 2] = [90_000.0, 91_000.0];
 /// Sensors of slides with any other seed.
 const OTHER_UNITS: [f64; 2] = [91_000.0, 99_000.0];
 /// Half of the distance between outer whiskers, in mm.
-const HALF_MM: f64 = 8.0;
+pub(crate) const HALF_MM: f64 = 8.0;
 
 /// A kind of touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -383,25 +383,34 @@ fn across(slide: &Slide, angle: f64) -> [f64; 2] {
     [slide.speed_mm_s * angle.to_radians().cos(), slide.direction_deg + angle]
 }
 
+/// Returns half of the width of what a whisker reaches of a round thing.
+fn patch_mm(radius: f64) -> f64 {
+    let above = radius - WhiskerConfig::default().overlap_mm;
+    if above > 0.0 { (radius * radius - above * above).sqrt() } else { radius }
+}
+
+/// Returns the width of what the whiskers reach of a slide's object.
+pub(crate) fn lit_width_mm(slide: &Slide) -> f64 {
+    match slide.specimen.body {
+        Body::Ball => 2.0 * patch_mm(slide.specimen.length_mm / 2.0),
+        Body::Coin => slide.specimen.length_mm,
+        _ => slide.specimen.width_mm,
+    }
+}
+
 /// Returns the places on a slide's path, in mm, at which its object meets the first and the last whisker. A path begins
 /// where its leading end is beside a whisker, but a round end, and the first crest of a texture, come later.
 fn meets_mm(slide: &Slide) -> [f64; 2] {
     let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
     let specimen = &slide.specimen;
-    let radius = specimen.length_mm / 2.0;
-    let overlap = WhiskerConfig::default().overlap_mm;
-    let above = radius - overlap;
-    let at_lowest = if above > 0.0 { (radius * radius - above * above).sqrt() } else { radius };
-    // Half of the width beside a whisker, and of that which a whisker reaches.
-    let [beside, half] = match specimen.body {
-        Body::Ball => [radius, at_lowest],
-        Body::Coin => [radius; 2],
-        _ => [specimen.width_mm / 2.0; 2],
-    };
+    let (radius, overlap) = (specimen.length_mm / 2.0, WhiskerConfig::default().overlap_mm);
+    let half = lit_width_mm(slide) / 2.0;
+    // Half of the width beside a whisker.
+    let beside = if specimen.body == Body::Ball { radius } else { half };
     let rise = (1.0 - overlap / specimen.depth_mm).max(0.0) * specimen.period_mm;
     let behind = |left: f64| match (specimen.body, specimen.pattern) {
         (Body::Ball | Body::Coin, _) => radius - (half * half - left * left).sqrt(),
-        (Body::Rod, _) => radius - at_lowest,
+        (Body::Rod, _) => radius - patch_mm(radius),
         (_, Pattern::Saw) => rise,
         (_, Pattern::Tri) => rise / 2.0,
         // Between small lobes.
