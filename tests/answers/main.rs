@@ -94,7 +94,7 @@ const HEAD: &str = "\
 slides | reliable, % | speed error, %: median | p95 | direction error, °: median | p95 | wrong | speed within 1 sd, % | direction |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
-/// Returns the slides of answered touches, with the motion of an estimator: 0 by coherence, 1 by edges.
+/// Returns the slides of answered touches, with the motion of an estimator: 0 by a wave, 1 by coherence.
 fn cases(answered: &[Answered], estimator: usize) -> Vec<Case<'_>> {
     let of = |one: &'_ Answered| one.motions.map(|motions| motions[estimator]);
     let case = |one| Some(Case { slide: Answered::slide(one)?, unit: one.unit, motion: of(one) });
@@ -276,7 +276,7 @@ fn main() {
 /// Writes the tables of both estimators, and those of single sensors.
 fn motion(page: &mut String) {
     let slides = answers(Kind::Slide, SLIDES);
-    for (estimator, name) in ["By coherence", "By edges"].into_iter().enumerate() {
+    for (estimator, name) in ["By a wave", "By coherence"].into_iter().enumerate() {
         let cases = cases(&slides, estimator);
         let _ = writeln!(page, "## {name}\n");
         goals(page, &cases);
@@ -332,11 +332,8 @@ fn limits(page: &mut String) {
         (Kind::Bright, "four times the light"),
         (Kind::Noisy, "2.5 times the noise, 3 times the spread of gains"),
         (Kind::Pitch, "texture period equal to the pitch"),
-        (Kind::OneDead, "one dead whisker"),
         (Kind::OneWeak, "one weak whisker"),
         (Kind::Dead, "one dead whisker, three weak ones"),
-        (Kind::Narrow, "blocks of 6 to 20 mm in width"),
-        (Kind::Changing, "speed that changes; compared with that of the first 8 mm"),
         (Kind::Slow, "1 to 9 mm/s"),
         (Kind::Two, "two slides within one sample; compared with the first"),
     ] {

@@ -10,11 +10,12 @@ use wstac_core::params::{COLUMNS, TAXELS};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::motion::{Motion, MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_host::statistics::percentile;
 use wstac_scene::{Scene, Slide};
 
-use crate::touches::{Kind, each, script};
+use crate::touches::{Kind, by_default, each, script};
 use crate::{Case, Result, share};
 
 const SLIDES: u64 = 1000;
@@ -52,7 +53,7 @@ fn answer(number: u64) -> (Slide, u32, [Motions; CAMERAS.len()]) {
     let mut answers = CAMERAS.map(|(_, delay, _, open)| {
         let camera = Scene::camera(&script).expect("the scene was drawn within its limits");
         let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).expect("sums fit 32 bits");
-        let pipeline = Pipeline::builder(geometry).build().expect("all parameters are defaults");
+        let pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build().expect("all parameters are defaults");
         (delay, open, camera, pipeline, None)
     });
     for frame in 0.. {
@@ -76,7 +77,7 @@ fn answer(number: u64) -> (Slide, u32, [Motions; CAMERAS.len()]) {
                 let time = ReadoutTime::from_ms((5 * *delay) as f32 / PARTS as f32 * 1000.0 / 30.0);
                 [time, None].map(|time| {
                     let readout = Readout::of_layout(time, RowOrder::Down, &layout, FrameRate::NOMINAL);
-                    motion::by_coherence(&event, MotionConfig::published(FrameRate::NOMINAL).with_readout(readout))
+                    by_default(&event, MotionConfig::published(FrameRate::NOMINAL).with_readout(readout))
                 })
             });
             *motions = motions.or(found);

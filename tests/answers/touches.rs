@@ -1,17 +1,18 @@
 //! Touches drawn by chance, and what the core answers to them.
 
 use wstac_core::green::gray::Gray;
-use wstac_core::law::{ByWave, EventLaw};
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::paper::trigger::Event;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout};
 use wstac_core::touch::taxel_ring::TaxelRing;
+use wstac_core::touch::wave::by_wave;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
-use wstac_scene::{Dead, Press, PressKind, Scene, SceneConfig, SimulatedFrame, Slide, SpeedProfile, Touch, Weak};
+use wstac_scene::{Dead, Press, PressKind, Scene, SceneConfig, SimulatedFrame, Slide, Touch, Weak};
 
 /// Speeds of slides, in mm/s: log-uniform between these.
 const SPEEDS: (f64, f64) = (10.0, 600.0);
@@ -44,22 +45,16 @@ pub(crate) enum Kind {
     Noisy,
     /// One whisker is dead and up to three are weak.
     Dead,
-    /// Blocks of 6 to 20 mm in width, somewhere on the sensor. Its number, as those of others, draws its touches.
-    Narrow = 10,
-    /// Textures whose period is the distance between whiskers.
-    Pitch,
-    /// The speed changes by a factor of 0.4 to 2.4 within 40 mm.
-    Changing,
+    /// Textures whose period is the distance between whiskers. Its number, as those of others, draws its touches.
+    Pitch = 11,
     /// Speeds below the range: 1 to 9 mm/s.
     Slow = 15,
     /// Two slides of 30 mm at 60 to 400 mm/s, at most 45 frames apart; compared with the first.
     Two,
     /// Slides on few sensors, many on each.
     Sensors,
-    /// One whisker is dead.
-    OneDead = 19,
     /// One whisker has 15 % of its light.
-    OneWeak,
+    OneWeak = 20,
     /// Slides before a camera that reads its rows one after the other.
     Readout,
 }
@@ -72,7 +67,7 @@ pub(crate) struct Answered {
     pub unit: u32,
     /// Number of events.
     pub events: usize,
-    /// Motion by coherence and by edges; `None` without an event.
+    /// Motion by a wave, which is the default, and by coherence; `None` without an event.
     pub motions: Option<[Motion; 2]>,
     /// The kind of touch by the default law; `None` without an event.
     pub contact: Option<Contact>,
@@ -114,18 +109,10 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
             press(PressKind::Poke, between(2.5, 4.0), between(500.0, 2000.0), between(0.05, 0.5), whisker)
         }
         Kind::Straight => Touch::Slide(Slide { direction_deg: 90.0 * (degrees / 90.0).floor(), ..slide }),
-        Kind::Narrow => {
-            let specimen = Specimen { width_mm: between(6.0, 20.0), ..specimen };
-            Touch::Slide(Slide { specimen, offset_mm: between(-6.0, 6.0), ..slide })
-        }
         Kind::Slow => Touch::Slide(Slide { speed_mm_s: between(1.0, 9.0), ..slide }),
         Kind::Two => {
             let specimen = Specimen { length_mm: 30.0, ..specimen };
             Touch::Slide(Slide::new(specimen, 60.0 * (20.0_f64 / 3.0).powf(between(0.0, 1.0)), degrees))
-        }
-        Kind::Changing => {
-            let then = speed * between(0.4, 2.4);
-            Touch::Slide(Slide { profile: SpeedProfile::new(&[[0.0, speed], [8.0, speed], [40.0, then]]), ..slide })
         }
         _ => Touch::Slide(slide),
     };
@@ -157,13 +144,9 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
         script.touches.push(Touch::Slide(Slide::new(specimen, speed, between(0.0, 360.0))));
         script.gap = between(1.0, 46.0) as u32;
     }
-    if matches!(kind, Kind::OneDead | Kind::OneWeak) {
-        let (row, column) = (1 + between(0.0, 5.0) as i64, 1 + between(0.0, 5.0) as i64);
-        if kind == Kind::OneDead {
-            script.light.dead = Dead::try_from(vec![[row, column]]).expect("rows and columns are 1 to 5");
-        } else {
-            script.light.weak = Weak::try_from(vec![(row, column, 0.15)]).expect("rows and columns are 1 to 5");
-        }
+    if kind == Kind::OneWeak {
+        let weak = (1 + between(0.0, 5.0) as i64, 1 + between(0.0, 5.0) as i64, 0.15);
+        script.light.weak = Weak::try_from(vec![weak]).expect("rows and columns are 1 to 5");
     }
     script.sensor.size = FrameSize::new(400, 400).expect("the size is in range");
     script
@@ -183,12 +166,17 @@ fn answer(kind: Kind, number: u64) -> Answered {
         if let Some(event) = pipeline.push_taxels(&sums).event() {
             events += 1;
             if motions.is_none() {
-                motions = Some([motion::by_coherence(&event, config), motion::by_edges(&event, config)]);
-                contact = ByWave(config).answer(&event).contact;
+                let [wave, coherence] = [by_default(&event, config), motion::by_coherence(&event, config)];
+                (motions, contact) = (Some([wave, coherence]), Some(wave.contact));
             }
         }
     }
     Answered { touch: script.touches[0], unit: script.light.unit, events, motions, contact }
+}
+
+/// Returns the motion of an event by the default estimator.
+pub(crate) fn by_default(event: &Event<'_>, config: MotionConfig) -> Motion {
+    by_wave(event, event.taxels().expect("no frame was lost"), config).motion
 }
 
 /// Answers `count` touches of a kind, on all processors.
