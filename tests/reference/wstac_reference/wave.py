@@ -420,6 +420,8 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     light, noise = light_of(samples)
     start, end, is_cut = span_of(light, noise)
     lost = LOST * math.sqrt(sum(frame is None for frame in samples[start:end]))
+    total = np.maximum(light.sum(axis=1) - 15 * noise, 0)
+    is_followed = (4 * total[end:] > total.max()).any()
     light = prepared(light[start:end])
     peaks = light.max(axis=0)
     lit = peaks > LIT * peaks.max()
@@ -443,8 +445,12 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
         if not all(is_crossed(np.where(side, peaks, 0), right, up) for side in sides):
             raise Refused("starts on the sensor")
         return velocity_of(motion, of_rows, fps, "outline", lost)
+    is_line = lit.sum() == ROWS and 1 in (len(set(ROW[lit])), len(set(COLUMN[lit])))
     try:
-        return answer_of_wave(seen, places, peaks, is_cut, of_rows, outline, fps, lost)
+        found = answer_of_wave(seen, places, peaks, is_cut, of_rows, outline, fps, lost)
+        if is_followed and is_line:
+            raise Refused("starts on the sensor")
+        return found
     except Refused as refused:
         if str(refused) not in ("speed changed", "turning", "not alike", "not over"):
             raise

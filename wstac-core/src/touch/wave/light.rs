@@ -32,13 +32,21 @@ pub(super) struct Lines {
     pub(super) length: usize,
     /// Whether the touch is not over at the lines' end.
     pub(super) is_cut: bool,
+    /// Whether other light follows it in the sample.
+    pub(super) is_followed: bool,
     /// Frames of the lines that were lost.
     pub(super) lost: u8,
 }
 
 impl Lines {
-    pub(super) const EMPTY: Self =
-        Self { values: [[0; PADDED]; TAXELS], peaks: [0; TAXELS], length: 0, is_cut: false, lost: 0 };
+    pub(super) const EMPTY: Self = Self {
+        values: [[0; PADDED]; TAXELS],
+        peaks: [0; TAXELS],
+        length: 0,
+        is_cut: false,
+        is_followed: false,
+        lost: 0,
+    };
 
     /// Returns each line between dark frames, with its peak.
     pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16], i32)> {
@@ -76,6 +84,8 @@ impl Lines {
             most > (8 * noise).max(LEAST_LIGHT)
         })?;
         (self.length, self.is_cut) = (last - first, is_cut);
+        let highest = totals.iter().copied().max().unwrap_or(0);
+        self.is_followed = totals.iter().skip(last).any(|&light| 4 * light > highest);
         self.lost = (first..last).filter(|&number| samples.known(number).is_none()).count() as u8;
         // As many bits as a line has.
         let bits = u32::BITS - most.leading_zeros();

@@ -185,6 +185,8 @@ impl Wave {
         let whiskers = Whiskers::new(&self.lines, lit);
         let reason = match self.of_wave(&whiskers, &outline, count, config) {
             Err(reason @ (Reason::SpeedChanges | Reason::Turning | Reason::NotAlike | Reason::NotOver)) => reason,
+            // A slow edge that is nearly along a line of whiskers reaches the next line later.
+            Ok(_) if self.lines.is_followed && is_line(lit) => return Err(Reason::NotCrossed),
             answer => return answer,
         };
         let pair = Pair::of_corner(&whiskers, lit, delays(config)).ok_or(reason)?;
@@ -248,6 +250,11 @@ impl Wave {
         });
         Ok((velocity, basis, acceleration))
     }
+}
+
+/// Returns whether whiskers are one row or one column.
+fn is_line(lit: u32) -> bool {
+    (0..5).any(|line| lit == 0b11111 << (5 * line) || lit == 0x10_8421 << line)
 }
 
 /// A velocity, what it is known by, and the acceleration.

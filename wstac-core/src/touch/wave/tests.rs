@@ -68,6 +68,10 @@ fn what_no_wave_explains_is_refused() {
     assert_eq!(fit(&stopped), Err(Reason::NotCrossed));
     let begun = &slide([1.0, 0.0], |_, _| 1.0)[12..];
     assert_eq!(fit(begun), Err(Reason::NotCrossed));
+    // A slow edge that is nearly along the rows: it reaches the next one 18 frames later. A ball along a row is all there is.
+    let along = |x: f64, y: f64| 14.0 + 2.0 * (x + 2.0) + 18.0 * (2.0 - y);
+    assert_eq!(fit(&flashes(along, |_, _| 1.0)), Err(Reason::NotCrossed));
+    check("ball", &flashes(along, |_, y| f64::from(y > 1.5)), 60.0, 0.0, Basis::Outline);
     // Two fingers, of which one is a quarter faster.
     let [slow, fast] = [[1.0, 0.0], [0.75, 0.0]];
     let (above, below) = (slide(slow, |_, y| f64::from(y > 1.5)), slide(fast, |_, y| f64::from(y < -1.5)));
