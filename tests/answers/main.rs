@@ -1,6 +1,6 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `limits`, `live`, `readout`, `judge` (objects) or `textures` it writes only that section, and with `base` only the tables
+//! `motion`, `limits`, `live`, `readout`, `judge` (objects) or `textures` it writes only that section, and with `base` only the tables
 //! of the kinds of touch and of cameras, whose lines are lines of the page. With `objects` or `live-objects` and their
 //! options it prints a table of objects for whoever sets limits, by other seeds than those of the page.
 
@@ -247,6 +247,7 @@ fn main() {
         }
         let mut section = String::new();
         match part.as_str() {
+            "motion" => motion(&mut section),
             "limits" => limits(&mut section),
             "live" => live::tables(&mut section),
             "live-taxels" => live::taxels(&mut section),
