@@ -1,26 +1,16 @@
 //! Outputs of a session on their way to Python: objects of `wstac._answers`, and numbers for arrays.
 
-use std::time::SystemTime;
-
 use numpy::{PyArray1, PyArrayMethods};
-use pyo3::IntoPyObjectExt;
-use pyo3::call::PyCallArgs;
-use pyo3::exceptions::PyMemoryError;
+use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
-use pyo3::types::{IntoPyDict, PyDict, PyModule};
+use pyo3::types::{PyDict, PyModule};
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::paper::direction::{Direction, Heading};
-use wstac_core::paper::speed::Speed;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
-use wstac_core::reason::Reason;
-use wstac_core::touch::motion::Contact;
-use wstac_core::touch::wave::{Basis, Measured};
 use wstac_host::error::Error;
-use wstac_host::json::{angle, baseline, confidence, millimeters, rounded, seconds, spread, within_ms};
-use wstac_host::output::{MotionReport, Output, Paths, SampleFrames, TactileEvent};
+use wstac_host::json::{JsonLine, within_ms};
+use wstac_host::output::{Output, Paths, SampleFrames};
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
-use wstac_host::texture::Texture;
 use wstac_train::dataset::path::frames_of;
 use wstac_train::model::trained::in_set_order;
 
@@ -182,164 +172,34 @@ impl Frames {
     }
 }
 
+/// Returns the objects of `wstac._answers`. They are made from lines of JSON, so that fields have one list.
 pub(crate) fn objects(py: Python<'_>, outputs: Vec<Numbered>) -> PyResult<Vec<Bound<'_, PyAny>>> {
-    let classes = Classes(py.import("wstac._answers")?);
-    outputs.into_iter().filter_map(|(at, output)| classes.object(at, output).transpose()).collect()
+    let classes = py.import("wstac._answers")?;
+    outputs.into_iter().filter_map(|(at, output)| object(&classes, at, output).transpose()).collect()
 }
 
-/// The times of a record: nanoseconds, the wall clock and its uncertainty in milliseconds.
-#[derive(Clone, Copy, Default)]
-struct Times(Option<u64>, Option<SystemTime>, Option<f64>);
-
-impl Times {
-    fn of(output: &Output) -> Self {
-        let stamp = output.stamp();
-        Self(output.time_ns(), stamp.map(|stamp| stamp.time), stamp.map(within_ms))
-    }
-}
-
-/// The classes of `wstac._answers`.
-struct Classes<'py>(Bound<'py, PyModule>);
-
-impl<'py> Classes<'py> {
-    fn make(&self, class: &str, fields: impl PyCallArgs<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.0.getattr(class)?.call1(fields)
-    }
-
-    /// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame
-    /// that comes next.
-    fn object(&self, at: u64, output: Output) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let moment = Times::of(&output);
-        let object = match output {
-            Output::Event(event) => self.event(*event),
-            Output::EarlyTexture(early) => self.make(
-                "EarlyTexture",
-                (early.frame, early.frames, self.texture(&early.texture)?, moment.0, moment.1, moment.2),
-            ),
-            Output::Interrupted(sample) => self.incomplete(sample.frame, sample.frames, moment),
-            Output::Motion(report) => self.motion(&report, moment),
-            Output::ContactEnd(end) => {
-                let time_s = end.time_s.map(seconds);
-                self.make("ContactEnd", (end.frame, end.event_frame, time_s, moment.0, moment.1, moment.2))
-            }
-            Output::Lost(lost) => self.make("Lost", (at, lost.frames, lost.reason.name())),
-            Output::Fault(report) => {
-                let fault = (report.fault.kind.name(), report.fault.to_string());
-                self.make("Fault", (report.frame, fault.0, fault.1, moment.0, moment.1, moment.2))
-            }
-            Output::End(end) => {
-                let sample = end.incomplete;
-                let incomplete = sample.map(|sample| self.incomplete(sample.frame, sample.frames, Times::default()));
-                let (incomplete, clock) = (incomplete.transpose()?, end.clock.as_str());
-                let Times(time_ns, stamp, within) = moment;
-                let (lost, readout) = (end.dropped_by.iter().into_py_dict(self.0.py())?, end.readout.ms());
-                let (frames, dropped, baseline) = (end.frames, end.dropped, baseline(&end));
-                let fields = (frames, dropped, baseline, incomplete, clock, time_ns, stamp, within, lost, readout);
-                self.make("End", fields)
-            }
-            _ => return Ok(None),
-        };
-        object.map(Some)
-    }
-
-    fn event(&self, event: TactileEvent) -> PyResult<Bound<'py, PyAny>> {
-        let py = self.0.py();
-        let (why, why_texture) = (PyDict::new(py), event.why_texture());
-        let (direction, paths) = (event.direction, event.paths.as_deref());
-        let missing = [
-            ("speed", event.speed.err().map(Reason::as_str)),
-            ("direction", direction.degrees.err().map(Reason::as_str)),
-            ("texture", why_texture.as_deref()),
-            ("reliable", event.doubt.map(Reason::as_str)),
-        ];
-        for (answer, reason) in missing {
-            if let Some(reason) = reason {
-                why.set_item(answer, reason)?;
-            }
+/// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame that
+/// comes next.
+fn object<'py>(classes: &Bound<'py, PyModule>, at: u64, mut output: Output) -> PyResult<Option<Bound<'py, PyAny>>> {
+    let py = classes.py();
+    let more = PyDict::new(py);
+    match &mut output {
+        Output::Lost(lost) => return classes.getattr("Lost")?.call1((at, lost.frames, lost.reason.name())).map(Some),
+        Output::Event(event) => {
+            let paths = event.paths.as_deref();
+            more.set_item("path_sample", along_path(py, paths, Input::Path)?)?;
+            more.set_item("taxel_path_sample", along_path(py, paths, Input::TaxelPath)?)?;
+            more.set_item("sample", event.sample.take().map(|sample| over_time(py, &sample)).transpose()?)?;
         }
-        let speed = event.speed.ok().map(|speed| self.speed(speed)).transpose()?;
-        let speed_at_most = event.speed_at_most.map(|speed| self.speed(speed)).transpose()?;
-        let fields = [
-            ("frame", event.frame.into_bound_py_any(py)?),
-            ("frames", SAMPLE_FRAMES.into_bound_py_any(py)?),
-            ("time_ns", event.time_ns.into_bound_py_any(py)?),
-            ("completed_ns", event.completed_ns.into_bound_py_any(py)?),
-            ("touch_frame", event.touch_frame.into_bound_py_any(py)?),
-            ("end_frame", event.end_frame.into_bound_py_any(py)?),
-            ("time_s", event.time.map(|time| seconds(time.touch_s)).into_bound_py_any(py)?),
-            ("completed_s", event.time.map(|time| seconds(time.completed_s)).into_bound_py_any(py)?),
-            ("stamp", event.stamp.map(|stamp| stamp.time).into_bound_py_any(py)?),
-            ("stamp_within_ms", event.stamp.map(within_ms).into_bound_py_any(py)?),
-            ("contact", event.contact.map(Contact::as_str).into_bound_py_any(py)?),
-            ("duration_frames", event.lit_frames.into_bound_py_any(py)?),
-            ("speed", speed.into_bound_py_any(py)?),
-            ("speed_at_most", speed_at_most.into_bound_py_any(py)?),
-            ("direction", self.direction(direction)?.into_bound_py_any(py)?),
-            ("basis", event.basis.map(Basis::as_str).into_bound_py_any(py)?),
-            ("place_mm", self.measured(event.extent.and_then(|extent| extent.place_mm))?),
-            ("width_mm", self.measured(event.extent.and_then(|extent| extent.width_mm))?),
-            ("contacts", event.extent.map(|extent| extent.contacts).into_bound_py_any(py)?),
-            ("acceleration", self.acceleration(event.acceleration)?),
-            ("texture", event.texture.ok().map(|texture| self.texture(&texture)).transpose()?.into_bound_py_any(py)?),
-            ("frames_filled", event.frames_filled.into_bound_py_any(py)?),
-            ("reliable", event.reliable.into_bound_py_any(py)?),
-            ("why", why.into_any()),
-            ("sample", event.sample.map(|sample| over_time(py, &sample)).transpose()?.into_bound_py_any(py)?),
-            ("path_sample", along_path(py, paths, Input::Path)?),
-            ("taxel_path_sample", along_path(py, paths, Input::TaxelPath)?),
-        ];
-        self.0.getattr("Event")?.call((), Some(&fields.into_py_dict(py)?))
+        _ => {}
     }
-
-    fn motion(&self, report: &MotionReport, moment: Times) -> PyResult<Bound<'py, PyAny>> {
-        let velocity = report.velocity;
-        let speed = self.speed(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd))?;
-        let degrees = angle(velocity.degrees).into_bound_py_any(self.0.py())?;
-        let direction = self.make("Direction", (degrees, Some(spread(velocity.degrees_sd)), None::<f64>))?;
-        let time_s = report.time_s.map(seconds);
-        let basis = report.basis.map(Basis::as_str);
-        self.make("Motion", (report.frame, time_s, speed, direction, moment.0, moment.1, moment.2, basis))
+    if let Some(stamp) = output.stamp() {
+        more.set_item("stamp", stamp.time)?;
+        more.set_item("stamp_within_ms", within_ms(stamp))?;
     }
-
-    fn measured(&self, measured: Option<Measured>) -> PyResult<Bound<'py, PyAny>> {
-        let of = |Measured { value, sd }| self.make("Measured", (millimeters(value), millimeters(sd)));
-        measured.map(of).transpose()?.into_bound_py_any(self.0.py())
-    }
-
-    fn acceleration(&self, measured: Option<Measured>) -> PyResult<Bound<'py, PyAny>> {
-        let of = |Measured { value, sd }| self.make("Acceleration", (millimeters(value), millimeters(sd).max(0.01)));
-        measured.map(of).transpose()?.into_bound_py_any(self.0.py())
-    }
-
-    fn speed(&self, speed: Speed) -> PyResult<Bound<'py, PyAny>> {
-        let sd = speed.sd.map(rounded);
-        // Only a law of durations was fitted on a range.
-        let extrapolated = sd.is_none().then_some(speed.extrapolated);
-        self.make("Speed", (rounded(speed.mm_s), sd, extrapolated))
-    }
-
-    /// Returns the object of a direction; `None` if arrival times give none.
-    fn direction(&self, direction: Direction) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let py = self.0.py();
-        let fields = if let Some(confidence) = confidence(direction) {
-            // By centroids, one of four whole numbers.
-            let degrees = direction.heading().map(Heading::degrees);
-            (degrees.into_bound_py_any(py)?, None, Some(confidence))
-        } else {
-            let (Ok(degrees), Some(sd)) = (direction.degrees, direction.sd) else { return Ok(None) };
-            (angle(degrees).into_bound_py_any(py)?, Some(spread(sd)), None)
-        };
-        self.make("Direction", fields).map(Some)
-    }
-
-    fn texture(&self, texture: &Texture) -> PyResult<Bound<'py, PyAny>> {
-        let Texture { specimen, pattern, depth_mm, class, confidence, known } = texture;
-        self.make("Texture", (specimen, pattern, *depth_mm, class, *confidence, *known))
-    }
-
-    fn incomplete(&self, frame: u64, frames: u8, moment: Times) -> PyResult<Bound<'py, PyAny>> {
-        self.make("Incomplete", (frame, frames, moment.0, moment.1, moment.2))
-    }
+    let Some(line) = JsonLine::new(&output) else { return Ok(None) };
+    let line = serde_json::to_string(&line).map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
+    classes.getattr("of_line")?.call((line,), Some(&more)).map(Some)
 }
 
 /// Returns a sample as an array: ten features over 70 frames.

@@ -1,11 +1,12 @@
 """Events and their answers, as dataclasses with the names of `wstac run --json`.
 
-The extension makes them. All but `Event` are made of their fields in order, so keep it.
+The extension makes them from the lines of JSON.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, field
+import json
+from dataclasses import MISSING, asdict, dataclass, field, fields
 from datetime import datetime
 from typing import Any, Optional, Union
 
@@ -529,6 +530,43 @@ class End:
 
 
 Record = Union[Event, Motion, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]
+
+_KINDS: dict[str, Any] = {
+    "event": Event,
+    "motion": Motion,
+    "texture": EarlyTexture,
+    "incomplete": Incomplete,
+    "contact_end": ContactEnd,
+    "fault": Fault,
+    "end": End,
+}
+# The fields that are objects.
+_PARTS: dict[str, Any] = {
+    "speed": Speed,
+    "speed_at_most": Speed,
+    "direction": Direction,
+    "place_mm": Measured,
+    "width_mm": Measured,
+    "acceleration": Acceleration,
+    "texture": Texture,
+    "incomplete": Incomplete,
+}
+
+
+def of_line(line: str, **more: Any) -> Record:
+    """Returns the object of a line of JSON; `more` are fields that it has in another form."""
+    found = json.loads(line)
+    kind = _KINDS[found["kind"]]
+    if kind is End and found["clock"] != "board":
+        # A global shutter is not mentioned.
+        found.setdefault("readout_ms", 0.0)
+    for name, part in _PARTS.items():
+        if isinstance(found.get(name), dict):
+            found[name] = part(**{key if key != "class" else "class_": value for key, value in found[name].items()})
+    found = {"why": {}, **found, "stamp": None, **more}
+    required = {of.name: None for of in fields(kind) if of.default is MISSING and of.default_factory is MISSING}
+    made: Record = kind(**{**required, **{of.name: found[of.name] for of in fields(kind) if of.name in found}})
+    return made
 
 
 MOST = 10_000
