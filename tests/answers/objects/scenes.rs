@@ -384,37 +384,37 @@ fn across(slide: &Slide, angle: f64) -> [f64; 2] {
 }
 
 /// Returns the places on a slide's path, in mm, at which its object meets the first and the last whisker. A path begins
-/// where its leading end is beside a whisker, but a round end, and the first crest of a texture, come later.
+/// where its leading end is beside a whisker, but a round end, and the first crest of a texture, come later, and to the
+/// outer whiskers, whose tips are lower, still later.
 fn meets_mm(slide: &Slide) -> [f64; 2] {
     let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
-    let specimen = &slide.specimen;
+    let (specimen, config) = (&slide.specimen, WhiskerConfig::default());
     let radius = specimen.length_mm / 2.0;
-    let overlap = WhiskerConfig::default().overlap_mm;
-    let above = radius - overlap;
-    let at_lowest = if above > 0.0 { (radius * radius - above * above).sqrt() } else { radius };
-    // Half of the width beside a whisker, and of that which a whisker reaches.
-    let [beside, half] = match specimen.body {
-        Body::Ball => [radius, at_lowest],
-        Body::Coin => [radius; 2],
-        _ => [specimen.width_mm / 2.0; 2],
-    };
-    let rise = (1.0 - overlap / specimen.depth_mm).max(0.0) * specimen.period_mm;
-    let behind = |left: f64| match (specimen.body, specimen.pattern) {
-        (Body::Ball | Body::Coin, _) => radius - (half * half - left * left).sqrt(),
-        (Body::Rod, _) => radius - at_lowest,
-        (_, Pattern::Saw) => rise,
-        (_, Pattern::Tri) => rise / 2.0,
+    let places = config.whiskers().into_iter().flatten().map(|whisker| {
+        let left = whisker.y * cosine - whisker.x * sine - slide.offset_mm;
+        [whisker.along(cosine, sine), left.abs(), config.overlap_mm - whisker.lowered]
+    });
+    // Half of the width beside a whisker, and of that which a tip reaches that overlaps by so much.
+    let beside = if matches!(specimen.body, Body::Ball | Body::Coin) { radius } else { specimen.width_mm / 2.0 };
+    let at_lowest = |overlap: f64| (radius * radius - (radius - overlap).max(0.0).powi(2)).sqrt();
+    let half = |overlap| if specimen.body == Body::Ball { at_lowest(overlap) } else { beside };
+    let rise = |overlap: f64| (1.0 - overlap / specimen.depth_mm).max(0.0) * specimen.period_mm;
+    let behind = |left: f64, overlap: f64| match (specimen.body, specimen.pattern) {
+        (Body::Ball | Body::Coin, _) => radius - (half(overlap).powi(2) - left * left).sqrt(),
+        (Body::Rod, _) => radius - at_lowest(overlap),
+        (_, Pattern::Saw) => rise(overlap),
+        (_, Pattern::Tri) => rise(overlap) / 2.0,
         // Between small lobes.
         (_, Pattern::Sinc) => 0.4 * specimen.period_mm,
         _ => 0.0,
     };
-    let places = (0..25).map(|taxel| [taxel % 5, taxel / 5].map(|at| 4.0 * f64::from(at) - HALF_MM));
-    let places = places.map(|[x, y]| [x * cosine + y * sine, y * cosine - x * sine - slide.offset_mm]);
-    let within = |most: f64| places.clone().filter(move |[_, left]| left.abs() <= most);
-    let start = within(beside).map(|[at, _]| at).fold(f64::INFINITY, f64::min);
-    let [first, last] = within(half)
-        .map(|[at, left]| at - start + behind(left))
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |ends, at| [ends[0].min(at), ends[1].max(at)]);
+    let start =
+        places.clone().filter(|[_, left, _]| *left <= beside).fold(f64::INFINITY, |first, [at, ..]| first.min(at));
+    let met = places.filter(|&[_, left, overlap]| left <= half(overlap));
+    let [first, last] = met.fold([f64::INFINITY, f64::NEG_INFINITY], |[first, last], [at, left, overlap]| {
+        let at = at - start + behind(left, overlap);
+        [first.min(at), last.max(at)]
+    });
     if first < last { [first, last] } else { [0.0, 2.0 * HALF_MM] }
 }
 
