@@ -86,17 +86,21 @@ const FEWEST_OF_EDGE: u32 = 19;
 const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
-const LEAST_SD: [f32; 2] = [0.0003, 0.0003];
+const LEAST_SD: [f32; 2] = [0.0002, 0.0002];
 /// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it that
 /// is a deviation along the motion: of rods, whose edges are the sharpest.
 const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
 /// Deviation of the slowness along the motion by a frame of the touch that was lost, in frames per pitch. That of more is a
 /// root of their number higher.
 const LOST: f32 = 0.005;
-/// What deviations along and across the motion are made of, if whiskers are dark and if all are lit: the part of the lateness;
+/// What deviations along and across the motion are made of, if whiskers are dark and if at most one is: the part of the lateness;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
-const FACTORS: [[[f32; 3]; 2]; 2] = [[[0.6, 0.08, 0.01], [1.05, 0.03, 0.0]], [[0.3, 0.3, 0.015], [0.35, 0.22, 0.015]]];
+const FACTORS: [[[f32; 3]; 2]; 2] =
+    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.24, 0.31, 0.013], [0.31, 0.28, 0.011]]];
+/// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation, which has
+/// a term of its own.
+const OF_PHASE: f32 = 600.0;
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -244,11 +248,8 @@ impl Wave {
         }
         let velocity = slide.velocity(rest.sd, self.lines.lost, config)?;
         // The front of what is narrower may be round.
-        let acceleration = (basis == Basis::Edge).then(|| {
-            let unit = velocity.mm_s * velocity.mm_s / SENSOR_MM;
-            Measured { value: rest.gain[0] * unit, sd: rest.gain[1] * unit }
-        });
-        Ok((velocity, basis, acceleration))
+        let [value, sd] = rest.gain.map(|part| part * (velocity.mm_s * velocity.mm_s / SENSOR_MM));
+        Ok((velocity, basis, (basis == Basis::Edge).then_some(Measured { value, sd })))
     }
 }
 
@@ -423,7 +424,8 @@ impl Rest {
         let change = wave.parts.iter().map(|part| of_plane.of_others(1, &plane, part).abs()).fold(0.0, f32::max);
         // What is curved alike everywhere is no error of a slowness. Few whiskers cannot tell it.
         let is_full = count == TAXELS;
-        let (left, factors) = (if is_full { &curve } else { &of_plane }, FACTORS[usize::from(is_full)]);
+        let (left, factors) = if count + 1 < TAXELS { (&of_plane, FACTORS[0]) } else { (&curve, FACTORS[1]) };
+        let left = left.variance / (1.0 + OF_PHASE * wave.lacks * wave.lacks);
         let unit = 1.0 / slowness;
         let flash = OF_FLASH * wave.lacks * wave.lacks;
         let [sine, cosine] = wave.locked.map(|[whole, ..]| whole / wave.moments.plane()[0].max(1.0));
@@ -438,7 +440,7 @@ impl Rest {
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
             gain: [(u - v) * over, curve.deviation_between(3, 4) * over],
             sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
-                let late = of_late * of_late * left.variance + of_miss * of_miss * ONE_WEIGHT * wave.miss;
+                let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
                 // By half of the squares of a sine and a cosine.
                 let phases = wave.locked.map(|sums| (of_phase + flash) * of_plane.of_others(k, &plane, &sums));
                 let squares = 0.5 * (phases[0] * phases[0] + phases[1] * phases[1]);
