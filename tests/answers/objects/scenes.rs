@@ -383,47 +383,51 @@ fn across(slide: &Slide, angle: f64) -> [f64; 2] {
     [slide.speed_mm_s * angle.to_radians().cos(), slide.direction_deg + angle]
 }
 
-/// Returns half of the width of what a whisker reaches of a round thing.
-fn patch_mm(radius: f64) -> f64 {
-    let above = radius - WhiskerConfig::default().overlap_mm;
-    if above > 0.0 { (radius * radius - above * above).sqrt() } else { radius }
+/// Returns half of the width of what a whisker reaches of a round thing that it overlaps by so much.
+fn patch_mm(radius: f64, overlap: f64) -> f64 {
+    (radius * radius - (radius - overlap).max(0.0).powi(2)).sqrt()
 }
 
 /// Returns the width of what the whiskers reach of a slide's object.
 pub(crate) fn lit_width_mm(slide: &Slide) -> f64 {
     match slide.specimen.body {
-        Body::Ball => 2.0 * patch_mm(slide.specimen.length_mm / 2.0),
+        Body::Ball => 2.0 * patch_mm(slide.specimen.length_mm / 2.0, WhiskerConfig::default().overlap_mm),
         Body::Coin => slide.specimen.length_mm,
         _ => slide.specimen.width_mm,
     }
 }
 
 /// Returns the places on a slide's path, in mm, at which its object meets the first and the last whisker. A path begins
-/// where its leading end is beside a whisker, but a round end, and the first crest of a texture, come later.
+/// where its leading end is beside a whisker, but a round end, and the first crest of a texture, come later, and to the
+/// outer whiskers, whose tips are lower, still later.
 fn meets_mm(slide: &Slide) -> [f64; 2] {
     let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
-    let specimen = &slide.specimen;
-    let (radius, overlap) = (specimen.length_mm / 2.0, WhiskerConfig::default().overlap_mm);
-    let half = lit_width_mm(slide) / 2.0;
-    // Half of the width beside a whisker.
-    let beside = if specimen.body == Body::Ball { radius } else { half };
-    let rise = (1.0 - overlap / specimen.depth_mm).max(0.0) * specimen.period_mm;
-    let behind = |left: f64| match (specimen.body, specimen.pattern) {
-        (Body::Ball | Body::Coin, _) => radius - (half * half - left * left).sqrt(),
-        (Body::Rod, _) => radius - patch_mm(radius),
-        (_, Pattern::Saw) => rise,
-        (_, Pattern::Tri) => rise / 2.0,
+    let (specimen, config) = (&slide.specimen, WhiskerConfig::default());
+    let radius = specimen.length_mm / 2.0;
+    let places = config.whiskers().into_iter().flatten().map(|whisker| {
+        let left = whisker.y * cosine - whisker.x * sine - slide.offset_mm;
+        [whisker.along(cosine, sine), left.abs(), config.overlap_mm - whisker.lowered]
+    });
+    // Half of the width beside a whisker, and of that which a tip reaches that overlaps by so much.
+    let beside = if matches!(specimen.body, Body::Ball | Body::Coin) { radius } else { specimen.width_mm / 2.0 };
+    let half = |overlap| if specimen.body == Body::Ball { patch_mm(radius, overlap) } else { beside };
+    let rise = |overlap: f64| (1.0 - overlap / specimen.depth_mm).max(0.0) * specimen.period_mm;
+    let behind = |left: f64, overlap: f64| match (specimen.body, specimen.pattern) {
+        (Body::Ball | Body::Coin, _) => radius - (half(overlap).powi(2) - left * left).sqrt(),
+        (Body::Rod, _) => radius - patch_mm(radius, overlap),
+        (_, Pattern::Saw) => rise(overlap),
+        (_, Pattern::Tri) => rise(overlap) / 2.0,
         // Between small lobes.
         (_, Pattern::Sinc) => 0.4 * specimen.period_mm,
         _ => 0.0,
     };
-    let places = (0..25).map(|taxel| [taxel % 5, taxel / 5].map(|at| 4.0 * f64::from(at) - HALF_MM));
-    let places = places.map(|[x, y]| [x * cosine + y * sine, y * cosine - x * sine - slide.offset_mm]);
-    let within = |most: f64| places.clone().filter(move |[_, left]| left.abs() <= most);
-    let start = within(beside).map(|[at, _]| at).fold(f64::INFINITY, f64::min);
-    let [first, last] = within(half)
-        .map(|[at, left]| at - start + behind(left))
-        .fold([f64::INFINITY, f64::NEG_INFINITY], |ends, at| [ends[0].min(at), ends[1].max(at)]);
+    let start =
+        places.clone().filter(|[_, left, _]| *left <= beside).fold(f64::INFINITY, |first, [at, ..]| first.min(at));
+    let met = places.filter(|&[_, left, overlap]| left <= half(overlap));
+    let [first, last] = met.fold([f64::INFINITY, f64::NEG_INFINITY], |[first, last], [at, left, overlap]| {
+        let at = at - start + behind(left, overlap);
+        [first.min(at), last.max(at)]
+    });
     if first < last { [first, last] } else { [0.0, 2.0 * HALF_MM] }
 }
 

@@ -138,6 +138,7 @@ def touches() -> dict[str, Touch]:
         "edge-once-unknown": replace(edge, deg=45, mm_s=50.0, readout_ms=15.0, is_unknown=True),
         "edge-once-faster": replace(edge, faster=0.5, deg=10),
         "slow": replace(ball, mm_s=10.0),
+        "slow-steps": replace(edge, mm_s=14.0, deg=45, fade=0.5, begins=8.0),
         "fast": replace(ball, mm_s=600.0),
         "press": replace(ball, mm_s=0.0, outline="edge"),
         "poke": replace(ball, outline="whisker"),

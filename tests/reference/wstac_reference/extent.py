@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .motion import PITCH_MM
-from .wave import COLUMN, ROW, TAXELS, fit, has_valley
+from .wave import COLUMN, ROW, TAXELS, fit, valley_of
 
 MOST_ENERGY, LIT = 1.25, 0.15
 FEWEST = 5
@@ -72,7 +72,7 @@ def measure_extent(energies: list[int], deg: float, deg_sd: float) -> ExtentAnsw
     if second <= 0:
         return ExtentAnswer(0)
     part = np.minimum(light / second, 2.0)
-    contacts = 1 + int(has_valley(part, right, up))
+    contacts = 1 + int(valley_of(part, right, up) is not None)
     energy = np.minimum(part, MOST_ENERGY)
     lit = energy > LIT
     is_straight = min(abs(right), abs(up)) <= LEAST_OBLIQUE or abs(abs(right) - abs(up)) <= FROM_DIAGONAL

@@ -27,6 +27,8 @@ RISE = 102 / 256
 LATE, RMS, MISS = (0.09, 0.12), (0.05, 0.06), (0.25, 0.05)
 CHANGE = ((0.065, 0.0), (0.025, 0.011))
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
+MOST_FLASHES = 6
+"""More flashes, each of a part of the sensor, are those of stick-slip."""
 ACCELERATION = (0.068, 2.5)
 CERTAIN = (0.05, 5.0)
 TWIST = (0.12, 2.2)
@@ -38,15 +40,17 @@ LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
 WEAK = 0.55
 OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
 MOST_EDGE_DARK, LATE_OF_EDGE = 6, 0.04
-MOST_SD, LEAST_SD = (0.04, 0.1), (0.0003, 0.0003)
+MOST_SD, LEAST_SD = (0.04, 0.1), (0.0002, 0.0002)
 """Largest and least deviations: of the speed as a fraction, and of the direction in radians."""
 FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
-FACTORS = (((0.6, 0.08, 0.01), (1.05, 0.03, 0.0)), ((0.3, 0.3, 0.015), (0.35, 0.22, 0.015)))
-"""Of deviations along and across the motion, if whiskers are dark and if all are lit: the part of the lateness, frames late
+FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.24, 0.31, 0.013), (0.31, 0.28, 0.011)))
+"""Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
+OF_PHASE = 600.0
+"""Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
 OF_FLASH = 4.1
 """Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
 LOCKED = 0.06
@@ -56,8 +60,8 @@ LATE_OF_CONTACTS, DIFFERENCE, POSSIBLE = (0.04, 0.08), (0.02, 0.05), 0.05
 """Of two contacts: mean and largest lateness, what each slowness differs along and across the motion, and along with an sd."""
 LATE_OF_CORNER, MOST_COSINE, LEAST_SINE = (0.08, 0.18), 0.26, 0.2
 FEWEST_OF_EDGE, FEWEST_OF_CORNER, CORNER_ROUNDS = 5, 18, 6
-PLANE_FACTORS = (0.85, 0.77)
-"""Of the speed's deviation by two contacts and by a corner."""
+PLANE_FACTORS = (0.93, 1.03, 0.77)
+"""Of both deviations by two contacts, and of the speed's by a corner."""
 
 COLUMN = np.tile(np.arange(COLUMNS) - COLUMNS // 2, ROWS).astype(float)
 ROW = np.repeat(np.arange(ROWS) - ROWS // 2, COLUMNS).astype(float)
@@ -95,8 +99,8 @@ def light_of(samples: list[list[int] | None]) -> tuple[np.ndarray, float]:
     return light - light[:DARK].mean(axis=0), noise
 
 
-def span_of(light: np.ndarray, noise: float) -> tuple[int, int, bool]:
-    """The first touch, from dark to dark: its first frame, the first one behind it, and whether it is not over."""
+def span_of(light: np.ndarray, noise: float) -> tuple[int, int, bool, int]:
+    """The first touch, from dark to dark: its first frame, the first one behind it, whether it is not over, and all flashes."""
     # Noise of 25 whiskers is five times that of one: three standard deviations.
     total = np.maximum(light.sum(axis=1) - 15 * noise, 0)
     before = np.maximum.accumulate(total)
@@ -108,13 +112,13 @@ def span_of(light: np.ndarray, noise: float) -> tuple[int, int, bool]:
         if end - start < 2 or not bright[start:end].any():
             continue
         if start < DARK:
-            raise Refused("starts on the sensor")
+            raise Refused("speed changed" if len(edges) > 2 * MOST_FLASHES else "starts on the sensor")
         first, last = start, end
         while start - first < 4 and total[first - 1] <= total[first]:
             first -= 1
         while last < len(light) and last - end < 6 and total[last] <= total[last - 1]:
             last += 1
-        return max(first - 2, 0), last, end == len(light)
+        return max(first - 2, 0), last, end == len(light), len(edges) // 2
     raise Refused("too few whiskers")
 
 
@@ -276,11 +280,6 @@ def valley_of(peaks: np.ndarray, right: float, up: float) -> np.ndarray | None:
     return side
 
 
-def has_valley(peaks: np.ndarray, right: float, up: float) -> bool:
-    """Whether a dark valley across the motion parts two contacts."""
-    return valley_of(peaks, right, up) is not None
-
-
 def is_crossed(peaks: np.ndarray, right: float, up: float) -> bool:
     """Whether at most one whisker is dark between others, across the motion, that are bright."""
     across = -COLUMN * up - ROW * right
@@ -349,7 +348,7 @@ def contacts_of(light: np.ndarray, places: np.ndarray, is_right: np.ndarray, del
             return None
     covariance = inverse * variance
     speed_sd, angle_sd = (math.sqrt(float(way @ covariance @ way)) / whole for way in (along, across))
-    return Motion(rows, columns, PLANE_FACTORS[0] * speed_sd, angle_sd)
+    return Motion(rows, columns, PLANE_FACTORS[0] * speed_sd, PLANE_FACTORS[1] * angle_sd)
 
 
 def corner_of(light: np.ndarray, places: np.ndarray, delays: np.ndarray) -> Motion | None:
@@ -399,7 +398,7 @@ def corner_of(light: np.ndarray, places: np.ndarray, delays: np.ndarray) -> Moti
     across = np.array([-along[1], along[0]])
     speed_sd, angle_sd = (math.sqrt(float(way @ covariance @ way)) / speed for way in (along, across))
     columns, rows = along / speed
-    return Motion(rows, columns, PLANE_FACTORS[1] * speed_sd, angle_sd)
+    return Motion(rows, columns, PLANE_FACTORS[2] * speed_sd, angle_sd)
 
 
 def measure_wave(
@@ -416,13 +415,26 @@ def measure_wave(
 
 
 def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None) -> WaveAnswer:
-    """The velocity by one wave, two contacts or a corner; raises [`Refused`] if it is not certain."""
+    """The velocity of the first touch; raises [`Refused`] if it is not certain."""
     light, noise = light_of(samples)
-    start, end, is_cut = span_of(light, noise)
+    start, end, is_cut, flashes = span_of(light, noise)
     lost = LOST * math.sqrt(sum(frame is None for frame in samples[start:end]))
     total = np.maximum(light.sum(axis=1) - 15 * noise, 0)
     is_followed = (4 * total[end:] > total.max()).any()
     light = prepared(light[start:end])
+    lit = light.max(axis=0) > LIT * light.max()
+    try:
+        found = answer_of_touch(light, is_cut, lost, fps, readout_ms)
+        if is_followed and lit.sum() == ROWS and 1 in (len(set(ROW[lit])), len(set(COLUMN[lit]))):
+            raise Refused("starts on the sensor")
+        return found
+    except Refused as refused:
+        is_part = str(refused) in ("starts on the sensor", "not over", "too few whiskers", "poke", "press")
+        raise Refused("speed changed") if is_part and flashes > MOST_FLASHES else refused
+
+
+def answer_of_touch(light: np.ndarray, is_cut: bool, lost: float, fps: float, readout_ms: float | None) -> WaveAnswer:
+    """The velocity by one wave, two contacts or a corner; raises [`Refused`] if it is not certain."""
     peaks = light.max(axis=0)
     lit = peaks > LIT * peaks.max()
     if lit.sum() < FEWEST:
@@ -445,12 +457,8 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
         if not all(is_crossed(np.where(side, peaks, 0), right, up) for side in sides):
             raise Refused("starts on the sensor")
         return velocity_of(motion, of_rows, fps, "outline", lost)
-    is_line = lit.sum() == ROWS and 1 in (len(set(ROW[lit])), len(set(COLUMN[lit])))
     try:
-        found = answer_of_wave(seen, places, peaks, is_cut, of_rows, outline, fps, lost)
-        if is_followed and is_line:
-            raise Refused("starts on the sensor")
-        return found
+        return answer_of_wave(seen, places, peaks, is_cut, of_rows, outline, fps, lost)
     except Refused as refused:
         if str(refused) not in ("speed changed", "turning", "not alike", "not over"):
             raise
@@ -523,7 +531,7 @@ def answer_of_wave(
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")
     # Otherwise the valley across the outline tells it.
-    is_apart = of_outline[1] > OUTLINE_TELLS and has_valley(peaks, right, up)
+    is_apart = of_outline[1] > OUTLINE_TELLS and valley_of(peaks, right, up) is not None
     if twist > max(TWIST[0], TWIST[1] * twist_sd):
         raise Refused("two objects" if is_apart else "turning")
     unit = 1 / (whole + 0.23)
@@ -550,13 +558,14 @@ def answer_of_wave(
     if not is_crossed(peaks, right, up):
         raise Refused("starts on the sensor")
     # Few whiskers cannot tell what is curved.
-    left = curve_scale if is_full else scale
+    is_nearly_full = lit_count >= TAXELS - 1
+    left = (curve_scale if is_nearly_full else scale) / math.sqrt(1 + OF_PHASE * wave.lacks**2)
     phases = [places @ wave.slowness + quarter for quarter in (0, 0.25)]
     shared = [inverse @ ((plane.T * weights) @ sine_of(phase)) for phase in phases]
     flash = OF_FLASH * wave.lacks**2
     one_phase = sum(float(weights @ sine_of(phase)) ** 2 for phase in phases) / weights.sum() ** 2
     deviations = []
-    for way, (of_late, of_miss, of_phase) in enumerate(FACTORS[is_full], 1):
+    for way, (of_late, of_miss, of_phase) in enumerate(FACTORS[is_nearly_full], 1):
         variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way]
         variance += (of_phase + flash) ** 2 * sum(float(each[way]) ** 2 for each in shared) / 2
         variance += flash**2 * LOCKED * one_phase

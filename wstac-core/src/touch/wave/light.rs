@@ -36,6 +36,8 @@ pub(super) struct Lines {
     pub(super) is_followed: bool,
     /// Frames of the lines that were lost.
     pub(super) lost: u8,
+    /// Flashes of the sample: runs of lit frames, of which one is a touch.
+    pub(super) flashes: u32,
 }
 
 impl Lines {
@@ -46,6 +48,7 @@ impl Lines {
         is_cut: false,
         is_followed: false,
         lost: 0,
+        flashes: 0,
     };
 
     /// Returns each line between dark frames, with its peak.
@@ -78,10 +81,13 @@ impl Lines {
         // Noise of 25 whiskers is five times that of one: three standard deviations.
         let totals = totals(samples, dark.iter().sum::<u32>() + 15 * noise);
         let (mut is_cut, mut most) = (false, 0);
-        let [first, last] = span(totals.get(..samples.count).unwrap_or_default(), |start, end| {
+        self.flashes = 0;
+        let [first, last] = span(totals.get(..samples.count).unwrap_or_default(), |start, end, flashes| {
             is_cut = end >= samples.count;
             most = samples.brightest(&dark, start, end);
-            most > (8 * noise).max(LEAST_LIGHT)
+            let is_bright = most > (8 * noise).max(LEAST_LIGHT);
+            self.flashes = u32::from(is_bright) * flashes;
+            is_bright
         })?;
         (self.length, self.is_cut) = (last - first, is_cut);
         let highest = totals.iter().copied().max().unwrap_or(0);
@@ -206,7 +212,7 @@ fn totals(samples: &Samples<'_>, floor: u32) -> [u32; SAMPLE_FRAMES] {
 }
 
 /// Returns the first frame of the first touch, and the first one behind it.
-fn span(total: &[u32], mut is_bright: impl FnMut(usize, usize) -> bool) -> Result<[usize; 2], Reason> {
+fn span(total: &[u32], mut is_bright: impl FnMut(usize, usize, u32) -> bool) -> Result<[usize; 2], Reason> {
     let highest = total.iter().copied().max().unwrap_or(0);
     let middle = total.iter().position(|&light| light == highest).unwrap_or(0);
     // A frame is lit if it has a fifth of the light before it, and of that behind it.
@@ -230,7 +236,7 @@ fn span(total: &[u32], mut is_bright: impl FnMut(usize, usize) -> bool) -> Resul
             break;
         }
         end = start + (is_lit >> (start & 127)).trailing_ones() as usize;
-        if end - start < 2 || !is_bright(start, end) {
+        if end - start < 2 || !is_bright(start, end, (is_lit & !(is_lit << 1)).count_ones()) {
             continue;
         }
         return if start < DARK { Err(Reason::NotCrossed) } else { Ok(widened(total, start, end)) };

@@ -68,6 +68,8 @@ const LATE: [[f32; 2]; 2] = [[0.09, 0.05], [0.12, 0.06]];
 const MOST_MISS: [f32; 2] = [0.25, 0.05];
 /// Slowness in frames per pitch above which a touch may be several flashes.
 const SLOW: f32 = 4.0;
+/// Most flashes of a slide that has one speed. More, each of a part of it, are those of stick-slip.
+const MOST_FLASHES: u32 = 6;
 /// Change of slowness in frames that noise may make, if all whiskers are lit.
 const NOISE_OF_CHANGE: f32 = 0.011;
 /// Largest change of slowness of a third of the touch, as a fraction; and that if all whiskers are lit.
@@ -84,17 +86,21 @@ const FEWEST_OF_EDGE: u32 = 19;
 const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
-const LEAST_SD: [f32; 2] = [0.0003, 0.0003];
+const LEAST_SD: [f32; 2] = [0.0002, 0.0002];
 /// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it that
 /// is a deviation along the motion: of rods, whose edges are the sharpest.
 const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
 /// Deviation of the slowness along the motion by a frame of the touch that was lost, in frames per pitch. That of more is a
 /// root of their number higher.
 const LOST: f32 = 0.005;
-/// What deviations along and across the motion are made of, if whiskers are dark and if all are lit: the part of the lateness;
+/// What deviations along and across the motion are made of, if whiskers are dark and if at most one is: the part of the lateness;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
-const FACTORS: [[[f32; 3]; 2]; 2] = [[[0.6, 0.08, 0.01], [1.05, 0.03, 0.0]], [[0.3, 0.3, 0.015], [0.35, 0.22, 0.015]]];
+const FACTORS: [[[f32; 3]; 2]; 2] =
+    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.24, 0.31, 0.013], [0.31, 0.28, 0.011]]];
+/// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation, which has
+/// a term of its own.
+const OF_PHASE: f32 = 600.0;
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -143,8 +149,10 @@ impl Wave {
         samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
-        self.lines.fill(samples)?;
-        let (velocity, basis, acceleration) = self.answer(config)?;
+        let answer = self.lines.fill(samples).and_then(|()| self.answer(config));
+        let sticks = self.lines.flashes > MOST_FLASHES;
+        let (velocity, basis, acceleration) =
+            answer.map_err(|reason| if sticks && is_of_part(reason) { Reason::SpeedChanges } else { reason })?;
         self.acceleration = acceleration;
         Ok((velocity, basis))
     }
@@ -168,10 +176,8 @@ impl Wave {
     fn answer(&self, config: MotionConfig) -> Result<Answer, Reason> {
         let peaks = &self.lines.peaks;
         let highest = peaks.iter().copied().max().unwrap_or(0);
-        let mut lit = 0_u32;
-        for (taxel, &peak) in peaks.iter().enumerate() {
-            lit |= u32::from(i32::from(peak) << LIT_SHIFT > i32::from(highest)) << taxel;
-        }
+        let is_lit = |peak: &i16| i32::from(*peak) << LIT_SHIFT > i32::from(highest);
+        let lit = (0..).zip(peaks).fold(0_u32, |lit, (taxel, peak)| lit | u32::from(is_lit(peak)) << taxel);
         let count = lit.count_ones();
         if count < FEWEST {
             let is_poke = count <= MOST_OF_POKE;
@@ -244,11 +250,8 @@ impl Wave {
         }
         let velocity = slide.velocity(rest.sd, self.lines.lost, config)?;
         // The front of what is narrower may be round.
-        let acceleration = (basis == Basis::Edge).then(|| {
-            let unit = velocity.mm_s * velocity.mm_s / SENSOR_MM;
-            Measured { value: rest.gain[0] * unit, sd: rest.gain[1] * unit }
-        });
-        Ok((velocity, basis, acceleration))
+        let [value, sd] = rest.gain.map(|part| part * (velocity.mm_s * velocity.mm_s / SENSOR_MM));
+        Ok((velocity, basis, (basis == Basis::Edge).then_some(Measured { value, sd })))
     }
 }
 
@@ -359,9 +362,7 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     let coherent = by_coherence(event, config);
     let is_slow = coherent.velocity.is_some_and(|velocity| velocity.mm_s * SLOW < config.pitch_per_frame());
     let basis = coherent.velocity.filter(|_| coherent.reliable).map(|_| Basis::Edge);
-    // Of a slow touch the wave sees only the first of several flashes, and coherence all of it.
-    let is_part =
-        matches!(reason, Reason::NotCrossed | Reason::NotOver | Reason::FewWhiskers | Reason::NoSlide(_)) && is_slow;
+    let is_part = is_slow && is_of_part(reason);
     // Presses and pokes are no waves.
     let stays = coherent.doubt.is_none() && (coherent.contact != Contact::Slide || (is_part && taxels.are_all_lit()));
     if !event.reliable || stays {
@@ -375,6 +376,11 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     let extent = (doubt == Reason::TwoObjects).then_some(Extent { place_mm: None, width_mm: None, contacts: 2 });
     let motion = Motion { reliable: false, doubt: Some(doubt), ..coherent };
     TaxelMotion { motion, basis: None, extent, acceleration: None }
+}
+
+/// Returns whether a wave may have seen only a part of a touch: of a slow one, the first of several flashes.
+fn is_of_part(reason: Reason) -> bool {
+    matches!(reason, Reason::NotCrossed | Reason::NotOver | Reason::FewWhiskers | Reason::NoSlide(_))
 }
 
 // It is not inlined: a wave does not lie on the stack of coherence.
@@ -422,13 +428,11 @@ impl Rest {
         let twist = fit(products, &[one, along, across, both], late, squares, count, 1e-3)?;
         let [_, _, _, u, v] = curve.coefficients;
         let dome = dome(u, v);
-        let mut change = 0.0_f32;
-        for part in &wave.parts {
-            change = change.max(of_plane.of_others(1, &plane, part).abs());
-        }
+        let change = wave.parts.iter().map(|part| of_plane.of_others(1, &plane, part).abs()).fold(0.0, f32::max);
         // What is curved alike everywhere is no error of a slowness. Few whiskers cannot tell it.
         let is_full = count == TAXELS;
-        let (left, factors) = (if is_full { &curve } else { &of_plane }, FACTORS[usize::from(is_full)]);
+        let (left, factors) = if count + 1 < TAXELS { (&of_plane, FACTORS[0]) } else { (&curve, FACTORS[1]) };
+        let left = left.variance / (1.0 + OF_PHASE * wave.lacks * wave.lacks);
         let unit = 1.0 / slowness;
         let flash = OF_FLASH * wave.lacks * wave.lacks;
         let [sine, cosine] = wave.locked.map(|[whole, ..]| whole / wave.moments.plane()[0].max(1.0));
@@ -443,7 +447,7 @@ impl Rest {
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
             gain: [(u - v) * over, curve.deviation_between(3, 4) * over],
             sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
-                let late = of_late * of_late * left.variance + of_miss * of_miss * ONE_WEIGHT * wave.miss;
+                let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
                 // By half of the squares of a sine and a cosine.
                 let phases = wave.locked.map(|sums| (of_phase + flash) * of_plane.of_others(k, &plane, &sums));
                 let squares = 0.5 * (phases[0] * phases[0] + phases[1] * phases[1]);
@@ -456,18 +460,13 @@ impl Rest {
     fn doubt(&self, count: u32) -> Option<Reason> {
         let is_full = usize::from(count == TAXELS as u32);
         let ([late, mean], [faster, faster_sd], [twist, twist_sd]) = (LATE[is_full], self.faster, self.twist);
-        if self.change > MOST_CHANGE[is_full]
+        let changes = self.change > MOST_CHANGE[is_full]
             || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
-            || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd)
-        {
-            Some(Reason::SpeedChanges)
-        } else if twist > (TWIST[1] * twist_sd).max(TWIST[0]) {
-            Some(Reason::Turning)
-        } else if self.late[0] > late || self.late[1] > mean || self.miss > MOST_MISS[is_full] {
-            Some(Reason::NotAlike)
-        } else {
-            None
-        }
+            || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd);
+        let turns = twist > (TWIST[1] * twist_sd).max(TWIST[0]);
+        let differs = self.late[0] > late || self.late[1] > mean || self.miss > MOST_MISS[is_full];
+        let doubts = [(changes, Reason::SpeedChanges), (turns, Reason::Turning), (differs, Reason::NotAlike)];
+        doubts.into_iter().find_map(|(holds, reason)| holds.then_some(reason))
     }
 }
 

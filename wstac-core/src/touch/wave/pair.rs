@@ -20,8 +20,8 @@ const FEWEST_OF_CORNER: u32 = 18;
 /// Rounds in which whiskers change their side, and most that may still do so in the last one.
 const ROUNDS: usize = 6;
 const MOST_MOVED: u32 = 2;
-/// Factors of the speed's deviation by two contacts and by a corner. Fitted on slides.
-const FACTORS: [f32; 2] = [0.85, 0.77];
+/// Factors of both deviations by two contacts, and of the speed's by a corner. Fitted on slides.
+const FACTORS: [f32; 3] = [0.93, 1.03, 0.77];
 /// Ridges of a slowness, and of what is left of it.
 const RIDGES: [f32; 2] = [1e-4, 1e-3];
 
@@ -57,7 +57,7 @@ impl Pair {
         }
         let inverse = both.inverse(RIDGES[0]);
         let sd = ways.map(|way| sqrt(variance * square(inverse, way)) / (ONE_FRAME * whole));
-        Some(Self { slowness, sd: [FACTORS[0] * sd[0], sd[1]] })
+        Some(Self { slowness, sd: [FACTORS[0] * sd[0], FACTORS[1] * sd[1]] })
     }
 
     /// Returns the motion of a corner, of which both edges have the slowness along it; `None` without a corner.
@@ -113,7 +113,7 @@ impl Pair {
             let squares = late[0] * of_a * of_a + late[1] * of_b * of_b;
             sqrt(variance * squares) * slowness / (determinant.abs() * ONE_FRAME)
         });
-        Some(Self { slowness: unit.map(|part| part * slowness), sd: [FACTORS[1] * sd[0], sd[1]] })
+        Some(Self { slowness: unit.map(|part| part * slowness), sd: [FACTORS[2] * sd[0], sd[1]] })
     }
 }
 
