@@ -531,26 +531,11 @@ class End:
 
 Record = Union[Event, Motion, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]
 
-_KINDS: dict[str, Any] = {
-    "event": Event,
-    "motion": Motion,
-    "texture": EarlyTexture,
-    "incomplete": Incomplete,
-    "contact_end": ContactEnd,
-    "fault": Fault,
-    "end": End,
-}
+_KINDS: dict[str, Any] = {"event": Event, "motion": Motion, "texture": EarlyTexture, "incomplete": Incomplete}
+_KINDS.update({"contact_end": ContactEnd, "fault": Fault, "end": End})
 # The fields that are objects.
-_PARTS: dict[str, Any] = {
-    "speed": Speed,
-    "speed_at_most": Speed,
-    "direction": Direction,
-    "place_mm": Measured,
-    "width_mm": Measured,
-    "acceleration": Acceleration,
-    "texture": Texture,
-    "incomplete": Incomplete,
-}
+_PARTS: dict[str, Any] = {"speed": Speed, "speed_at_most": Speed, "direction": Direction, "place_mm": Measured}
+_PARTS.update({"width_mm": Measured, "acceleration": Acceleration, "texture": Texture, "incomplete": Incomplete})
 
 
 def of_line(line: str, **more: Any) -> Record:
