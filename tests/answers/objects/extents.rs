@@ -8,7 +8,7 @@ use wstac_scene::Slide;
 use wstac_scene::specimen::Body;
 
 use super::scenes::{HALF_MM, Kind, lit_width_mm};
-use super::{Answered, LAW, WITHIN};
+use super::{Answered, WITHIN};
 use crate::share;
 
 /// Most errors of a place and of a width in mm, as medians, and least contacts that are right, in percent.
@@ -71,7 +71,7 @@ impl Errors {
 /// The slides of touches whose velocity is reliable.
 fn reliable(answered: &[Answered]) -> impl Iterator<Item = (&Answered, Slide)> {
     let slide = |one: &Answered| one.drawn.script.touches[0].slide().copied();
-    answered.iter().filter(|one| one.answers[LAW].is_ok()).filter_map(move |one| Some((one, slide(one)?)))
+    answered.iter().filter(|one| one.answer.is_ok()).filter_map(move |one| Some((one, slide(one)?)))
 }
 
 /// Writes the rows of touches of a kind in the tables that have it.

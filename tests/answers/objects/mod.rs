@@ -9,12 +9,12 @@ use std::fmt::Write as _;
 
 use wstac_core::green::gray::Gray;
 use wstac_core::layout::Layout;
-use wstac_core::paper::trigger::{Event, TriggerConfig};
+use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::motion::{Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_core::touch::wave::{Basis, Extent, Measured, Wave, by_wave};
+use wstac_core::touch::wave::{Basis, Extent, Measured, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
@@ -32,8 +32,6 @@ const LOST: f64 = 0.05;
 const WRONG: [f64; 2] = [0.1, 10.0];
 /// Least and most reliable answers within one and within two standard deviations, in percent.
 const WITHIN: [[f64; 2]; 2] = [[63.0, 73.0], [93.0, 97.5]];
-const ESTIMATORS: [&str; 3] = ["coherence", "wave", "law"];
-const LAW: usize = 2;
 
 /// What a kind of touches should reach; `None` is reported only.
 #[derive(Clone, Copy)]
@@ -140,33 +138,20 @@ const FAULTS: [(&str, Fault); 8] = [
 /// A reliable velocity, or why there is none.
 type Answer = Found<(Velocity, Basis), String>;
 
-/// A touch, and the answer of each estimator to its first event.
+/// A touch, and the answer to its first event.
 struct Answered {
     drawn: Drawn,
     number: u64,
-    answers: [Answer; ESTIMATORS.len()],
+    answer: Answer,
     extent: Option<Extent>,
     acceleration: Option<Measured>,
 }
-
-/// Answers of all estimators, and what the law says besides.
-type Said = ([Answer; ESTIMATORS.len()], Option<Extent>, Option<Measured>);
 
 fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
     match (motion.velocity, basis) {
         (Some(velocity), Some(basis)) if motion.reliable => Ok((velocity, basis)),
         _ => Err(motion.doubt.map_or_else(|| format!("{:?}", motion.contact), |doubt| format!("{doubt:?}"))),
     }
-}
-
-/// Returns the answers to an event. What coherence knows is the motion across an edge.
-fn answers(event: &Event<'_>, config: MotionConfig) -> Said {
-    let coherence = told(&motion::by_coherence(event, config), Some(Basis::Edge));
-    let Some(taxels) = event.taxels() else { return (ESTIMATORS.map(|_| Err("no taxels".into())), None, None) };
-    let mut wave = Wave::EMPTY;
-    let wave = wave.fit(taxels.frames(), config).map_err(|reason| format!("{reason:?}"));
-    let law = by_wave(event, taxels, config);
-    ([coherence, wave, told(&law.motion, law.basis)], law.extent, law.acceleration)
 }
 
 /// Computes the scene of a number with the whole core, until the first event of its last touch.
@@ -186,18 +171,21 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
     let judged = if row.fault == Fault::Decay { script.touches.len() / 2 } else { 0 };
     let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
     let mut lost = Rng::new(seed, 2 << 48 | number);
-    let mut found: Said = (ESTIMATORS.map(|_| Err("no event".to_owned())), None, None);
+    let (mut answer, mut extent, mut acceleration) = (Err("no event".to_owned()), None, None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
         // An event of something before the touch does not show it.
         if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
-            found = answers(&event, config);
+            answer = Err("no taxels".into());
+            if let Some(taxels) = event.taxels() {
+                let law = by_wave(&event, taxels, config);
+                (answer, extent, acceleration) = (told(&law.motion, law.basis), law.extent, law.acceleration);
+            }
             break;
         }
     }
-    let (answers, extent, acceleration) = found;
-    Answered { drawn, number, answers, extent, acceleration }
+    Answered { drawn, number, answer, extent, acceleration }
 }
 
 /// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis tells.
@@ -217,7 +205,7 @@ fn is_wrong(truth: &Truth, [speed, degrees]: [f64; 2]) -> bool {
     truth.has_none || speed > WRONG[0] || degrees > WRONG[1]
 }
 
-/// The results of one estimator.
+/// The results of a row.
 #[derive(Default)]
 struct Tally {
     count: usize,
@@ -232,12 +220,12 @@ struct Tally {
 }
 
 impl Tally {
-    fn new(answered: &[Answered], estimator: usize) -> Self {
+    fn new(answered: &[Answered]) -> Self {
         let mut tally = Self::default();
         for one in answered {
             let truth = &one.drawn.truth;
             tally.count += 1;
-            let (velocity, basis) = match &one.answers[estimator] {
+            let (velocity, basis) = match &one.answer {
                 Ok(found) => *found,
                 Err(reason) => {
                     *tally.refused.entry(reason.clone()).or_default() += 1;
@@ -374,7 +362,7 @@ pub(crate) fn section(page: &mut String) {
     for row in ROWS.iter().chain(BREAKS.iter().filter(|row| row.kind == Kind::Even)) {
         let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number));
         if row.kind != Kind::Even {
-            let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered, LAW).page(&row.goal));
+            let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered).page(&row.goal));
         }
         extents::rows(&mut others, row.touch, row.kind, &answered);
     }
@@ -391,7 +379,7 @@ pub(crate) fn section(page: &mut String) {
         for speeds in DECADES {
             // Other touches than those of the first table.
             let answered = each(OF_DECADE, |number| answer(row, speeds, JUDGE, SLIDES + number));
-            let tally = Tally::new(&answered, LAW);
+            let tally = Tally::new(&answered);
             let _ = write!(page, " {}/{} |", share(tally.reliable, tally.count), share(tally.wrong, tally.count));
         }
         page.push('\n');
@@ -408,7 +396,6 @@ struct Options {
     count: u64,
     seed: u64,
     kinds: Option<Vec<String>>,
-    estimators: Vec<usize>,
     fault: Option<Fault>,
     speeds: [f64; 2],
     is_list: bool,
@@ -416,15 +403,7 @@ struct Options {
 
 impl Options {
     fn new(arguments: &[String]) -> Self {
-        let mut options = Self {
-            count: SLIDES,
-            seed: 1,
-            kinds: None,
-            estimators: vec![LAW],
-            fault: None,
-            speeds: SPEEDS,
-            is_list: false,
-        };
+        let mut options = Self { count: SLIDES, seed: 1, kinds: None, fault: None, speeds: SPEEDS, is_list: false };
         let mut arguments = arguments.iter();
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().expect("an option has a value");
@@ -442,16 +421,9 @@ impl Options {
                     let (low, high) = value().split_once('-').expect("two speeds: 30-300");
                     options.speeds = [low, high].map(|speed| speed.parse().expect("a speed in mm/s"));
                 }
-                "--by" => {
-                    options.estimators = match value().as_str() {
-                        "both" => vec![0, 1],
-                        "all" => vec![0, 1, 2],
-                        name => vec![ESTIMATORS.iter().position(|known| *known == name).expect("an estimator")],
-                    }
-                }
                 "--list" => options.is_list = true,
                 _ => panic!(
-                    "{argument:?} is unknown, expected --count, --seed, --judge, --kind, --fault, --speeds, --by, --list"
+                    "{argument:?} is unknown, expected --count, --seed, --judge, --kind, --fault, --speeds, --list"
                 ),
             }
         }
@@ -464,30 +436,27 @@ impl Options {
 }
 
 /// Writes a line for each touch.
-fn list(page: &mut String, row: &Row, answered: &[Answered], estimators: &[usize]) {
+fn list(page: &mut String, row: &Row, answered: &[Answered]) {
     for one in answered {
         let Drawn { script, truth } = &one.drawn;
         let _ = write!(page, "{} {}: {:.1} mm/s {:.1}°", row.name, one.number, truth.mm_s, truth.degrees);
         for [mm_s, degrees] in &truth.edges {
             let _ = write!(page, ", edge {mm_s:.1} {:.1}°", degrees.rem_euclid(360.0));
         }
-        for &estimator in estimators {
-            let _ = write!(page, " | {} ", ESTIMATORS[estimator]);
-            match &one.answers[estimator] {
-                Ok((velocity, basis)) => {
-                    let off = errors(truth, *velocity, *basis);
-                    let wrong = if is_wrong(truth, off) { "WRONG " } else { "" };
-                    let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = velocity;
-                    let _ = write!(
-                        page,
-                        "{wrong}{basis:?} {mm_s:.1} ± {mm_s_sd:.2} mm/s {degrees:.1} ± {degrees_sd:.2}°, off {:.1} % {:.1}°",
-                        100.0 * off[0],
-                        off[1]
-                    );
-                }
-                Err(reason) => {
-                    let _ = write!(page, "{reason}");
-                }
+        match &one.answer {
+            Ok((velocity, basis)) => {
+                let off = errors(truth, *velocity, *basis);
+                let wrong = if is_wrong(truth, off) { "WRONG " } else { "" };
+                let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = velocity;
+                let _ = write!(
+                    page,
+                    " | {wrong}{basis:?} {mm_s:.1} ± {mm_s_sd:.2} mm/s {degrees:.1} ± {degrees_sd:.2}°, off {:.1} % {:.1}°",
+                    100.0 * off[0],
+                    off[1]
+                );
+            }
+            Err(reason) => {
+                let _ = write!(page, " | {reason}");
             }
         }
         if let Some(Extent { place_mm: Some(place), width_mm: Some(width), .. }) = one.extent {
@@ -513,7 +482,7 @@ pub(crate) fn run(arguments: &[String]) {
     let [low, high] = options.speeds;
     println!("{} touches of each kind at {low} to {high} mm/s, seed {}\n", options.count, options.seed);
     if !options.is_list {
-        println!("| touch | by | {HEAD} --- |");
+        println!("| touch | {HEAD}");
     }
     let mut reasons = String::new();
     let mut others = extents::HEADS.map(|head| head.to_owned() + "\n");
@@ -522,19 +491,11 @@ pub(crate) fn run(arguments: &[String]) {
         let answered = each(options.count, |number| answer(row, options.speeds, options.seed, number));
         let mut page = String::new();
         if options.is_list {
-            list(&mut page, row, &answered, &options.estimators);
-        }
-        for &estimator in options.estimators.iter().filter(|_| !options.is_list) {
-            let tally = Tally::new(&answered, estimator);
-            let _ = writeln!(
-                page,
-                "| {}: {} | {} | {}",
-                row.name,
-                row.touch,
-                ESTIMATORS[estimator],
-                tally.cells(&row.goal)
-            );
-            let _ = writeln!(reasons, "{} by {}: {}", row.name, ESTIMATORS[estimator], tally.reasons());
+            list(&mut page, row, &answered);
+        } else {
+            let tally = Tally::new(&answered);
+            let _ = writeln!(page, "| {}: {} | {}", row.name, row.touch, tally.cells(&row.goal));
+            let _ = writeln!(reasons, "{}: {}", row.name, tally.reasons());
         }
         extents::rows(&mut others, row.name, row.kind, &answered);
         print!("{page}");
