@@ -166,8 +166,15 @@ impl TaxelRing {
     /// Returns the last frames, the oldest first, from the first of 70 that arrived: what
     /// [`Wave::fit`](crate::touch::wave::Wave::fit) takes. A lost one is `None`.
     pub fn frames(&self) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
-        let numbers = (0..SAMPLE_FRAMES).skip_while(|&number| self.is_lost(number));
-        numbers.map(|number| if self.is_lost(number) { None } else { self.frames.get(self.place(number)) })
+        // The bit of the oldest frame is the highest one, and goes out first.
+        let mut lost = self.lost << (u128::BITS - SAMPLE_FRAMES as u32);
+        let first = lost.leading_ones().min(SAMPLE_FRAMES as u32);
+        lost <<= first & 127;
+        (first as usize..SAMPLE_FRAMES).map(move |number| {
+            let is_lost = lost.leading_zeros() == 0;
+            lost <<= 1;
+            if is_lost { None } else { self.frames.get(self.place(number)) }
+        })
     }
 
     /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest at
