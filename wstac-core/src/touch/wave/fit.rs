@@ -374,22 +374,28 @@ impl Sums {
         let mean = (sum as f32 / self.moments.plane()[0].max(1.0)) as i32;
         let (mut squares, mut energy, mut explained) = (0_i64, 0.0_f32, 0.0_f32);
         let (of_mm, mut peaks) = (1.0 / (self.mm as f32).max(1.0), [0_i32; 2]);
-        let [of_md, of_dd] = [self.md, self.dd].map(|parts| parts.map(|part| part as f32));
+        let gain_unit = 1.0 / (1 << GAIN_BITS) as f32;
+        let of_md = self.md.map(|part| part as f32 * gain_unit);
+        let of_dd = self.dd.map(|part| (part as f32).max(1.0));
         for ((whisker, of), place) in whiskers.iter().zip(&mut self.of).zip(&mut wave.each) {
             of.late -= mean;
             *place = (of.late, of.gain as i16, whisker.taxel);
             squares += of.weighted(of.late) * i64::from(of.late);
-            let gain = of.gain as f32 * (1.0 / (1 << GAIN_BITS) as f32);
-            let (zm, zz) = (of.zm as f32, of.zz as f32);
+            let (zm, zz, gain) = (of.zm as f32, of.zz as f32, of.gain as f32);
             energy += zz;
             // Not by the gain, whose rounding leaves more than the noise does.
             explained += (zm * zm * of_mm).min(zz);
-            let by = of.weight() as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
+            // Weights are below 2^18.
+            let by = (of.weight() << GAIN_BITS) as f32 / of.gain.max(WEAKEST_GAIN) as f32;
+            let [x, y] = whisker.place.map(|part| part as f32);
             for (((part, zd), md), dd) in wave.parts.iter_mut().zip(of.zd).zip(of_md).zip(of_dd) {
-                let late = by * (zd as f32 - gain * md) / dd.max(1.0);
-                let [x, y] = whisker.place.map(|part| part as f32);
-                for (sum, factor) in part.iter_mut().zip([1.0, x, y]) {
-                    *sum += factor * late;
+                let late = by * (zd as f32 - gain * md) / dd;
+                part[0] += late;
+                // A processor without a floating-point unit adds no zeros.
+                for (sum, factor) in part.iter_mut().skip(1).zip([x, y]) {
+                    if factor.to_bits() != 0 {
+                        *sum += factor * late;
+                    }
                 }
             }
             let [most, beside] = whisker.brightest();
@@ -448,7 +454,7 @@ impl<'a> Shifted<'a> {
     }
 
     fn add_to(&self, shape: &mut [i32]) {
-        for (sum, light) in shape.iter_mut().skip(self.from).zip(self.of(self.values)) {
+        for (sum, light) in shape.get_mut(self.from..).unwrap_or_default().iter_mut().zip(self.of(self.values)) {
             *sum += light;
         }
     }
