@@ -520,7 +520,7 @@ impl Ball {
             };
             let heights = whiskers.each_ref().map(height);
             let amplitude = ratio(whiskers, OF_BALL, &heights);
-            *squares = (whiskers.iter().zip(heights))
+            *squares = (whiskers.iter().zip(&heights))
                 .map(|(whisker, height)| whisker.square((height * amplitude) >> BITS))
                 .sum();
         }

@@ -90,9 +90,11 @@ impl Whisker<'_> {
         of_x * self.place[0] + of_y * self.place[1]
     }
 
-    /// Returns each frame up to the last bright one, with its light.
+    /// Returns the frames from before the first bright one to the last one, with their light.
     fn light(&self) -> impl Iterator<Item = (i32, i32)> {
-        (0..=self.last.into()).zip(self.line.iter().skip(PAD).map(|&light| i32::from(light)))
+        let first = i32::from(self.first) - 1;
+        let light = self.line.get(PAD - 1 + usize::from(self.first)..).unwrap_or_default();
+        (first..=self.last.into()).zip(light.iter().map(|&light| i32::from(light)))
     }
 
     /// Returns the light in the brightest frame, and in the brighter one beside it.
@@ -158,9 +160,9 @@ impl<'a> Whiskers<'a> {
                 && let Some(place) = list.all.get_mut(list.count)
             {
                 let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
-                let light = line.get(..PAD + lines.length).unwrap_or_default();
-                let [first, last] = [light.iter().position(is_bright), light.iter().rposition(is_bright)]
-                    .map(|at| at.unwrap_or(PAD).saturating_sub(PAD) as u8);
+                let light = line.get(PAD..PAD + lines.length).unwrap_or_default();
+                let first = light.iter().position(is_bright).unwrap_or(0) as u8;
+                let last = light.iter().rposition(is_bright).unwrap_or(0) as u8;
                 *place = Whisker { line, peak, place: place_of(taxel), taxel: taxel as u8, first, last };
                 list.count += 1;
             }

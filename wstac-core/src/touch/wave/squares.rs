@@ -173,15 +173,26 @@ impl TimePlane {
     }
 }
 
-/// Returns the sum of products. Most factors `a` are 0, and a processor without a floating-point unit skips them, and the
-/// sum of 0 and the first product.
+/// Adds a product. A processor without a floating-point unit does not add to 0.
+#[inline(always)]
+fn add(sum: f32, a: f32, b: f32) -> f32 {
+    if sum.to_bits() == 0 { a * b } else { sum + a * b }
+}
+
+/// Returns whether a factor is 0. Most are, and a processor without a floating-point unit skips them.
+#[inline(always)]
+fn is_zero(factor: f32) -> bool {
+    // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
+    factor.to_bits() >> 23 & 255 == 0
+}
+
+/// Returns the sum of products.
 #[inline(never)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     let mut sum = 0.0_f32;
-    for (a, b) in a.iter().zip(b) {
-        // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
-        if a.to_bits() >> 23 & 255 != 0 {
-            sum = if sum.to_bits() == 0 { a * b } else { sum + a * b };
+    for (&a, &b) in a.iter().zip(b) {
+        if !is_zero(a) {
+            sum = add(sum, a, b);
         }
     }
     // No negative zero.
@@ -239,7 +250,12 @@ impl Normal {
     pub(super) fn new(products: &Products, columns: &[Polynomial], sums: &Polynomial) -> Self {
         let mut matrix = [[0.0_f32; ALL]; ALL];
         for (row, a) in columns.iter().enumerate() {
-            let times = products.each_ref().map(|row| dot(a, row));
+            let mut times: Polynomial = [0.0; 6];
+            for (&a, products) in a.iter().zip(products).filter(|(a, _)| !is_zero(**a)) {
+                for (sum, &product) in times.iter_mut().zip(products) {
+                    *sum = add(*sum, a, product);
+                }
+            }
             for (column, b) in columns.iter().enumerate().take(row + 1) {
                 let value = dot(b, &times);
                 for [row, column] in [[row, column], [column, row]] {
