@@ -153,21 +153,16 @@ pub(super) struct Whiskers<'a> {
 impl<'a> Whiskers<'a> {
     /// Creates the list of whiskers that `lit` says.
     pub(super) fn new(lines: &'a Lines, lit: u32) -> Self {
-        let mut list =
-            Self { all: [Whisker::default(); TAXELS], count: 0, cut: lines.is_cut.then_some(lines.length as i32) };
-        for (taxel, (line, peak)) in lines.padded().enumerate() {
-            if lit >> taxel & 1 == 1
-                && let Some(place) = list.all.get_mut(list.count)
-            {
-                let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
-                let light = line.get(PAD..PAD + lines.length).unwrap_or_default();
-                let first = light.iter().position(is_bright).unwrap_or(0) as u8;
-                let last = light.iter().rposition(is_bright).unwrap_or(0) as u8;
-                *place = Whisker { line, peak, place: place_of(taxel), taxel: taxel as u8, first, last };
-                list.count += 1;
-            }
-        }
-        list
+        let mut whiskers = lines.padded().enumerate().filter(|(taxel, _)| lit >> taxel & 1 == 1);
+        let all = core::array::from_fn(|_| {
+            let Some((taxel, (line, peak))) = whiskers.next() else { return Whisker::default() };
+            let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
+            let light = line.get(PAD..PAD + lines.length).unwrap_or_default();
+            let first = light.iter().position(is_bright).unwrap_or(0) as u8;
+            let last = light.iter().rposition(is_bright).unwrap_or(0) as u8;
+            Whisker { line, peak, place: place_of(taxel), taxel: taxel as u8, first, last }
+        });
+        Self { all, count: lit.count_ones() as usize, cut: lines.is_cut.then_some(lines.length as i32) }
     }
 
     fn iter(&self) -> impl Iterator<Item = &Whisker<'a>> {

@@ -105,14 +105,6 @@ const fn chain(angle: f64) -> Chain {
     Chain { links, half_ln: (0.5 * sum * (1 << EXP_FRACTION_BITS) as f64) as i32 }
 }
 
-/// Returns the grid turned or mirrored, so that a direction is one of those kept.
-fn moved(values: &[i32; TAXELS], to: impl Fn(usize, usize) -> [usize; 2]) -> [i32; TAXELS] {
-    core::array::from_fn(|taxel| {
-        let [row, column] = to(taxel / COLUMNS, taxel % COLUMNS);
-        values.get(row * COLUMNS + column).copied().unwrap_or(0)
-    })
-}
-
 /// The direction that whiskers' peaks tell.
 pub(super) struct Outline {
     /// Degrees counterclockwise from the right, from 0 to 180, or a little beyond.
@@ -125,15 +117,15 @@ impl Outline {
     #[inline(never)]
     pub(super) fn new(peaks: &[i16; TAXELS]) -> Self {
         let plain = values(peaks);
-        let turn = |row, column| [COLUMNS - 1 - column, row];
-        let mirror = |row, column| [COLUMNS - 1 - column, ROWS - 1 - row];
-        let turned = moved(&plain, turn);
-        let pairs = |of_plain: &[i32; TAXELS], of_turned: &[i32; TAXELS]| {
-            core::array::from_fn(|taxel| [of_plain, of_turned].map(|grid| grid.get(taxel).copied().unwrap_or(0)))
-        };
-        // Each direction of a quarter, and the one at right angles to it.
-        let grids: [[[i32; 2]; TAXELS]; 2] =
-            [pairs(&plain, &turned), pairs(&moved(&plain, mirror), &moved(&turned, mirror))];
+        // The grid so that a direction is one of those kept, and turned for the one at right angles to it; and both mirrored.
+        let grids: [[[i32; 2]; TAXELS]; 2] = [false, true].map(|is_mirrored| {
+            core::array::from_fn(|taxel| {
+                let (row, column) = (taxel / COLUMNS, taxel % COLUMNS);
+                let (down, left) = (ROWS - 1 - row, COLUMNS - 1 - column);
+                let places = if is_mirrored { [[left, down], [row, left]] } else { [[row, column], [left, row]] };
+                places.map(|[row, column]| plain.get(row * COLUMNS + column).copied().unwrap_or(0))
+            })
+        });
         let mut likely = [0_i32; ANGLES];
         let (first, second) = likely.split_at_mut(QUARTER);
         for (k, (of_plain, of_turned)) in first.iter_mut().zip(second).enumerate() {

@@ -173,30 +173,21 @@ impl TimePlane {
     }
 }
 
-/// Adds a product. A processor without a floating-point unit does not add to 0.
-#[inline(always)]
-fn add(sum: f32, a: f32, b: f32) -> f32 {
-    if sum.to_bits() == 0 { a * b } else { sum + a * b }
-}
-
-/// Returns whether a factor is 0. Most are, and a processor without a floating-point unit skips them.
-#[inline(always)]
-fn is_zero(factor: f32) -> bool {
+/// Returns the rows whose factor is not 0. Most are, and a processor without a floating-point unit skips them.
+fn counted<'a, T>(factors: &'a [f32], rows: &'a [T]) -> impl Iterator<Item = (f32, &'a T)> {
     // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
-    factor.to_bits() >> 23 & 255 == 0
+    factors.iter().copied().zip(rows).filter(|(factor, _)| factor.to_bits() >> 23 & 255 != 0)
 }
 
 /// Returns the sum of products.
 #[inline(never)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sum = 0.0_f32;
-    for (&a, &b) in a.iter().zip(b) {
-        if !is_zero(a) {
-            sum = add(sum, a, b);
-        }
-    }
+    let mut counted = counted(a, b);
+    // Nothing is added to 0, which would take such a processor as long.
+    let Some((a, b)) = counted.next() else { return 0.0 };
+    let sum = counted.fold(a * b, |sum, (a, b)| sum + a * b);
     // No negative zero.
-    if sum.to_bits() << 1 == 0 { 0.0 } else { sum }
+    if sum.to_bits() == 1 << 31 { 0.0 } else { sum }
 }
 
 /// Most columns of a fit, and of fits of the same values. Fewer are as if the others were of zeros: one size takes less
@@ -250,10 +241,11 @@ impl Normal {
     pub(super) fn new(products: &Products, columns: &[Polynomial], sums: &Polynomial) -> Self {
         let mut matrix = [[0.0_f32; ALL]; ALL];
         for (row, a) in columns.iter().enumerate() {
-            let mut times: Polynomial = [0.0; 6];
-            for (&a, products) in a.iter().zip(products).filter(|(a, _)| !is_zero(**a)) {
-                for (sum, &product) in times.iter_mut().zip(products) {
-                    *sum = add(*sum, a, product);
+            let mut counted = counted(a, products);
+            let mut times = counted.next().map_or([0.0; 6], |(a, products)| products.map(|product| a * product));
+            for (a, products) in counted {
+                for (sum, product) in times.iter_mut().zip(products) {
+                    *sum += a * product;
                 }
             }
             for (column, b) in columns.iter().enumerate().take(row + 1) {
