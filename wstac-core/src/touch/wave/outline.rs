@@ -120,10 +120,11 @@ impl Outline {
         // The grid so that a direction is one of those kept, and turned for the one at right angles to it; and both mirrored.
         let grids: [[[i32; 2]; TAXELS]; 2] = [false, true].map(|is_mirrored| {
             core::array::from_fn(|taxel| {
-                let (row, column) = (taxel / COLUMNS, taxel % COLUMNS);
-                let (down, left) = (ROWS - 1 - row, COLUMNS - 1 - column);
-                let places = if is_mirrored { [[left, down], [row, left]] } else { [[row, column], [left, row]] };
-                places.map(|[row, column]| plain.get(row * COLUMNS + column).copied().unwrap_or(0))
+                let [x, y] = place_of(taxel);
+                let places = if is_mirrored { [[-x, -y], [y, -x]] } else { [[y, x], [-x, y]] };
+                let middle = (TAXELS / 2) as i32;
+                let value = |[row, column]: [i32; 2]| plain.get((row * COLUMNS as i32 + column + middle) as usize);
+                places.map(|place| value(place).copied().unwrap_or(0))
             })
         });
         let mut likely = [0_i32; ANGLES];

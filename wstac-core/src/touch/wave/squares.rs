@@ -185,7 +185,10 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
     let mut counted = counted(a, b);
     // Nothing is added to 0, which would take such a processor as long.
     let Some((a, b)) = counted.next() else { return 0.0 };
-    let sum = counted.fold(a * b, |sum, (a, b)| sum + a * b);
+    let mut sum = a * b;
+    for (a, b) in counted {
+        sum += a * b;
+    }
     // No negative zero.
     if sum.to_bits() == 1 << 31 { 0.0 } else { sum }
 }
