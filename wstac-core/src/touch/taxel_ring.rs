@@ -168,13 +168,12 @@ impl TaxelRing {
     pub fn frames(&self) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
         // The bit of the oldest frame is the highest one, and goes out first.
         let mut lost = self.lost << (u128::BITS - SAMPLE_FRAMES as u32);
-        let first = lost.leading_ones().min(SAMPLE_FRAMES as u32);
-        lost <<= first & 127;
-        (first as usize..SAMPLE_FRAMES).map(move |number| {
+        let frame = move |number| {
             let is_lost = lost.leading_zeros() == 0;
             lost <<= 1;
             if is_lost { None } else { self.frames.get(self.place(number)) }
-        })
+        };
+        (0..SAMPLE_FRAMES).map(frame).skip_while(Option::is_none)
     }
 
     /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest at

@@ -267,21 +267,16 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
     let likely = |more: i32| likelihood(more, APART * scale) as f32 * LIKELY;
     let mut parts = [OfCut { mass: 0.0, mean: [0.0; 2], variance: [0.0; 2], beyond: 0.0 }; 3];
     for ((part, squares), kind) in parts.iter_mut().zip(of_sides).zip(0..) {
-        let likely = likely(squares - least);
-        if likely.to_bits() == 0 {
-            continue;
-        }
         let [left, right] = [&sides[0], &sides[1]].map(|side| side.likely(kind, scale));
         *part = OfCut {
-            mass: left.mass * right.mass * likely,
+            mass: left.mass * right.mass * likely(squares - least),
             mean: [0.5 * (left.mean - right.mean), left.mean + right.mean],
             variance: [0.25 * (left.variance + right.variance), left.variance + right.variance],
             beyond: 1.0 - (1.0 - left.beyond) * (1.0 - right.beyond),
         };
     }
-    let likely = likely(of_ball.saturating_sub(least));
-    if let (Some(ball), Some(part)) = (ball.filter(|_| likely.to_bits() != 0), parts.last_mut()) {
-        *part = ball.part(scale, likely);
+    if let (Some(ball), Some(part)) = (ball, parts.last_mut()) {
+        *part = ball.part(scale, likely(of_ball - least));
     }
     let whole: f32 = parts.iter().map(|part| part.mass).sum();
     let mean_of = |values: [f32; 3]| parts.iter().zip(values).map(|(part, of)| part.mass * of).sum::<f32>() / whole;
@@ -444,11 +439,8 @@ impl Likely {
         let least = least(squares);
         let (mut whole, mut sum, mut square, mut beyond) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
         let width = step as f32 * (1.0 / MM as f32);
-        for (&squares, number) in squares.iter().zip(0_i32..) {
-            let likely = likelihood(squares - least, scale);
-            if likely == 0 {
-                continue;
-            }
+        let likely = squares.iter().map(|squares| likelihood(squares - least, scale));
+        for (likely, number) in likely.zip(0_i32..).filter(|&(likely, _)| likely != 0) {
             let (likely, steps) = (likely as f32, number as f32);
             (whole, sum, square) = (whole + likely, sum + likely * steps, square + likely * steps * steps);
             if is_beyond(first + number * step) {

@@ -371,8 +371,7 @@ impl Sums {
         let mean = (sum as f32 / self.moments.plane()[0].max(1.0)) as i32;
         let (mut squares, mut energy, mut explained) = (0_i64, 0.0_f32, 0.0_f32);
         let (of_mm, mut peaks) = (1.0 / (self.mm as f32).max(1.0), [0_i32; 2]);
-        let gain_unit = 1.0 / (1 << GAIN_BITS) as f32;
-        let of_md = self.md.map(|part| part as f32 * gain_unit);
+        let of_md = self.md.map(|part| part as f32 * (1.0 / (1 << GAIN_BITS) as f32));
         let of_dd = self.dd.map(|part| (part as f32).max(1.0));
         for ((whisker, of), place) in whiskers.iter().zip(&mut self.of).zip(&mut wave.each) {
             of.late -= mean;

@@ -113,22 +113,10 @@ fn smooth(line: &mut [i16]) -> i16 {
         (once, of_once, most) = (after, next, twice.max(most));
         place.set(twice as i16);
     };
-    // Two at a time, for which values need not move.
-    let (behind, _) = line.get(2..).unwrap_or_default().as_chunks::<2>();
-    let mut smooth = |place: &Cell<i16>, after: &Cell<i16>| {
-        let after = i32::from(after.get());
-        let next = here + after;
+    for [place, _, after] in line.array_windows() {
+        let next = here + i32::from(after.get());
         put(place, (pair + next + 2) >> 2);
-        (here, pair) = (after, next);
-    };
-    for ([a, b], [c, d]) in line.as_chunks::<2>().0.iter().zip(behind) {
-        smooth(a, c);
-        smooth(b, d);
-    }
-    if let [.., a, _, b] = line
-        && line.len() % 2 == 1
-    {
-        smooth(a, b);
+        (here, pair) = (i32::from(after.get()), next);
     }
     let last = (pair + 2 * here + 2) >> 2;
     for place in line.iter().skip(line.len().saturating_sub(2)) {
@@ -158,19 +146,12 @@ impl<'a> Samples<'a> {
     }
 
     /// Returns a frame. A lost one is on a straight line between those that arrived before and after it.
-    #[inline(always)]
     fn frame<'b>(&'b self, number: usize, place: &'b mut [u16; TAXELS]) -> &'b [u16; TAXELS] {
         if let Some(frame) = self.known(number) {
             return frame;
         }
-        self.fill(number, place);
-        place
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn fill(&self, number: usize, place: &mut [u16; TAXELS]) {
         *place = core::array::from_fn(|taxel| self.between(number, taxel));
+        place
     }
 
     /// Returns the most light of a whisker in some frames.

@@ -121,10 +121,10 @@ impl Outline {
         let grids: [[[i32; 2]; TAXELS]; 2] = [false, true].map(|is_mirrored| {
             core::array::from_fn(|taxel| {
                 let [x, y] = place_of(taxel);
-                let places = if is_mirrored { [[-x, -y], [y, -x]] } else { [[y, x], [-x, y]] };
-                let middle = (TAXELS / 2) as i32;
-                let value = |[row, column]: [i32; 2]| plain.get((row * COLUMNS as i32 + column + middle) as usize);
-                places.map(|place| value(place).copied().unwrap_or(0))
+                let columns = COLUMNS as i32;
+                let places =
+                    if is_mirrored { [-x * columns - y, y * columns - x] } else { [y * columns + x, y - x * columns] };
+                places.map(|at| plain.get((at + TAXELS as i32 / 2) as usize).copied().unwrap_or(0))
             })
         });
         let mut likely = [0_i32; ANGLES];
@@ -153,22 +153,11 @@ impl Outline {
         let highest = likely.iter().copied().max().unwrap_or(0);
         let best = likely.iter().position(|&each| each == highest).unwrap_or(0) as i32;
         let (mut whole, mut first, mut second) = (0, 0, 0);
-        for (k, &likely) in (0..).zip(&likely) {
-            let below = highest.abs_diff(likely);
-            // Its share is 0.
-            if below >= 11 << EXP_FRACTION_BITS {
-                continue;
-            }
-            let share = (exp_of_negative(below) >> 16) as i32;
+        // What is 11 below has no share.
+        for (k, likely) in (0..).zip(likely).filter(|(_, likely)| highest - likely < 11 << EXP_FRACTION_BITS) {
+            let share = (exp_of_negative(highest.abs_diff(likely)) >> 16) as i32;
             let half = QUARTER as i32;
-            let turn = k - best;
-            let turn = if turn >= half {
-                turn - 2 * half
-            } else if turn < -half {
-                turn + 2 * half
-            } else {
-                turn
-            };
+            let turn = (k - best + 3 * half) % (2 * half) - half;
             // Below 2^15 · 36 · 18².
             (whole, first, second) = (whole + share, first + share * turn, second + share * turn * turn);
         }
@@ -261,9 +250,6 @@ pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> 
             continue;
         }
         let [_, behind] = highest(sorted.iter().copied().skip(at + 1));
-        if behind << LIT_SHIFT <= most {
-            break;
-        }
         let sides = before[1].min(behind);
         if is_side(sides) {
             (deepest, side) = (sides - bottom, Some(whiskers));
@@ -279,11 +265,8 @@ pub(super) fn is_crossed(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
     let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
     let mut missed = 0;
     for (_, here) in peaks.iter().zip(&places).filter(|&(&peak, _)| i32::from(peak) << LIT_SHIFT <= highest) {
-        let is_lit = |from, to| {
-            let is_near =
-                |(&peak, other): (&i16, &i32)| 3 * i32::from(peak) >= highest && (from..=to).contains(&(other - here));
-            peaks.iter().zip(&places).any(is_near)
-        };
+        let lit = peaks.iter().zip(&places).filter(|&(&peak, _)| 3 * i32::from(peak) >= highest);
+        let is_lit = |from, to| lit.clone().any(|(_, other)| (from..=to).contains(&(other - here)));
         missed += u32::from(is_lit(-BESIDE, SAME_WAY) && is_lit(-SAME_WAY, BESIDE));
     }
     missed <= MOST_MISSED

@@ -173,19 +173,13 @@ impl TimePlane {
     }
 }
 
-/// Returns the rows whose factor is not 0. Most are, and a processor without a floating-point unit skips them.
-fn counted<'a, T>(factors: &'a [f32], rows: &'a [T]) -> impl Iterator<Item = (f32, &'a T)> {
-    // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
-    factors.iter().copied().zip(rows).filter(|(factor, _)| factor.to_bits() >> 23 & 255 != 0)
-}
-
-/// Returns the sum of products.
+/// Returns the sum of products. Most factors `a` are 0, and a processor without a floating-point unit skips them.
 #[inline(never)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut counted = counted(a, b);
-    // Nothing is added to 0, which would take such a processor as long.
-    let Some((a, b)) = counted.next() else { return 0.0 };
-    let mut sum = a * b;
+    // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
+    let mut counted = a.iter().zip(b).filter(|(a, _)| a.to_bits() >> 23 & 255 != 0);
+    // Nothing is added to 0, which would take it as long.
+    let mut sum = counted.next().map_or(0.0, |(a, b)| a * b);
     for (a, b) in counted {
         sum += a * b;
     }
@@ -232,7 +226,7 @@ impl Fit {
     }
 }
 
-/// The normal equations of columns.
+/// The normal equations of columns: of the matrix what is below the diagonal, and it.
 pub(super) struct Normal {
     matrix: [[f32; ALL]; ALL],
     right: [f32; ALL],
@@ -243,21 +237,10 @@ impl Normal {
     #[inline(never)]
     pub(super) fn new(products: &Products, columns: &[Polynomial], sums: &Polynomial) -> Self {
         let mut matrix = [[0.0_f32; ALL]; ALL];
-        for (row, a) in columns.iter().enumerate() {
-            let mut counted = counted(a, products);
-            let mut times = counted.next().map_or([0.0; 6], |(a, products)| products.map(|product| a * product));
-            for (a, products) in counted {
-                for (sum, product) in times.iter_mut().zip(products) {
-                    *sum += a * product;
-                }
-            }
-            for (column, b) in columns.iter().enumerate().take(row + 1) {
-                let value = dot(b, &times);
-                for [row, column] in [[row, column], [column, row]] {
-                    if let Some(place) = matrix.get_mut(row).and_then(|row| row.get_mut(column)) {
-                        *place = value;
-                    }
-                }
+        for (number, (row, a)) in matrix.iter_mut().zip(columns).enumerate() {
+            let times = products.each_ref().map(|row| dot(a, row));
+            for (place, b) in row.iter_mut().zip(columns).take(number + 1) {
+                *place = dot(b, &times);
             }
         }
         Self { matrix, right: with_each(columns, sums) }
@@ -270,11 +253,10 @@ impl Normal {
     pub(super) fn fit(&self, columns: &[usize], squares: f32, count: usize, ridge: f32) -> Option<Fit> {
         let (mut normal, mut right, mut trace) = ([[0.0_f32; COLUMNS]; COLUMNS], [0.0_f32; COLUMNS], 0.0);
         for ((row, right), &a) in normal.iter_mut().zip(&mut right).zip(columns) {
-            let of = self.matrix.get(a)?;
             *right = *self.right.get(a)?;
-            trace += of.get(a)?;
+            trace += self.matrix.get(a)?.get(a)?;
             for (place, &b) in row.iter_mut().zip(columns) {
-                *place = *of.get(b)?;
+                *place = *self.matrix.get(a.max(b))?.get(a.min(b))?;
             }
         }
         let mut inverse = normal;
@@ -299,11 +281,7 @@ fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
 /// Returns the sums of values with each column; 0 without one.
 #[inline(never)]
 fn with_each(columns: &[Polynomial], sums: &Polynomial) -> [f32; ALL] {
-    let mut with = [0.0; ALL];
-    for (place, column) in with.iter_mut().zip(columns) {
-        *place = dot(column, sums);
-    }
-    with
+    core::array::from_fn(|k| columns.get(k).map_or(0.0, |column| dot(column, sums)))
 }
 
 /// Inverts a symmetric matrix of this size whose leading minors are above 0, by Gauss and Jordan in place.
@@ -318,11 +296,7 @@ fn invert(matrix: &mut Matrix, size: usize) -> Option<()> {
         for place in of_pivot.iter_mut().take(size) {
             *place *= by;
         }
-        for (number, row) in matrix.iter_mut().enumerate().take(size) {
-            if number == k {
-                *row = of_pivot;
-                continue;
-            }
+        for (_, row) in matrix.iter_mut().enumerate().take(size).filter(|(number, _)| *number != k) {
             let factor = core::mem::replace(row.get_mut(k)?, 0.0);
             if factor != 0.0 {
                 for (place, part) in row.iter_mut().zip(&of_pivot).take(size) {
@@ -330,6 +304,7 @@ fn invert(matrix: &mut Matrix, size: usize) -> Option<()> {
                 }
             }
         }
+        *matrix.get_mut(k)? = of_pivot;
     }
     Some(())
 }
