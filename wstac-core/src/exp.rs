@@ -27,14 +27,14 @@ const fn table<const N: usize>(steps: f64) -> [u32; N] {
 
 /// Returns e^-`x` in units of 2^-31 for `x` ≥ 0 in units of 2^-20; 0 from 18.1 on. The error is below 4 units.
 pub(crate) fn exp_of_negative(x: u32) -> u32 {
+    let Some(&coarse) = COARSE.get((x >> 17) as usize) else { return 0 };
     let entry = |table: &[u32], index: u32| u64::from(table.get(index as usize).copied().unwrap_or(0));
-    let coarse = entry(&COARSE, x >> 17);
     let middle = entry(&MIDDLE, x >> 12 & 31);
     let fine = entry(&FINE, x >> 7 & 31);
     // e^-r = 1 − r for r < 2^-13, off by less than 2^-27 of a result.
     let rest = u64::from(EXP_ONE - ((x & 127) << (31 - EXP_FRACTION_BITS)));
     let product = |a: u64, b: u64| (a * b + (1 << 30)) >> 31;
-    product(product(coarse, middle), product(fine, rest)) as u32
+    product(product(coarse.into(), middle), product(fine, rest)) as u32
 }
 
 #[cfg(test)]

@@ -166,8 +166,14 @@ impl TaxelRing {
     /// Returns the last frames, the oldest first, from the first of 70 that arrived: what
     /// [`Wave::fit`](crate::touch::wave::Wave::fit) takes. A lost one is `None`.
     pub fn frames(&self) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
-        let numbers = (0..SAMPLE_FRAMES).skip_while(|&number| self.is_lost(number));
-        numbers.map(|number| if self.is_lost(number) { None } else { self.frames.get(self.place(number)) })
+        // The bit of the oldest frame is the highest one, and goes out first.
+        let mut lost = self.lost << (u128::BITS - SAMPLE_FRAMES as u32);
+        let frame = move |number| {
+            let is_lost = lost.leading_zeros() == 0;
+            lost <<= 1;
+            if is_lost { None } else { self.frames.get(self.place(number)) }
+        };
+        (0..SAMPLE_FRAMES).map(frame).skip_while(Option::is_none)
     }
 
     /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest at

@@ -8,7 +8,7 @@ use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
 use super::fit::place_of;
 use super::outline::{highest, valley};
-use super::squares::{Fit, Moments, Polynomial, fit, sums};
+use super::squares::{Fit, Moments, Normal, Polynomial, sums};
 use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
 use crate::params::{PITCH_MM, TAXELS};
 use crate::touch::motion::sqrt;
@@ -108,6 +108,9 @@ const LEAST_OBLIQUE: f32 = 0.035;
 /// of 18 mm.
 const FROM_DIAGONAL: f32 = 0.062;
 const NOWHERE: i32 = i32::MAX;
+/// Units of an argument of [`exp_of_negative`] to those of a square; and one unit of its result.
+const SCALE: f32 = (1 << (EXP_FRACTION_BITS - SQUARE_BITS)) as f32;
+const LIKELY: f32 = 1.0 / EXP_ONE as f32;
 
 /// A whisker: its place across the motion, its height, and how sure it is.
 #[derive(Clone, Copy, Default)]
@@ -260,8 +263,8 @@ fn across(energies: &[i16; TAXELS], right: f32, up: f32, angle_sd: f32) -> Optio
         return None;
     }
     let scale = (BEFORE + least as f32 * (1.0 / (1 << SQUARE_BITS) as f32)) / (BEFORE + 2.0 + lit as f32);
-    let scale = 0.5 / scale.max(1.0);
-    let likely = |more: i32| likelihood(more, APART * scale);
+    let scale = 0.5 / scale.max(1.0) * SCALE;
+    let likely = |more: i32| likelihood(more, APART * scale) as f32 * LIKELY;
     let mut parts = [OfCut { mass: 0.0, mean: [0.0; 2], variance: [0.0; 2], beyond: 0.0 }; 3];
     for ((part, squares), kind) in parts.iter_mut().zip(of_sides).zip(0..) {
         let [left, right] = [&sides[0], &sides[1]].map(|side| side.likely(kind, scale));
@@ -298,10 +301,10 @@ fn least(squares: &[i32]) -> i32 {
     squares.iter().copied().min().unwrap_or(0)
 }
 
-/// Returns how likely squares are that are so much above the least; `scale` is half the inverse of a square's scale.
-fn likelihood(more: i32, scale: f32) -> f32 {
-    let units = (1_u32 << (EXP_FRACTION_BITS - SQUARE_BITS)) as f32;
-    exp_of_negative((more as f32 * scale * units) as u32) as f32 * (1.0 / EXP_ONE as f32)
+/// Returns how likely squares are that are so much above the least, in units of 2^-31; `scale` is half the inverse of a
+/// square's scale, in units of [`SCALE`].
+fn likelihood(more: i32, scale: f32) -> u32 {
+    exp_of_negative((more as f32 * scale) as u32)
 }
 
 /// Fills the whiskers with their heights, and returns how many are lit.
@@ -346,14 +349,8 @@ fn cut(whiskers: &mut Whiskers, right: f32, up: f32) -> Option<Fit> {
     let left_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
     let far = [0.0, 0.0, 0.0, 1.0, 0.0, 1.0];
     let sums = sums(&heights).map(|sum| sum as f32 * unit);
-    let found = fit(
-        &Moments::new(&weights).products(),
-        &[one, left, left_2, far],
-        &sums,
-        squares as f32 * unit * unit,
-        count,
-        RIDGE,
-    )?;
+    let normal = Normal::new(&Moments::new(&weights).products(), &[one, left, left_2, far], &sums);
+    let found = normal.fit(&[0, 1, 2, 3], squares as f32 * unit * unit, count, RIDGE)?;
     let [height, slope, bow, dome, _] = found.coefficients;
     let top = whiskers.iter().filter(|whisker| whisker.is_lit).fold(0.3_f32, |top, whisker| {
         let across = whisker.across as f32 * (1.0 / PITCH);
@@ -442,9 +439,9 @@ impl Likely {
         let least = least(squares);
         let (mut whole, mut sum, mut square, mut beyond) = (0.0_f32, 0.0_f32, 0.0_f32, 0.0_f32);
         let width = step as f32 * (1.0 / MM as f32);
-        for (&squares, number) in squares.iter().zip(0_i32..) {
-            let likely = likelihood(squares - least, scale);
-            let steps = number as f32;
+        let likely = squares.iter().map(|squares| likelihood(squares - least, scale));
+        for (likely, number) in likely.zip(0_i32..).filter(|&(likely, _)| likely != 0) {
+            let (likely, steps) = (likely as f32, number as f32);
             (whole, sum, square) = (whole + likely, sum + likely * steps, square + likely * steps * steps);
             if is_beyond(first + number * step) {
                 beyond += likely;
@@ -454,7 +451,7 @@ impl Likely {
         Self {
             mean: first as f32 * (1.0 / MM as f32) + mean * width,
             variance: (square / whole - mean * mean + 1.0 / 12.0).max(1.0 / 12.0) * width * width,
-            mass: whole * width,
+            mass: whole * LIKELY * width,
             beyond: beyond / whole,
         }
     }
@@ -515,7 +512,7 @@ impl Ball {
             };
             let heights = whiskers.each_ref().map(height);
             let amplitude = ratio(whiskers, OF_BALL, &heights);
-            *squares = (whiskers.iter().zip(heights))
+            *squares = (whiskers.iter().zip(&heights))
                 .map(|(whisker, height)| whisker.square((height * amplitude) >> BITS))
                 .sum();
         }

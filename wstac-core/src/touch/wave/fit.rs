@@ -90,9 +90,11 @@ impl Whisker<'_> {
         of_x * self.place[0] + of_y * self.place[1]
     }
 
-    /// Returns each frame up to the last bright one, with its light.
+    /// Returns the frames from before the first bright one to the last one, with their light.
     fn light(&self) -> impl Iterator<Item = (i32, i32)> {
-        (0..=self.last.into()).zip(self.line.iter().skip(PAD).map(|&light| i32::from(light)))
+        let first = i32::from(self.first) - 1;
+        let light = self.line.get(PAD - 1 + usize::from(self.first)..).unwrap_or_default();
+        (first..=self.last.into()).zip(light.iter().map(|&light| i32::from(light)))
     }
 
     /// Returns the light in the brightest frame, and in the brighter one beside it.
@@ -151,21 +153,16 @@ pub(super) struct Whiskers<'a> {
 impl<'a> Whiskers<'a> {
     /// Creates the list of whiskers that `lit` says.
     pub(super) fn new(lines: &'a Lines, lit: u32) -> Self {
-        let mut list =
-            Self { all: [Whisker::default(); TAXELS], count: 0, cut: lines.is_cut.then_some(lines.length as i32) };
-        for (taxel, (line, peak)) in lines.padded().enumerate() {
-            if lit >> taxel & 1 == 1
-                && let Some(place) = list.all.get_mut(list.count)
-            {
-                let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
-                let light = line.get(..PAD + lines.length).unwrap_or_default();
-                let [first, last] = [light.iter().position(is_bright), light.iter().rposition(is_bright)]
-                    .map(|at| at.unwrap_or(PAD).saturating_sub(PAD) as u8);
-                *place = Whisker { line, peak, place: place_of(taxel), taxel: taxel as u8, first, last };
-                list.count += 1;
-            }
-        }
-        list
+        let mut whiskers = lines.padded().enumerate().filter(|(taxel, _)| lit >> taxel & 1 == 1);
+        let all = core::array::from_fn(|_| {
+            let Some((taxel, (line, peak))) = whiskers.next() else { return Whisker::default() };
+            let is_bright = |&light: &i16| i32::from(light) << BRIGHT_SHIFT > peak;
+            let light = line.get(PAD..PAD + lines.length).unwrap_or_default();
+            let first = light.iter().position(is_bright).unwrap_or(0) as u8;
+            let last = light.iter().rposition(is_bright).unwrap_or(0) as u8;
+            Whisker { line, peak, place: place_of(taxel), taxel: taxel as u8, first, last }
+        });
+        Self { all, count: lit.count_ones() as usize, cut: lines.is_cut.then_some(lines.length as i32) }
     }
 
     fn iter(&self) -> impl Iterator<Item = &Whisker<'a>> {
@@ -374,22 +371,27 @@ impl Sums {
         let mean = (sum as f32 / self.moments.plane()[0].max(1.0)) as i32;
         let (mut squares, mut energy, mut explained) = (0_i64, 0.0_f32, 0.0_f32);
         let (of_mm, mut peaks) = (1.0 / (self.mm as f32).max(1.0), [0_i32; 2]);
-        let [of_md, of_dd] = [self.md, self.dd].map(|parts| parts.map(|part| part as f32));
+        let of_md = self.md.map(|part| part as f32 * (1.0 / (1 << GAIN_BITS) as f32));
+        let of_dd = self.dd.map(|part| (part as f32).max(1.0));
         for ((whisker, of), place) in whiskers.iter().zip(&mut self.of).zip(&mut wave.each) {
             of.late -= mean;
             *place = (of.late, of.gain as i16, whisker.taxel);
             squares += of.weighted(of.late) * i64::from(of.late);
-            let gain = of.gain as f32 * (1.0 / (1 << GAIN_BITS) as f32);
-            let (zm, zz) = (of.zm as f32, of.zz as f32);
+            let (zm, zz, gain) = (of.zm as f32, of.zz as f32, of.gain as f32);
             energy += zz;
             // Not by the gain, whose rounding leaves more than the noise does.
             explained += (zm * zm * of_mm).min(zz);
-            let by = of.weight() as f32 / (of.gain.max(WEAKEST_GAIN) as f32 * (1.0 / (1 << GAIN_BITS) as f32));
+            // Weights are below 2^18.
+            let by = (of.weight() << GAIN_BITS) as f32 / of.gain.max(WEAKEST_GAIN) as f32;
+            let [x, y] = whisker.place.map(|part| part as f32);
             for (((part, zd), md), dd) in wave.parts.iter_mut().zip(of.zd).zip(of_md).zip(of_dd) {
-                let late = by * (zd as f32 - gain * md) / dd.max(1.0);
-                let [x, y] = whisker.place.map(|part| part as f32);
-                for (sum, factor) in part.iter_mut().zip([1.0, x, y]) {
-                    *sum += factor * late;
+                let late = by * (zd as f32 - gain * md) / dd;
+                part[0] += late;
+                // A processor without a floating-point unit adds no zeros.
+                for (sum, factor) in part.iter_mut().skip(1).zip([x, y]) {
+                    if factor.to_bits() != 0 {
+                        *sum += factor * late;
+                    }
                 }
             }
             let [most, beside] = whisker.brightest();
@@ -448,7 +450,7 @@ impl<'a> Shifted<'a> {
     }
 
     fn add_to(&self, shape: &mut [i32]) {
-        for (sum, light) in shape.iter_mut().skip(self.from).zip(self.of(self.values)) {
+        for (sum, light) in shape.get_mut(self.from..).unwrap_or_default().iter_mut().zip(self.of(self.values)) {
             *sum += light;
         }
     }

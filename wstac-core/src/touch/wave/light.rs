@@ -101,9 +101,9 @@ impl Lines {
             let line = line.get_mut(PAD..).unwrap_or_default();
             let frames = samples.frames.get(first..).unwrap_or_default();
             for (number, (place, frame)) in line.iter_mut().zip(frames).enumerate() {
-                let light = frame.and_then(|frame| frame.get(taxel).copied());
-                let light = light.unwrap_or_else(|| samples.between(first + number, taxel));
-                let light = ((i32::from(light) << DARK_SHIFT) - dark as i32).max(-(most as i32));
+                let between = || i32::from(samples.between(first + number, taxel));
+                let light = frame.and_then(|frame| frame.get(taxel)).map_or_else(between, |&light| light.into());
+                let light = ((light << DARK_SHIFT) - dark as i32).max(-(most as i32));
                 *place = ((light << left) >> right).clamp(-MOST - 1, MOST) as i16;
             }
             *peak = smooth(line);

@@ -29,7 +29,7 @@ use fit::{Wave as Fitted, Whisker, Whiskers};
 use light::Lines;
 use outline::{Outline, is_crossed, valley};
 use pair::Pair;
-use squares::{Polynomial, fit};
+use squares::{Normal, Polynomial};
 
 /// What a velocity is known by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -421,11 +421,13 @@ impl Rest {
         let along_2 = [0.0, 0.0, 0.0, right * right, -2.0 * right * up, up * up];
         let across_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
         let both = [0.0, 0.0, 0.0, 0.0 - right * up, up * up - right * right, right * up];
-        let (products, late, squares, count) = (&wave.moments.products(), &wave.late, wave.squares, count as usize);
+        let (squares, count) = (wave.squares, count as usize);
+        let columns = [one, along, across, both, along_2, across_2];
+        let normal = Normal::new(&wave.moments.products(), &columns, &wave.late);
         let plane = [one, along, across];
-        let of_plane = fit(products, &plane, late, squares, count, 1e-4)?;
-        let curve = fit(products, &[one, along, across, along_2, across_2], late, squares, count, 1e-3)?;
-        let twist = fit(products, &[one, along, across, both], late, squares, count, 1e-3)?;
+        let of_plane = normal.fit(&[0, 1, 2], squares, count, 1e-4)?;
+        let curve = normal.fit(&[0, 1, 2, 4, 5], squares, count, 1e-3)?;
+        let twist = normal.fit(&[0, 1, 2, 3], squares, count, 1e-3)?;
         let [_, _, _, u, v] = curve.coefficients;
         let dome = dome(u, v);
         let change = wave.parts.iter().map(|part| of_plane.of_others(1, &plane, part).abs()).fold(0.0, f32::max);

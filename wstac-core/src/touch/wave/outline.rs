@@ -105,14 +105,6 @@ const fn chain(angle: f64) -> Chain {
     Chain { links, half_ln: (0.5 * sum * (1 << EXP_FRACTION_BITS) as f64) as i32 }
 }
 
-/// Returns the grid turned or mirrored, so that a direction is one of those kept.
-fn moved(values: &[i32; TAXELS], to: impl Fn(usize, usize) -> [usize; 2]) -> [i32; TAXELS] {
-    core::array::from_fn(|taxel| {
-        let [row, column] = to(taxel / COLUMNS, taxel % COLUMNS);
-        values.get(row * COLUMNS + column).copied().unwrap_or(0)
-    })
-}
-
 /// The direction that whiskers' peaks tell.
 pub(super) struct Outline {
     /// Degrees counterclockwise from the right, from 0 to 180, or a little beyond.
@@ -125,36 +117,44 @@ impl Outline {
     #[inline(never)]
     pub(super) fn new(peaks: &[i16; TAXELS]) -> Self {
         let plain = values(peaks);
-        let turn = |row, column| [COLUMNS - 1 - column, row];
-        let mirror = |row, column| [COLUMNS - 1 - column, ROWS - 1 - row];
-        let turned = moved(&plain, turn);
-        let grids = [moved(&plain, mirror), moved(&turned, mirror)];
+        // The grid so that a direction is one of those kept, and turned for the one at right angles to it; and both mirrored.
+        let grids: [[[i32; 2]; TAXELS]; 2] = [false, true].map(|is_mirrored| {
+            core::array::from_fn(|taxel| {
+                let [x, y] = place_of(taxel);
+                let columns = COLUMNS as i32;
+                let places =
+                    if is_mirrored { [-x * columns - y, y * columns - x] } else { [y * columns + x, y - x * columns] };
+                places.map(|at| plain.get((at + TAXELS as i32 / 2) as usize).copied().unwrap_or(0))
+            })
+        });
         let mut likely = [0_i32; ANGLES];
-        for (k, likely) in likely.iter_mut().enumerate() {
-            let (is_turned, of_quarter) = (k >= QUARTER, k % QUARTER);
-            let is_mirrored = of_quarter >= KEPT;
-            let kept = if is_mirrored { QUARTER - of_quarter } else { of_quarter };
-            let Some(chain) = CHAINS.get(kept) else { continue };
-            let values = match (is_mirrored, is_turned) {
-                (false, false) => &plain,
-                (false, true) => &turned,
-                (true, _) => &grids[usize::from(is_turned)],
-            };
-            let (mut before, mut sum) = (0, 0_u32);
+        let (first, second) = likely.split_at_mut(QUARTER);
+        for (k, (of_plain, of_turned)) in first.iter_mut().zip(second).enumerate() {
+            let is_mirrored = k >= KEPT;
+            let grid = &grids[usize::from(is_mirrored)];
+            let Some(chain) = CHAINS.get(if is_mirrored { QUARTER - k } else { k }) else { continue };
+            let (mut before, mut sums) = ([0; 2], [0_u32; 2]);
             for link in &chain.links {
-                let value = values.get((link >> PEAK_BITS & 31) as usize).copied().unwrap_or(0);
-                let rest = value - (((link & ((1 << PEAK_BITS) - 1)) as i32 * before) >> PEAK_BITS);
-                // Below 2^16, times below 2^10, 25 times.
-                sum += ((rest * rest) as u32 >> 8) * (link >> (PEAK_BITS + 5));
-                before = value;
+                let values = grid.get((link >> PEAK_BITS & 31) as usize).copied().unwrap_or_default();
+                let (like, weight) = ((link & ((1 << PEAK_BITS) - 1)) as i32, link >> (PEAK_BITS + 5));
+                let square = |value: i32, before: i32| {
+                    let rest = value - ((like * before) >> PEAK_BITS);
+                    // Below 2^16, times below 2^10, 25 times.
+                    ((rest * rest) as u32 >> 8) * weight
+                };
+                sums = [sums[0] + square(values[0], before[0]), sums[1] + square(values[1], before[1])];
+                before = values;
             }
-            let ln = Fixed::<256>.ln(sum.max(1)) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);
-            *likely = -chain.half_ln - (ln >> 1) * TAXELS as i32;
+            for (likely, sum) in [of_plain, of_turned].into_iter().zip(sums) {
+                let ln = Fixed::<256>.ln(sum.max(1)) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);
+                *likely = -chain.half_ln - (ln >> 1) * TAXELS as i32;
+            }
         }
         let highest = likely.iter().copied().max().unwrap_or(0);
         let best = likely.iter().position(|&each| each == highest).unwrap_or(0) as i32;
         let (mut whole, mut first, mut second) = (0, 0, 0);
-        for (k, &likely) in (0..).zip(&likely) {
+        // What is 11 below has no share.
+        for (k, likely) in (0..).zip(likely).filter(|(_, likely)| highest - likely < 11 << EXP_FRACTION_BITS) {
             let share = (exp_of_negative(highest.abs_diff(likely)) >> 16) as i32;
             let half = QUARTER as i32;
             let turn = (k - best + 3 * half) % (2 * half) - half;
@@ -208,44 +208,51 @@ fn across(right: f32, up: f32) -> [i32; TAXELS] {
 
 /// Returns the highest value and the second one, at least 0.
 pub(super) fn highest(values: impl Iterator<Item = i32>) -> [i32; 2] {
-    values.fold([0; 2], |[most, second], value| if value > most { [value, most] } else { [most, second.max(value)] })
+    values.fold([0; 2], with)
+}
+
+fn with([most, second]: [i32; 2], value: i32) -> [i32; 2] {
+    if value > most { [value, most] } else { [most, second.max(value)] }
 }
 
 /// Returns the whiskers to the right of the deepest valley across the motion that parts two contacts, a bit for each.
 #[inline(never)]
 pub(super) fn valley(peaks: &[i16; TAXELS], right: f32, up: f32) -> Option<u32> {
+    let [most, _] = highest(peaks.iter().map(|&peak| i32::from(peak)));
+    let is_low = |light: i32, side: i32| 20 * light < 3 * side;
+    // Two whiskers are in it.
+    if peaks.iter().filter(|&&peak| is_low(peak.into(), most)).count() < 2 {
+        return None;
+    }
     // The place across the motion, and in the lowest five bits the taxel.
-    let mut order = [i32::MAX; TAXELS];
+    let mut order = [0; TAXELS];
     for (across, taxel) in across(right, up).into_iter().zip(0..) {
-        let mut carried = across << 5 | taxel;
         // Sorted in few bytes.
-        for place in order.iter_mut().take(taxel as usize + 1) {
-            if *place > carried {
-                core::mem::swap(place, &mut carried);
-            }
+        let mut places = order.get_mut(..=taxel as usize).unwrap_or_default();
+        if let Some(last) = places.last_mut() {
+            *last = across << 5 | taxel;
+        }
+        while let Some((here, rest)) = places.split_last_mut()
+            && let Some(before) = rest.last_mut().filter(|before| **before > *here)
+        {
+            core::mem::swap(before, here);
+            places = rest;
         }
     }
-    let sorted = order.map(|each| peaks.get(each as usize & 31).copied().unwrap_or(0));
-    let [most, _] = highest(peaks.iter().map(|&peak| i32::from(peak)));
-    let second = |part: &[i16]| highest(part.iter().map(|&peak| i32::from(peak)))[1];
-    let (mut deepest, mut side) = (0, None);
-    for at in 3..TAXELS - 2 {
-        let Some((before, behind)) = sorted.split_at_checked(at) else { continue };
-        let [a, b] = [before.last(), behind.first()].map(|peak| peak.map_or(0, |&peak| i32::from(peak)));
+    let sorted = order.map(|each| peaks.get(each as usize & 31).map_or(0, |&peak| i32::from(peak)));
+    let (mut before, mut whiskers, mut deepest, mut side) = ([0; 2], 0, 0, None);
+    for (at, (&[a, b], each)) in sorted.array_windows().zip(order).enumerate().take(TAXELS - 3) {
+        (before, whiskers) = (with(before, a), whiskers | 1 << (each & 31));
         let bottom = a.max(b);
-        // No side is brighter than the brightest.
-        if 20 * bottom >= 3 * most {
+        // Both sides are lit, and the valley has less than 15 % of either. No side is brighter than the brightest.
+        let is_side = |side| side << LIT_SHIFT > most && is_low(bottom, side) && side - bottom > deepest;
+        if at < 2 || !is_low(bottom, most) || !is_side(before[1]) {
             continue;
         }
-        // Both sides are lit, and the valley has less than 15 % of either.
-        let is_side = |side| side << LIT_SHIFT > most && 20 * bottom < 3 * side && side - bottom > deepest;
-        let mut sides = second(before);
+        let [_, behind] = highest(sorted.iter().copied().skip(at + 1));
+        let sides = before[1].min(behind);
         if is_side(sides) {
-            sides = sides.min(second(behind));
-        }
-        if is_side(sides) {
-            (deepest, side) =
-                (sides - bottom, Some(order.iter().take(at).fold(0, |side, taxel| side | 1 << (taxel & 31))));
+            (deepest, side) = (sides - bottom, Some(whiskers));
         }
     }
     side
@@ -257,14 +264,10 @@ pub(super) fn is_crossed(peaks: &[i16; TAXELS], right: f32, up: f32) -> bool {
     let places = across(right, up);
     let highest = i32::from(peaks.iter().copied().max().unwrap_or(0));
     let mut missed = 0;
-    for (_, here) in peaks.iter().zip(places).filter(|&(&peak, _)| i32::from(peak) << LIT_SHIFT <= highest) {
-        let (mut before, mut behind) = (false, false);
-        for (_, other) in peaks.iter().zip(places).filter(|&(&peak, _)| 3 * i32::from(peak) >= highest) {
-            let apart = other - here;
-            before |= (-BESIDE..=SAME_WAY).contains(&apart);
-            behind |= (-SAME_WAY..=BESIDE).contains(&apart);
-        }
-        missed += u32::from(before && behind);
+    for (_, here) in peaks.iter().zip(&places).filter(|&(&peak, _)| i32::from(peak) << LIT_SHIFT <= highest) {
+        let lit = peaks.iter().zip(&places).filter(|&(&peak, _)| 3 * i32::from(peak) >= highest);
+        let is_lit = |from, to| lit.clone().any(|(_, other)| (from..=to).contains(&(other - here)));
+        missed += u32::from(is_lit(-BESIDE, SAME_WAY) && is_lit(-SAME_WAY, BESIDE));
     }
     missed <= MOST_MISSED
 }

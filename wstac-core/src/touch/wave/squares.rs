@@ -176,18 +176,21 @@ impl TimePlane {
 /// Returns the sum of products. Most factors `a` are 0, and a processor without a floating-point unit skips them.
 #[inline(never)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
-    let mut sum = 0.0;
-    for (a, b) in a.iter().zip(b) {
-        // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
-        if a.to_bits() >> 23 & 255 != 0 {
-            sum += a * b;
-        }
+    // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
+    let mut counted = a.iter().zip(b).filter(|(a, _)| a.to_bits() >> 23 & 255 != 0);
+    // Nothing is added to 0, which would take it as long.
+    let mut sum = counted.next().map_or(0.0, |(a, b)| a * b);
+    for (a, b) in counted {
+        sum += a * b;
     }
-    sum
+    // No negative zero.
+    if sum.to_bits() == 1 << 31 { 0.0 } else { sum }
 }
 
-/// Most columns. Fewer are as if the others were of zeros: one size takes less code than three.
+/// Most columns of a fit, and of fits of the same values. Fewer are as if the others were of zeros: one size takes less
+/// code than three.
 const COLUMNS: usize = 5;
+const ALL: usize = 6;
 type Matrix = [[f32; COLUMNS]; COLUMNS];
 
 /// Coefficients of the columns.
@@ -223,44 +226,52 @@ impl Fit {
     }
 }
 
-/// Fits values by polynomials: `sums` are their weighted sums with every monomial, and `squares` of their squares.
-///
-/// Returns `None` if the normal equations are singular in spite of the ridge.
-#[inline(never)]
-pub(super) fn fit(
-    products: &Products,
-    columns: &[Polynomial],
-    sums: &Polynomial,
-    squares: f32,
-    count: usize,
-    ridge: f32,
-) -> Option<Fit> {
-    let mut matrix = [[0.0_f32; COLUMNS]; COLUMNS];
-    for (row, a) in columns.iter().enumerate() {
-        let times = products.each_ref().map(|row| dot(a, row));
-        for (column, b) in columns.iter().enumerate().take(row + 1) {
-            let value = dot(b, &times);
-            for [row, column] in [[row, column], [column, row]] {
-                if let Some(place) = matrix.get_mut(row).and_then(|row| row.get_mut(column)) {
-                    *place = value;
-                }
+/// The normal equations of columns: of the matrix what is below the diagonal, and it.
+pub(super) struct Normal {
+    matrix: [[f32; ALL]; ALL],
+    right: [f32; ALL],
+}
+
+impl Normal {
+    /// Multiplies columns with each other, and with values' weighted `sums` with every monomial.
+    #[inline(never)]
+    pub(super) fn new(products: &Products, columns: &[Polynomial], sums: &Polynomial) -> Self {
+        let mut matrix = [[0.0_f32; ALL]; ALL];
+        for (number, (row, a)) in matrix.iter_mut().zip(columns).enumerate() {
+            let times = products.each_ref().map(|row| dot(a, row));
+            for (place, b) in row.iter_mut().zip(columns).take(number + 1) {
+                *place = dot(b, &times);
             }
         }
+        Self { matrix, right: with_each(columns, sums) }
     }
-    let right = with_each(columns, sums);
-    let normal = matrix;
-    let trace: f32 = (0..COLUMNS).map(|k| at(&matrix, k, k)).sum();
-    for (k, row) in matrix.iter_mut().enumerate().take(columns.len()) {
-        if let Some(place) = row.get_mut(k) {
+
+    /// Fits values by some of the columns; `squares` is the weighted sum of their squares.
+    ///
+    /// Returns `None` if the normal equations are singular in spite of the ridge.
+    #[inline(never)]
+    pub(super) fn fit(&self, columns: &[usize], squares: f32, count: usize, ridge: f32) -> Option<Fit> {
+        let (mut normal, mut right, mut trace) = ([[0.0_f32; COLUMNS]; COLUMNS], [0.0_f32; COLUMNS], 0.0);
+        for ((row, right), &a) in normal.iter_mut().zip(&mut right).zip(columns) {
+            *right = *self.right.get(a)?;
+            trace += self.matrix.get(a)?.get(a)?;
+            for (place, &b) in row.iter_mut().zip(columns) {
+                *place = *self.matrix.get(a.max(b))?.get(a.min(b))?;
+            }
+        }
+        let mut inverse = normal;
+        for (k, row) in inverse.iter_mut().enumerate().take(columns.len()) {
+            let place = row.get_mut(k)?;
             *place = *place + ridge * *place + 1e-6 * trace;
         }
+        invert(&mut inverse, columns.len())?;
+        let coefficients = inverse.each_ref().map(|row| dot(row, &right));
+        // What is left of the squares.
+        let normal = normal.each_ref().map(|row| dot(row, &coefficients));
+        let explained = 2.0 * dot(&coefficients, &right) - dot(&coefficients, &normal);
+        let variance = (squares - explained).max(0.0) / count.saturating_sub(columns.len()).max(1) as f32;
+        Some(Fit { coefficients, inverse, variance })
     }
-    let inverse = inverted(matrix, columns.len())?;
-    let coefficients = inverse.map(|row| dot(&row, &right));
-    // What is left of the squares.
-    let explained = 2.0 * dot(&coefficients, &right) - dot(&coefficients, &normal.map(|row| dot(&row, &coefficients)));
-    let variance = (squares - explained).max(0.0) / count.saturating_sub(columns.len()).max(1) as f32;
-    Some(Fit { coefficients, inverse, variance })
 }
 
 fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
@@ -269,32 +280,23 @@ fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
 
 /// Returns the sums of values with each column; 0 without one.
 #[inline(never)]
-fn with_each(columns: &[Polynomial], sums: &Polynomial) -> [f32; COLUMNS] {
-    let mut with = [0.0; COLUMNS];
-    for (place, column) in with.iter_mut().zip(columns) {
-        *place = dot(column, sums);
-    }
-    with
+fn with_each(columns: &[Polynomial], sums: &Polynomial) -> [f32; ALL] {
+    core::array::from_fn(|k| columns.get(k).map_or(0.0, |column| dot(column, sums)))
 }
 
-/// Returns the inverse of a symmetric matrix of this size whose leading minors are above 0, by Gauss and Jordan in place.
-fn inverted(mut matrix: Matrix, size: usize) -> Option<Matrix> {
+/// Inverts a symmetric matrix of this size whose leading minors are above 0, by Gauss and Jordan in place.
+fn invert(matrix: &mut Matrix, size: usize) -> Option<()> {
     for k in 0..size {
-        let pivot = at(&matrix, k, k);
+        let mut of_pivot = *matrix.get(k)?;
+        let pivot = core::mem::replace(of_pivot.get_mut(k)?, 1.0);
         if pivot.is_nan() || pivot <= f32::MIN_POSITIVE {
             return None;
         }
         let by = 1.0 / pivot;
-        let mut of_pivot = *matrix.get(k)?;
-        *of_pivot.get_mut(k)? = 1.0;
         for place in of_pivot.iter_mut().take(size) {
             *place *= by;
         }
-        for (number, row) in matrix.iter_mut().enumerate().take(size) {
-            if number == k {
-                *row = of_pivot;
-                continue;
-            }
+        for (_, row) in matrix.iter_mut().enumerate().take(size).filter(|(number, _)| *number != k) {
             let factor = core::mem::replace(row.get_mut(k)?, 0.0);
             if factor != 0.0 {
                 for (place, part) in row.iter_mut().zip(&of_pivot).take(size) {
@@ -302,6 +304,7 @@ fn inverted(mut matrix: Matrix, size: usize) -> Option<Matrix> {
                 }
             }
         }
+        *matrix.get_mut(k)? = of_pivot;
     }
-    Some(matrix)
+    Some(())
 }
