@@ -80,6 +80,8 @@ class WaveAnswer:
     basis: str | None = None
     mm_s2: float | None = None
     mm_s2_sd: float | None = None
+    unevenness: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """The mean lateness of one wave: by the slowness, in frames, and times the change of a third and the speed's deviation."""
 
 
 def light_of(samples: list[list[int] | None]) -> tuple[np.ndarray, float]:
@@ -556,6 +558,8 @@ def answer_of_wave(
         variance += flash**2 * LOCKED * one_phase
         deviations.append(math.sqrt(variance) / whole)
     answer = velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)
+    third = 0.0 if is_full and change <= frames else change / whole
+    answer = replace(answer, unevenness=(rms, rms / unit, rms * third * deviations[0]))
     if not is_edge:
         return answer
     # What is curved alike along and across is a dome.
