@@ -192,8 +192,8 @@ impl Whiskers {
             return None;
         }
         let before = self.slowness.take();
-        let (slowness, variance, bent) = self.front()?;
-        let (size, whole) = (squares(slowness), super::root(squares(slowness)));
+        let (slowness, [variance, whole, bent]) = self.front()?;
+        let size = squares(slowness);
         let near = |other: [f32; 2], part: f32, size: f32| {
             squares([other[0] - slowness[0], other[1] - slowness[1]]) < part * part * size
         };
@@ -212,9 +212,9 @@ impl Whiskers {
         velocity_of(slowness, variance * (1.0 / 50.0), config)
     }
 
-    /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, their mean square distance
-    /// from a plane, and how they are curved along the motion.
-    fn front(&self) -> Option<([f32; 2], f32, f32)> {
+    /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, and what [`EdgePlane::is_even`]
+    /// returns.
+    fn front(&self) -> Option<([f32; 2], [f32; 3])> {
         let peaks = self.each.map(|whisker| whisker.peak);
         let least = peaks.iter().copied().max().unwrap_or(0) >> LIT_SHIFT;
         let dark = peaks.iter().filter(|&&peak| peak <= least).count();
@@ -233,9 +233,9 @@ impl Whiskers {
             }
             plane = EdgePlane::new(&times);
         }
-        let (variance, bent) = plane.is_even(&times, &peaks)?;
+        let even = plane.is_even(&times, &peaks)?;
         let most = OFF_AFTER_GLOW * OFF_AFTER_GLOW * squares(plane.slope);
-        (!self.has_glowed || variance < most).then_some((plane.slope, variance, bent))
+        (!self.has_glowed || even[0] < most).then_some((plane.slope, even))
     }
 }
 
@@ -269,10 +269,10 @@ impl EdgePlane {
         self.mean + self.slope[0] * row + self.slope[1] * column
     }
 
-    /// Returns the mean square distance from the plane and the curvature along less across, if all is as of an edge of an even
-    /// speed.
+    /// Returns the mean square distance from the plane, the slowness and the curvature along less across, if all is as of an
+    /// edge of an even speed.
     #[inline(never)]
-    fn is_even(&self, times: &[f32; TAXELS], peaks: &[u16; TAXELS]) -> Option<(f32, f32)> {
+    fn is_even(&self, times: &[f32; TAXELS], peaks: &[u16; TAXELS]) -> Option<[f32; 3]> {
         let slowness = super::root(squares(self.slope));
         if slowness <= 0.0 {
             return None;
@@ -296,7 +296,7 @@ impl EdgePlane {
             && twisted.abs() < CURVED[1]
             && (across - dome(along, across)).abs() < CURVED[2]
             && grown.abs() < GROWN;
-        is_even.then_some((off, bent))
+        is_even.then_some([off, slowness, bent])
     }
 }
 
