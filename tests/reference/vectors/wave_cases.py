@@ -48,6 +48,8 @@ class Touch:
     begins: float = 14.0
     faster: float = 0.0
     """How the slowness changes along the sensor, as a fraction."""
+    rests: float = 0.0
+    """Frames in which it rests before the middle, and again behind it."""
     turns: float = 0.0
     second: float = 1.0
     """The slowness of whiskers on the motion's right, as a fraction."""
@@ -81,6 +83,7 @@ def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
     along, across = COLUMN * right - ROW * up, -COLUMN * up - ROW * right
     slowness = 4 * touch.fps / touch.mm_s if touch.mm_s else 0.0
     late = slowness * (along - touch.faster * along**2 / 8 + touch.turns * along * across / 8)
+    late = late + touch.rests * np.sign(along) * (np.abs(along) > 0.5)
     if touch.corner is not None:
         open_by, skew = touch.corner
         beside = across - touch.offset / 4
@@ -137,6 +140,10 @@ def touches() -> dict[str, Touch]:
         "edge-once-rolling": replace(edge, deg=70, readout_ms=25.0),
         "edge-once-unknown": replace(edge, deg=45, mm_s=50.0, readout_ms=15.0, is_unknown=True),
         "edge-once-faster": replace(edge, faster=0.5, deg=10),
+        "edge-once-little-faster": replace(edge, faster=0.15, deg=10, mm_s=50.0),
+        "edge-once-little-slower": replace(edge, faster=-0.2, deg=280, mm_s=50.0),
+        "edge-once-sticks": replace(edge, deg=2, mm_s=30.0, rests=1.5, fade=0.6),
+        "once-ball-sticks": replace(once, deg=12, mm_s=50.0, rests=0.4, fade=0.4),
         "slow": replace(ball, mm_s=10.0),
         "slow-steps": replace(edge, mm_s=14.0, deg=45, fade=0.5, begins=8.0),
         "fast": replace(ball, mm_s=600.0),
@@ -175,6 +182,8 @@ def touches() -> dict[str, Touch]:
         "flash": replace(edge, deg=2, mm_s=112.0, fade=0.0, instants=16),
         "flash-oblique": replace(edge, deg=33, mm_s=60.0, fade=0.0, instants=16),
         "block-diagonal": replace(ball, outline="block", deg=45, mm_s=80.0),
+        "edge-along": replace(edge, deg=354, mm_s=6.6),
+        "ball-aside": replace(ball, offset=8.0, mm_s=60.0),
     }
 
 
@@ -201,6 +210,8 @@ def wave_cases() -> list[dict[str, Any]]:
     for name, touch in touches().items():
         sums = sums_of(touch, SplitMix64(seed_of(f"wave-{name}", SEED)))
         stated = None if touch.is_unknown else touch.readout_ms
+        wave = stored(measure_wave(sums, touch.fps, stated))
+        del wave["unevenness"]
         case = {"name": name, "fps": touch.fps, "readout_ms": stated, "sums": sums}
-        made.append(case | {"wave": stored(measure_wave(sums, touch.fps, stated)), "live": live_of(sums, touch.fps, stated)})
+        made.append(case | {"wave": wave, "live": live_of(sums, touch.fps, stated)})
     return made

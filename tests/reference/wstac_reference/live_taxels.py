@@ -20,12 +20,13 @@ GLOW, ALIKE = 0.75, (0.03, 0.01)
 CONTINUED, FADED, BEFORE, MOST_TRIES = 16, 0.004, 8, 4
 OFF, GROWN, CURVED = 0.18, 0.12, (0.12, 0.13, 0.2)
 STABLE, DIFFERS, LEAST = 0.04, 0.1, 0.3
+CHANGES, OFF_AFTER_GLOW, UNEVEN = (0.08, 0.03), 0.06, (0.012, 0.11, 1e-5)
 MONOMIALS = np.column_stack([np.ones(TAXELS), ROW, COLUMN, ROW**2, COLUMN**2, ROW * COLUMN])
 PLANE = MONOMIALS[:, :3]
 
 
-def front_of(times: np.ndarray, peaks: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """The slowness of rows and columns, and the variance, of edges that are even; None if they are not."""
+def front_of(times: np.ndarray, peaks: np.ndarray, has_glowed: bool) -> tuple[np.ndarray, float, float] | None:
+    """The slowness of rows and columns, the variance, and the curvature of even edges; None if they are not even."""
     lit = peaks > peaks.max() // 8
     if lit.sum() < TAXELS - 1:
         return None
@@ -43,9 +44,11 @@ def front_of(times: np.ndarray, peaks: np.ndarray) -> tuple[np.ndarray, float] |
     along, across, both = bent[0, 0], bent[1, 1], 2 * bent[0, 1]
     dome = min(along, across, key=abs) if along * across > 0 else 0.0
     grown = 4 * np.polyfit(ROW * down + COLUMN * right, peaks, 1)[0] / peaks.mean()
-    is_even = off < (OFF * (slowness + 0.3)) ** 2 and abs(along - across - grown / 2) < CURVED[0]
+    bend = along - across - grown / 2
+    is_even = off < (OFF * (slowness + 0.3)) ** 2 and abs(bend) < CURVED[0]
+    is_even = is_even and not (has_glowed and off >= (OFF_AFTER_GLOW * slowness) ** 2)
     is_even = is_even and abs(both) < CURVED[1] and abs(across - dome) < CURVED[2] and abs(grown) < GROWN
-    return (plane[1:], off) if is_even else None
+    return (plane[1:], off, bend) if is_even else None
 
 
 class LiveTaxels(Live):
@@ -90,7 +93,8 @@ class LiveTaxels(Live):
         self.dark_sums = np.minimum(*dark) if len(dark) == 2 else np.zeros(TAXELS)
         self.brights, self.rises = np.zeros(TAXELS), np.full(TAXELS, -math.inf)
         self.began, self.tries, self.brightest = len(self.sums) - 1, 0, 0.0
-        self.is_over = self.has_agreed = False
+        self.is_over = self.has_glowed = False
+        self.agreed: bool | None = None
         self.slowness: np.ndarray | None = None
 
     def rising(self, taxel: int) -> float:
@@ -122,6 +126,7 @@ class LiveTaxels(Live):
         limit = ALIKE[0] * light_before.max() + ALIKE[1] * self.brights.max()
         is_over = frames <= 2 and left < GLOW and bool((np.abs(here - part * before) <= limit).all())
         was_over, has_grown = self.is_over, total > total_before + self.brightest // 64
+        self.has_glowed = self.has_glowed or was_over
         self.is_over = is_over or (was_over and not has_grown)
         if not is_over or was_over or 16 * total_before < self.brightest or self.tries == MOST_TRIES:
             return None
@@ -132,7 +137,9 @@ class LiveTaxels(Live):
             part *= left
         known = min(now - self.began + 1 + BEFORE, 70 - len(glow))
         found = measure_wave(self.sums[-known:] + glow, self.fps, self.readout_ms)
-        if found.why is not None:
+        mean, late, product = found.unevenness
+        is_uneven = late >= UNEVEN[1] or product >= UNEVEN[2] or (self.has_glowed and mean > UNEVEN[0])
+        if found.why is not None or is_uneven:
             return None
         return LiveAnswer("slide", found.mm_s, found.mm_s_sd, found.deg, found.deg_sd), found.basis
 
@@ -140,21 +147,24 @@ class LiveTaxels(Live):
         """The velocity of lines or edges in the newest frame."""
         if self.is_over:
             return None
-        if self.has_agreed:
-            return None if lines.mm_s is None else lines
-        before, front = self.slowness, front_of(self.rises, self.brights)
-        self.slowness = None if front is None else front[0]
+        if self.agreed is not None:
+            return lines if self.agreed and lines.mm_s is not None else None
+        before, front = self.slowness, front_of(self.rises, self.brights, self.has_glowed)
+        self.slowness = None
         if front is None:
             return None
-        slowness, variance = front
+        slowness, variance, bend = front
+        whole = math.hypot(*slowness)
         near = lambda other, part, size: math.hypot(*(other - slowness)) < part * math.hypot(*size)
+        is_steady = lambda more: abs(bend * whole - more) < CHANGES[0] * whole + CHANGES[1]
         if lines.mm_s is not None:
             of_lines = np.array([axis.slowness for axis in self.axes])
-            self.has_agreed = near(of_lines, DIFFERS, of_lines)
-            if self.has_agreed:
-                return lines
-        is_stable = before is not None and near(before, STABLE, slowness)
-        if not is_stable or len(self.sums) - 1 - self.rises.max() >= OLD or math.hypot(*slowness) < LEAST:
+            if near(of_lines, DIFFERS, of_lines):
+                self.agreed = is_steady(math.hypot(*of_lines) - whole)
+            return lines if self.agreed else None
+        self.slowness = slowness
+        is_stable = is_steady(0.0) and before is not None and near(before, STABLE, slowness)
+        if not is_stable or len(self.sums) - 1 - self.rises.max() >= OLD or whole < LEAST:
             return None
         rows, columns = self.readout.of_light(*slowness)
         sd = math.sqrt(variance / 50) / math.hypot(rows, columns)

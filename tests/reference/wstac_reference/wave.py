@@ -84,6 +84,8 @@ class WaveAnswer:
     basis: str | None = None
     mm_s2: float | None = None
     mm_s2_sd: float | None = None
+    unevenness: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """The mean lateness of one wave: by the slowness, in frames, and times the change of a third and the speed's deviation."""
 
 
 def light_of(samples: list[list[int] | None]) -> tuple[np.ndarray, float]:
@@ -157,8 +159,9 @@ def rising_of(light: np.ndarray) -> np.ndarray:
 def start_of(light: np.ndarray, places: np.ndarray) -> np.ndarray:
     """Slowness of a plane through the rising edges of the light."""
     peak = light.max(axis=0)
-    columns = np.column_stack([np.ones(len(peak)), places])
-    return fit(columns, peak / peak.max(), rising_of(light), 1e-3)[0][1:]
+    columns, times = np.column_stack([np.ones(len(peak)), places]), rising_of(light)
+    # About their mean: across a single line of whiskers nothing is known, and the ridge makes it 0.
+    return fit(columns, peak / peak.max(), times - np.average(times, weights=peak), 1e-3)[0][1:]
 
 
 def shifted(line: np.ndarray, times: np.ndarray) -> np.ndarray:
@@ -421,13 +424,16 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
     lost = LOST * math.sqrt(sum(frame is None for frame in samples[start:end]))
     total = np.maximum(light.sum(axis=1) - 15 * noise, 0)
     is_followed = (4 * total[end:] > total.max()).any()
+    later = (light[end:] > LIT * light[start:end].max()).any(axis=0)
     light = prepared(light[start:end])
     lit = light.max(axis=0) > LIT * light.max()
     try:
         found = answer_of_touch(light, is_cut, lost, fps, readout_ms)
-        if is_followed and lit.sum() == ROWS and 1 in (len(set(ROW[lit])), len(set(COLUMN[lit]))):
+        if lit.sum() > ROWS or 1 not in (len(set(ROW[lit])), len(set(COLUMN[lit]))):
+            return found
+        if is_followed and (later & ~lit).any():
             raise Refused("starts on the sensor")
-        return found
+        return replace(found, unevenness=(math.inf, math.inf, math.inf))
     except Refused as refused:
         is_part = str(refused) in ("starts on the sensor", "not over", "too few whiskers", "poke", "press")
         raise Refused("speed changed") if is_part and flashes > MOST_FLASHES else refused
@@ -571,6 +577,8 @@ def answer_of_wave(
         variance += flash**2 * LOCKED * one_phase
         deviations.append(math.sqrt(variance) / whole)
     answer = velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)
+    third = 0.0 if is_full and change <= frames else change / whole
+    answer = replace(answer, unevenness=(rms, rms / unit, rms * third * deviations[0]))
     if not is_edge:
         return answer
     # What is curved alike along and across is a dome.

@@ -161,6 +161,12 @@ impl From<IncompleteOf> for InterruptedSample {
     }
 }
 
+/// A file of vectors.
+#[derive(Deserialize)]
+pub(super) struct Cases<C> {
+    pub(super) cases: Vec<C>,
+}
+
 pub(super) fn directory() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("golden")
 }

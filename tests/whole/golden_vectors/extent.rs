@@ -4,12 +4,7 @@ use serde::Deserialize;
 use wstac_core::params::TAXELS;
 use wstac_core::touch::wave::{Extent, Measured};
 
-use super::case::{directory, read};
-
-#[derive(Deserialize)]
-struct Cases {
-    cases: Vec<ExtentCase>,
-}
+use super::case::{Cases, directory, read};
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -34,7 +29,7 @@ struct ExtentOf {
 /// Heights have ten bits, and places are whole 256ths of a millimeter: SPEC §9 has these bounds.
 #[test]
 fn every_extent_is_that_of_the_reference() {
-    let Cases { cases } = read(&directory().join("extent.json"));
+    let Cases::<ExtentCase> { cases } = read(&directory().join("extent.json"));
     assert!(cases.len() >= 40, "{} cases", cases.len());
     let (mut answered, mut worst) = (0, [[0.0_f32; 2]; 2]);
     for ExtentCase { name, energies, deg, deg_sd, extent: expected } in &cases {

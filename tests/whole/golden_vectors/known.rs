@@ -7,12 +7,7 @@ use wstac_core::model::Model;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::INPUTS;
 
-use super::case::directory;
-
-#[derive(Deserialize)]
-struct Cases {
-    cases: Vec<Case>,
-}
+use super::case::{Cases, directory};
 
 #[derive(Deserialize)]
 struct Case {
@@ -32,7 +27,7 @@ struct Answer {
 #[test]
 fn confidence_and_known_are_those_of_the_reference() {
     let text = fs::read_to_string(directory().join("known.json")).unwrap();
-    let Cases { cases } = serde_json::from_str(&text).unwrap();
+    let Cases::<Case> { cases } = serde_json::from_str(&text).unwrap();
     assert_eq!(cases.len(), 9);
     let (mut between, mut told) = (0, [0; 2]);
     for (number, case) in cases.iter().enumerate() {

@@ -7,14 +7,9 @@ use wstac_core::paper::sample::Sample;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::touch::motion::LiveMotion;
 
-use super::case::{directory, read};
+use super::case::{Cases, directory, read};
 use super::motion_of::{MotionOf, Tolerance};
 use super::shutter::{config_of, rolling};
-
-#[derive(Deserialize)]
-struct Cases {
-    cases: Vec<LiveCase>,
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -37,7 +32,7 @@ pub(super) const MOST: Tolerance =
 /// Checks every frame of every case.
 #[test]
 fn every_live_answer_is_that_of_the_reference() {
-    let Cases { cases } = read(&directory().join("live.json"));
+    let Cases::<LiveCase> { cases } = read(&directory().join("live.json"));
     let rolling = rolling();
     assert!(cases.len() >= 25, "{} cases", cases.len());
     let (mut worst, mut velocities) = (0.0_f64, 0);

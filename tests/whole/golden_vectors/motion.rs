@@ -9,14 +9,9 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::rate::FrameRate;
 use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout};
 
-use super::case::{directory, read};
+use super::case::{Cases, directory, read};
 use super::motion_of::{MotionOf, Tolerance};
 use super::shutter;
-
-#[derive(Deserialize)]
-struct Cases {
-    cases: Vec<MotionCase>,
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -53,7 +48,7 @@ fn bits(motion: &Motion) -> String {
 /// every processor computes the same. A change of the record is a change of answers.
 #[test]
 fn every_processor_computes_the_same_bits() {
-    let Cases { cases } = read(&directory().join("motion.json"));
+    let Cases::<MotionCase> { cases } = read(&directory().join("motion.json"));
     let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut found = String::new();
     for case in &cases {
@@ -71,7 +66,7 @@ fn every_processor_computes_the_same_bits() {
 /// Checks every case.
 #[test]
 fn every_motion_is_that_of_the_reference() {
-    let Cases { cases } = read(&directory().join("motion.json"));
+    let Cases::<MotionCase> { cases } = read(&directory().join("motion.json"));
     assert!(cases.len() >= 40, "{} cases", cases.len());
     let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut worst = 0.0_f64;
@@ -91,11 +86,6 @@ fn every_motion_is_that_of_the_reference() {
 }
 
 #[derive(Deserialize)]
-struct ReadoutCases {
-    cases: Vec<ReadoutCase>,
-}
-
-#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct ReadoutCase {
     name: String,
@@ -109,7 +99,7 @@ struct ReadoutCase {
 /// Checks touches before rolling shutters, with known readouts and unknown ones, along either axis.
 #[test]
 fn every_motion_before_a_rolling_shutter_is_that_of_the_reference() {
-    let ReadoutCases { cases } = read(&directory().join("readout.json"));
+    let Cases::<ReadoutCase> { cases } = read(&directory().join("readout.json"));
     let rolling = shutter::rolling();
     assert!(cases.len() >= 10 && rolling.len() >= 10, "{} cases, {} shutters", cases.len(), rolling.len());
     for case in &cases {

@@ -11,13 +11,8 @@ use wstac_core::touch::motion::Velocity;
 use wstac_core::touch::path_sample::PathSample;
 use wstac_core::touch::taxel_ring::TaxelRing;
 
-use super::case::{directory, read};
+use super::case::{Cases, directory, read};
 use super::shutter::{config_of, rolling};
-
-#[derive(Deserialize)]
-struct Cases {
-    cases: Vec<PathCase>,
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,7 +57,7 @@ fn worst(name: &str, found: &PathSample, expected: &[i16], input: Input) -> [u16
 
 #[test]
 fn every_path_is_that_of_the_reference() {
-    let Cases { cases } = read(&directory().join("path.json"));
+    let Cases::<PathCase> { cases } = read(&directory().join("path.json"));
     assert!(cases.len() >= 19, "{} cases", cases.len());
     let rolling = rolling();
     let mut most = [[0; 2]; 2];

@@ -15,14 +15,9 @@ use wstac_core::touch::motion::{
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Measured, Wave};
 
-use super::case::{directory, read};
+use super::case::{Cases, directory, read};
 use super::live::MOST;
 use super::motion_of::MotionOf;
-
-#[derive(Deserialize)]
-struct Cases {
-    cases: Vec<WaveCase>,
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -112,7 +107,7 @@ fn layout() -> Layout {
 /// a change of answers.
 #[test]
 fn every_processor_says_the_same_live() {
-    let Cases { cases } = read(&directory().join("wave.json"));
+    let Cases::<WaveCase> { cases } = read(&directory().join("wave.json"));
     let mut found = String::new();
     for case in &cases {
         for (frame, touch) in case.live(layout()) {
@@ -129,7 +124,7 @@ fn every_processor_says_the_same_live() {
 
 #[test]
 fn every_live_velocity_is_that_of_the_reference() {
-    let Cases { cases } = read(&directory().join("wave.json"));
+    let Cases::<WaveCase> { cases } = read(&directory().join("wave.json"));
     let (mut velocities, mut worst) = (0, 0.0_f64);
     for case in &cases {
         let found = case.live(layout());
@@ -151,7 +146,7 @@ fn every_live_velocity_is_that_of_the_reference() {
 /// Lines have 12 bits, slopes and gains 8 to 12: SPEC §9 has these bounds.
 #[test]
 fn every_wave_is_that_of_the_reference() {
-    let Cases { cases } = read(&directory().join("wave.json"));
+    let Cases::<WaveCase> { cases } = read(&directory().join("wave.json"));
     assert!(cases.len() >= 30, "{} cases", cases.len());
     let layout = layout();
     let (mut wave, mut worst) = (Wave::EMPTY, [0.0_f64; 2]);

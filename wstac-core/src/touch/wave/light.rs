@@ -2,6 +2,7 @@
 
 use core::cell::Cell;
 
+use super::LIT_SHIFT;
 use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
 use crate::reason::Reason;
 
@@ -32,8 +33,8 @@ pub(super) struct Lines {
     pub(super) length: usize,
     /// Whether the touch is not over at the lines' end.
     pub(super) is_cut: bool,
-    /// Whether other light follows it in the sample.
-    pub(super) is_followed: bool,
+    /// The whiskers that light up behind the touch in the sample, if a quarter of the highest light follows it; a bit each.
+    pub(super) later: u32,
     /// Frames of the lines that were lost.
     pub(super) lost: u8,
     /// Flashes of the sample: runs of lit frames, of which one is a touch.
@@ -46,7 +47,7 @@ impl Lines {
         peaks: [0; TAXELS],
         length: 0,
         is_cut: false,
-        is_followed: false,
+        later: 0,
         lost: 0,
         flashes: 0,
     };
@@ -84,14 +85,19 @@ impl Lines {
         self.flashes = 0;
         let [first, last] = span(totals.get(..samples.count).unwrap_or_default(), |start, end, flashes| {
             is_cut = end >= samples.count;
-            most = samples.brightest(&dark, start, end);
+            most = samples.brightest(&dark, start, end).into_iter().max().unwrap_or(0);
             let is_bright = most > (8 * noise).max(LEAST_LIGHT);
             self.flashes = u32::from(is_bright) * flashes;
             is_bright
         })?;
         (self.length, self.is_cut) = (last - first, is_cut);
+        self.later = 0;
         let highest = totals.iter().copied().max().unwrap_or(0);
-        self.is_followed = totals.iter().skip(last).any(|&light| 4 * light > highest);
+        if totals.iter().skip(last).any(|&light| 4 * light > highest) {
+            for (taxel, light) in samples.brightest(&dark, last, samples.count).into_iter().enumerate() {
+                self.later |= u32::from(light << LIT_SHIFT > most) << taxel;
+            }
+        }
         self.lost = (first..last).filter(|&number| samples.known(number).is_none()).count() as u8;
         // As many bits as a line has.
         let bits = u32::BITS - most.leading_zeros();
@@ -170,9 +176,9 @@ impl<'a> Samples<'a> {
         place
     }
 
-    /// Returns the most light of a whisker in some frames.
+    /// Returns the most light of each whisker in some frames.
     #[inline(never)]
-    fn brightest(&self, dark: &[u32; TAXELS], start: usize, end: usize) -> u32 {
+    fn brightest(&self, dark: &[u32; TAXELS], start: usize, end: usize) -> [u32; TAXELS] {
         let (mut highest, mut place) = ([0; TAXELS], [0; TAXELS]);
         for number in start..end {
             let rows = self.frame(number, &mut place).as_chunks::<COLUMNS>().0;
@@ -180,8 +186,11 @@ impl<'a> Samples<'a> {
                 (*a, *b, *c, *d, *e) = (f.max(*a), g.max(*b), h.max(*c), i.max(*d), j.max(*e));
             }
         }
-        let above = |(&light, &dark): (&u16, &u32)| (u32::from(light) << DARK_SHIFT).saturating_sub(dark);
-        highest.iter().zip(dark).map(above).max().unwrap_or(0)
+        let mut above = *dark;
+        for (above, light) in above.iter_mut().zip(highest) {
+            *above = (u32::from(light) << DARK_SHIFT).saturating_sub(*above);
+        }
+        above
     }
 
     #[cold]

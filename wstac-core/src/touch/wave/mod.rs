@@ -80,6 +80,9 @@ const CERTAIN: [f32; 2] = [0.05, 5.0];
 const TWIST: [f32; 2] = [0.12, 2.2];
 /// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does not.
 const OUTLINE: [f32; 2] = [8.0, 25.0];
+/// Limits of the mean lateness if the velocity is to be that of the touch's end: by the slowness, if all light faded in between;
+/// in frames; and by the slowness, times the change of a third and the speed's deviation.
+const UNEVEN: [f32; 3] = [0.012, 0.11, 1e-5];
 /// Fewest whiskers that an edge lights, if its outline tells nothing.
 const FEWEST_OF_EDGE: u32 = 19;
 /// Largest lateness of such an edge, if its outline tells little.
@@ -116,11 +119,14 @@ const ONE_WEIGHT: f32 = 4096.0;
 pub struct Wave {
     lines: Lines,
     acceleration: Option<Measured>,
+    /// Whether the velocity is also that of the touch's end: if light lasted, and if all of it faded in between, as it does where
+    /// a slide sticks.
+    pub(crate) is_even: [bool; 2],
 }
 
 impl Wave {
     /// Memory without a touch.
-    pub const EMPTY: Self = Self { lines: Lines::EMPTY, acceleration: None };
+    pub const EMPTY: Self = Self { lines: Lines::EMPTY, acceleration: None, is_even: [false; 2] };
 
     /// Returns the velocity of the first touch in a sample of 25 taxels, and what it is known by.
     ///
@@ -151,9 +157,9 @@ impl Wave {
     ) -> Result<(Velocity, Basis), Reason> {
         let answer = self.lines.fill(samples).and_then(|()| self.answer(config));
         let sticks = self.lines.flashes > MOST_FLASHES;
-        let (velocity, basis, acceleration) =
+        let (velocity, basis);
+        (velocity, basis, self.acceleration, self.is_even) =
             answer.map_err(|reason| if sticks && is_of_part(reason) { Reason::SpeedChanges } else { reason })?;
-        self.acceleration = acceleration;
         Ok((velocity, basis))
     }
 
@@ -191,12 +197,17 @@ impl Wave {
         let whiskers = Whiskers::new(&self.lines, lit);
         let reason = match self.of_wave(&whiskers, &outline, count, config) {
             Err(reason @ (Reason::SpeedChanges | Reason::Turning | Reason::NotAlike | Reason::NotOver)) => reason,
-            // A slow edge that is nearly along a line of whiskers reaches the next line later.
-            Ok(_) if self.lines.is_followed && is_line(lit) => return Err(Reason::NotCrossed),
-            answer => return answer,
+            // A slow edge that is nearly along a line of whiskers reaches the next line later, perhaps behind the sample.
+            Ok(_) if self.lines.later & !lit != 0 && is_line(lit) => return Err(Reason::NotCrossed),
+            answer => {
+                return answer.map(|(velocity, basis, acceleration, is_even)| {
+                    (velocity, basis, acceleration, is_even.map(|is_even| is_even && !is_line(lit)))
+                });
+            }
         };
         let pair = Pair::of_corner(&whiskers, lit, delays(config)).ok_or(reason)?;
-        Ok((Slide::new(pair.slowness, config)?.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline, None))
+        let velocity = Slide::new(pair.slowness, config)?.velocity(pair.sd, self.lines.lost, config)?;
+        Ok((velocity, Basis::Outline, None, [true; 2]))
     }
 
     /// Answers by two contacts: one wave cannot tell how far ahead of the other one is.
@@ -217,7 +228,7 @@ impl Wave {
                 return Err(Reason::NotCrossed);
             }
         }
-        Ok((slide.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline, None))
+        Ok((slide.velocity(pair.sd, self.lines.lost, config)?, Basis::Outline, None, [true; 2]))
     }
 
     /// Answers by one wave.
@@ -251,7 +262,10 @@ impl Wave {
         let velocity = slide.velocity(rest.sd, self.lines.lost, config)?;
         // The front of what is narrower may be round.
         let [value, sd] = rest.gain.map(|part| part * (velocity.mm_s * velocity.mm_s / SENSOR_MM));
-        Ok((velocity, basis, (basis == Basis::Edge).then_some(Measured { value, sd })))
+        let acceleration = (basis == Basis::Edge).then_some(Measured { value, sd });
+        let mean = rest.late[1];
+        let is_even = mean * (slowness + LATE_FROM) < UNEVEN[1] && mean * rest.change * rest.sd[0] < UNEVEN[2];
+        Ok((velocity, basis, acceleration, [is_even, is_even && mean <= UNEVEN[0]]))
     }
 }
 
@@ -260,8 +274,8 @@ fn is_line(lit: u32) -> bool {
     (0..5).any(|line| lit == 0b11111 << (5 * line) || lit == 0x10_8421 << line)
 }
 
-/// A velocity, what it is known by, and the acceleration.
-type Answer = (Velocity, Basis, Option<Measured>);
+/// A velocity, what it is known by, the acceleration, and whether it is even.
+type Answer = (Velocity, Basis, Option<Measured>, [bool; 2]);
 
 /// Returns the delays of columns and rows.
 fn delays(config: MotionConfig) -> [f32; 2] {

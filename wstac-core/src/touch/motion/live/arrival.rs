@@ -16,15 +16,9 @@ const LEAST_VARIANCE: f32 = 0.0009;
 /// Largest distance of an edge from the straight line that counts as chance: as a fraction of the slowness, and in frames.
 const FARTHEST: [f32; 2] = [0.3, 0.1];
 
-/// The first slowness of both axes.
-pub(super) struct Arrival {
-    pub tracks: [Track; 2],
-    /// Standard deviation of both slownesses by edges that are too far from a straight line, in frames per pitch.
-    pub excess: f32,
-}
-
-/// Returns the slownesses of a touch whose ten lines were first lit `ages` − 1 frames before the newest; `None` if the
-/// frames that tell are gone.
+/// Returns the slownesses of a touch whose ten lines were first lit `ages` − 1 frames before the newest, and the standard
+/// deviation of both by edges that are too far from a straight line, in frames per pitch; `None` if the frames that tell are
+/// gone.
 ///
 /// All lines are read at the same age, since brighter light comes later to the last ones than to the first ones.
 #[inline]
@@ -33,7 +27,7 @@ pub(super) fn arrival(
     ages: &[u8; FEATURES],
     base: &[i32; FEATURES],
     readout: Readout,
-) -> Option<Arrival> {
+) -> Option<([Track; 2], f32)> {
     let mut tracks = [Track::at(0.0, 1.0, 0); 2];
     let mut farthest = 0.0_f32;
     for ((track, ages), (axis, base)) in
@@ -57,7 +51,7 @@ pub(super) fn arrival(
         *track = Track::at(slowness / 65_536.0, squares / 30.0 + LEAST_VARIANCE, (sum / 5 - BEFORE) >> 16);
     }
     let slowness = super::slowness(&tracks, readout);
-    Some(Arrival { tracks, excess: (farthest - (FARTHEST[0] * slowness + FARTHEST[1])).max(0.0) })
+    Some((tracks, (farthest - (FARTHEST[0] * slowness + FARTHEST[1])).max(0.0)))
 }
 
 /// Returns where a line that was first lit `first` frames ago exceeds the level of its peak in that frame and the next two,

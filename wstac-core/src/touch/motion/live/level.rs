@@ -39,9 +39,7 @@ pub(super) struct Change {
     pub large: Option<i16>,
 }
 
-impl Change {
-    const NONE: Self = Self { number: 0.0, large: None };
-}
+const NO_CHANGE: Change = Change { number: 0.0, large: None };
 
 impl Level {
     /// Creates the level of a touch whose ten lines are lit, by the slowness of rows and columns.
@@ -60,7 +58,7 @@ impl Level {
         let [touched, settled] = &mut self.waits;
         if *touched > frames {
             *touched -= frames;
-            return Change::NONE;
+            return NO_CHANGE;
         }
         let weight = if *touched > 0 { 256 } else { (256.0 / (1.0 + slowness)) as i32 };
         let (mut sum, mut lowest, mut highest) = (0, i32::MAX, i32::MIN);
@@ -73,7 +71,7 @@ impl Level {
             *settled = settled.saturating_sub(if *touched > 0 { 0 } else { frames });
             *touched = 0;
             self.reference = self.smoothed;
-            return Change::NONE;
+            return NO_CHANGE;
         }
         // Every line has changed by at least half of the mean.
         let is_shared = if sum > 0 { 20 * lowest > sum } else { 20 * highest < sum };

@@ -20,7 +20,7 @@ use alike::Alike;
 use arrival::arrival;
 use level::{Change, Level};
 use light::light;
-use track::{Memory, Track};
+use track::{Track, memory};
 use whiskers::Whiskers;
 
 /// The touch in a frame.
@@ -231,12 +231,12 @@ impl LiveMotion {
         if youngest < AGE {
             return Err(Contact::Unclear);
         }
-        let arrival = arrival(recent, &self.ages, &self.base, self.config.readout).ok_or(Contact::Unclear)?;
-        let slowness = slowness(&arrival.tracks, self.config.readout);
-        let each = arrival.tracks.map(|track| track.slowness);
-        let level = Level::new(each, slowness);
-        let alike = Alike::new(each, recent, &self.ages, &self.base);
-        Ok(Slide { tracks: arrival.tracks, slowness, excess: arrival.excess, level, alike, off: 0.0, is_dimmed: false })
+        let arrived = arrival(recent, &self.ages, &self.base, self.config.readout);
+        let (tracks, excess) = arrived.ok_or(Contact::Unclear)?;
+        let slowness = slowness(&tracks, self.config.readout);
+        let each = tracks.map(|track| track.slowness);
+        let (level, alike) = (Level::new(each, slowness), Alike::new(each, recent, &self.ages, &self.base));
+        Ok(Slide { tracks, slowness, excess, level, alike, off: 0.0, is_dimmed: false })
     }
 }
 
@@ -283,12 +283,11 @@ impl LiveWave {
         if let Some((velocity, basis)) = self.whiskers.follow(ring, frames.min(8) as u8, config) {
             return Some(LiveContact { contact: Contact::Slide, velocity: Some(velocity), basis: Some(basis) });
         }
-        let mut lines = lines?;
-        if self.lines.slide.as_ref().is_some_and(|slide| slide.is_dimmed) {
-            lines.velocity = None;
-        }
-        let tracks = self.lines.slide.as_ref().map(|slide| slide.tracks.each_ref().map(|track| track.slowness));
-        let velocity = self.whiskers.velocity(lines.velocity.zip(tracks), config);
+        let lines = lines?;
+        let slide = self.lines.slide.as_ref().filter(|slide| !slide.is_dimmed);
+        let known =
+            slide.and_then(|slide| Some((lines.velocity?, slide.tracks.each_ref().map(|track| track.slowness))));
+        let velocity = self.whiskers.velocity(known, config);
         let contact = if velocity.is_some() { Contact::Slide } else { lines.contact };
         Some(LiveContact { contact, velocity, basis: velocity.map(|_| Basis::Edge) })
     }
@@ -296,7 +295,7 @@ impl LiveWave {
 
 impl Slide {
     fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8, readout: Readout) {
-        let memory = Memory::of(self.slowness);
+        let memory = memory(self.slowness);
         let Change { number, large } = self.level.push(newest, self.slowness, frames);
         self.off = BY_LIGHT[1] * number;
         self.is_dimmed |= large.is_some_and(|large| large < 0);

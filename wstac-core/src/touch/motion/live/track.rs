@@ -43,21 +43,11 @@ pub(super) struct Track {
     pub is_behind: bool,
 }
 
-/// How much is remembered and how well lines usually agree: both depend on the slowness of both axes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Memory {
-    /// Comparisons that are remembered.
-    pub length: f32,
-    /// Usual difference of a line from the shape, as a fraction, squared.
-    pub usual: f32,
-}
-
-impl Memory {
-    /// Returns the memory for a slowness of both axes.
-    pub(super) fn of(slowness: f32) -> Self {
-        let usual = 0.0065 + 0.017 * slowness.min(2.0);
-        Self { length: 3.0 + 1.5 * slowness, usual: usual * usual }
-    }
+/// Returns the comparisons that are remembered, and the square of the usual difference of a line from the shape, as a
+/// fraction: both depend on the slowness of both axes.
+pub(super) fn memory(slowness: f32) -> [f32; 2] {
+    let usual = 0.0065 + 0.017 * slowness.min(2.0);
+    [3.0 + 1.5 * slowness, usual * usual]
 }
 
 impl Track {
@@ -92,7 +82,7 @@ impl Track {
 
     /// Compares the next frames of the lines `first..first + LINES`, if they have arrived in all of them.
     #[inline(never)]
-    pub(super) fn compare(&mut self, recent: Sample<'_>, first: usize, base: &[i32], memory: Memory) {
+    pub(super) fn compare(&mut self, recent: Sample<'_>, first: usize, base: &[i32], memory: [f32; 2]) {
         let shift = (self.slowness * 65_536.0) as i32;
         let reach = (2 * shift.abs() + (1 << 15)) >> 16;
         // Frames that are gone are not compared.
@@ -117,7 +107,7 @@ impl Track {
     }
 
     /// Adds comparisons. The others are forgotten as far as these tell something new. Returns how far.
-    fn add(&mut self, sums: &[[i32; 3]], memory: Memory) -> f32 {
+    fn add(&mut self, sums: &[[i32; 3]], memory: [f32; 2]) -> f32 {
         let (mut mm, mut md, mut dd, mut qm, mut qd, mut qq) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
         for &[shape, derivative, moment] in sums {
             let (shape, derivative, moment) = (shape as f32, derivative as f32, moment as f32);
@@ -131,7 +121,7 @@ impl Track {
         // At most as much as these comparisons are of those that are remembered.
         let (told, number) = (dd * self.count, sums.len() as f32);
         let new = if told < number * self.normal[2] { told / self.normal[2] } else { number };
-        let forgotten = (new / memory.length).min(1.0);
+        let forgotten = (new / memory[0]).min(1.0);
         let keep = 1.0 - forgotten;
         self.normal = [keep * self.normal[0] + mm, keep * self.normal[1] + md, keep * self.normal[2] + dd];
         self.moments = [keep * self.moments[0] + qm, keep * self.moments[1] + qd];
@@ -141,7 +131,7 @@ impl Track {
     }
 
     /// Moves the slowness to where the moment has no part of the derivative.
-    fn solve(&mut self, forgotten: f32, memory: Memory) {
+    fn solve(&mut self, forgotten: f32, memory: [f32; 2]) {
         let [mm, md, dd] = self.normal;
         let [qm, qd] = self.moments;
         let determinant = mm * dd - md * md;
@@ -151,7 +141,7 @@ impl Track {
         let most = 0.1 + 0.1 * self.slowness.abs();
         // Twice the excess of the slowness: Σ k² over five lines is 10, and the derivative is a sum of five.
         let excess = ((mm * qd - md * qm) / determinant * 0.5).max(-most).min(most);
-        let rest = (self.energy - qm * qm / mm).max(0.0) + PRIOR * 0.4 * memory.usual * mm / self.count;
+        let rest = (self.energy - qm * qm / mm).max(0.0) + PRIOR * 0.4 * memory[1] * mm / self.count;
         let told = 4.0 * determinant * ((self.count - 2.0).max(0.0) + PRIOR) / (mm * rest);
         let [known, variance] = self.known;
         let variance = kept(variance * (1.0 + variance * told * forgotten).min(2.0));

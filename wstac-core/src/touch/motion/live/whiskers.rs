@@ -49,6 +49,11 @@ const GROWN: f32 = 0.12;
 /// Largest change of the slowness since the frame before, and difference from that of lines, as fractions.
 const STABLE: f32 = 0.04;
 const DIFFERS: f32 = 0.1;
+/// Largest curvature along less across, less what lines have more slowness than edges: as a part of that, and in frames. Both
+/// change with the speed.
+const CHANGES: [f32; 2] = [0.08, 0.03];
+/// The same as [`OFF`] once all light has faded, as it does where a slide sticks.
+const OFF_AFTER_GLOW: f32 = 0.06;
 /// Least slowness in frames per pitch of a velocity by edges, and the age at which the youngest edge tells nothing more.
 const LEAST: f32 = 0.3;
 const OLD: u16 = 6 * PARTS;
@@ -71,13 +76,14 @@ pub(super) struct Whiskers {
     missed: u8,
     /// The most light of all whiskers in a frame.
     brightest: u32,
-    /// Whether there was nothing but afterglow in the newest frame.
+    /// Whether there was nothing but afterglow in the newest frame, and in one before light came again.
     is_over: bool,
+    has_glowed: bool,
     tries: u8,
     /// Slowness of rows and columns by edges, in the frame before.
     slowness: Option<[f32; 2]>,
-    /// Whether edges agreed with lines.
-    agreed: bool,
+    /// Whether edges agreed with lines; false if both say that the speed has changed, `None` until both say anything.
+    agreed: Option<bool>,
 }
 
 impl Whiskers {
@@ -87,9 +93,10 @@ impl Whiskers {
         missed: 0,
         brightest: 0,
         is_over: false,
+        has_glowed: false,
         tries: 0,
         slowness: None,
-        agreed: false,
+        agreed: None,
     };
 
     /// Begins with a touch whose first line is lit in the newest frame.
@@ -138,6 +145,7 @@ impl Whiskers {
         // Noise on the last afterglow is no new light.
         let has_grown = sums[0] > sums[1] + (self.brightest >> AGAIN);
         let was_over = self.is_over;
+        self.has_glowed |= was_over;
         self.is_over = is_over || (was_over && !has_grown);
         if !is_over || was_over || sums[1] << FAINT < self.brightest || self.tries >= MOST_TRIES {
             return None;
@@ -165,7 +173,7 @@ impl Whiskers {
         let known = ring.frames().count();
         let samples = ring.frames().skip(known.saturating_sub(before)).chain(glow.iter().take(frames).map(Some));
         let mut wave = Wave::EMPTY;
-        wave.fit(samples, config).ok()
+        wave.fit(samples, config).ok().filter(|_| wave.is_even[usize::from(self.has_glowed)])
     }
 
     /// Returns the velocity in a frame in which lines tell one or none: that of lines once edges agree with it, or that of
@@ -177,35 +185,36 @@ impl Whiskers {
         if self.is_over {
             return None;
         }
-        if self.agreed {
-            return lines.map(|(velocity, _)| velocity);
+        if let Some(agreed) = self.agreed {
+            return lines.filter(|_| agreed).map(|(velocity, _)| velocity);
         }
         if self.missed > 0 {
             return None;
         }
-        let front = self.front();
-        let before = core::mem::replace(&mut self.slowness, front.map(|(slowness, _)| slowness));
-        let (slowness, variance) = front?;
+        let before = self.slowness.take();
+        let (slowness, [variance, whole, bent]) = self.front()?;
         let size = squares(slowness);
         let near = |other: [f32; 2], part: f32, size: f32| {
             squares([other[0] - slowness[0], other[1] - slowness[1]]) < part * part * size
         };
-        if let Some((velocity, lines)) = lines
-            && near(lines, DIFFERS, squares(lines))
-        {
-            self.agreed = true;
-            return Some(velocity);
+        let is_steady = |more: f32| (bent * whole - more).abs() < CHANGES[0] * whole + CHANGES[1];
+        if let Some((velocity, lines)) = lines {
+            let is_near = near(lines, DIFFERS, squares(lines));
+            self.agreed = is_near.then(|| is_steady(super::root(squares(lines)) - whole));
+            return self.agreed.filter(|agreed| *agreed).map(|_| velocity);
         }
+        self.slowness = Some(slowness);
+        let is_stable = is_steady(0.0) && before.is_some_and(|before| near(before, STABLE, size));
         let youngest = self.each.iter().map(|whisker| whisker.age).min().unwrap_or(0);
-        if !before.is_some_and(|before| near(before, STABLE, size)) || youngest >= OLD || size < LEAST * LEAST {
+        if !is_stable || youngest >= OLD || size < LEAST * LEAST {
             return None;
         }
         velocity_of(slowness, variance * (1.0 / 50.0), config)
     }
 
-    /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, and their mean square distance
-    /// from a plane.
-    fn front(&self) -> Option<([f32; 2], f32)> {
+    /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, and what [`EdgePlane::is_even`]
+    /// returns.
+    fn front(&self) -> Option<([f32; 2], [f32; 3])> {
         let peaks = self.each.map(|whisker| whisker.peak);
         let least = peaks.iter().copied().max().unwrap_or(0) >> LIT_SHIFT;
         let dark = peaks.iter().filter(|&&peak| peak <= least).count();
@@ -224,7 +233,9 @@ impl Whiskers {
             }
             plane = EdgePlane::new(&times);
         }
-        plane.is_even(&times, &peaks).map(|variance| (plane.slope, variance))
+        let even = plane.is_even(&times, &peaks)?;
+        let most = OFF_AFTER_GLOW * OFF_AFTER_GLOW * squares(plane.slope);
+        (!self.has_glowed || even[0] < most).then_some((plane.slope, even))
     }
 }
 
@@ -258,9 +269,10 @@ impl EdgePlane {
         self.mean + self.slope[0] * row + self.slope[1] * column
     }
 
-    /// Returns the mean square distance from the plane, if all is as of an edge of an even speed.
+    /// Returns the mean square distance from the plane, the slowness and the curvature along less across, if all is as of an
+    /// edge of an even speed.
     #[inline(never)]
-    fn is_even(&self, times: &[f32; TAXELS], peaks: &[u16; TAXELS]) -> Option<f32> {
+    fn is_even(&self, times: &[f32; TAXELS], peaks: &[u16; TAXELS]) -> Option<[f32; 3]> {
         let slowness = super::root(squares(self.slope));
         if slowness <= 0.0 {
             return None;
@@ -278,13 +290,13 @@ impl EdgePlane {
         let across = rows * right * right + columns * down * down - mixed * down * right;
         let twisted = 2.0 * (rows - columns) * down * right + mixed * (right * right - down * down);
         let grown = 2.0 * grown / light;
-        let most = OFF[0] * (slowness + OFF[1]);
+        let (most, bent) = (OFF[0] * (slowness + OFF[1]), along - across - 0.5 * grown);
         let is_even = off < most * most
-            && (along - across - 0.5 * grown).abs() < CURVED[0]
+            && bent.abs() < CURVED[0]
             && twisted.abs() < CURVED[1]
             && (across - dome(along, across)).abs() < CURVED[2]
             && grown.abs() < GROWN;
-        is_even.then_some(off)
+        is_even.then_some([off, slowness, bent])
     }
 }
 
