@@ -20,7 +20,7 @@ GLOW, ALIKE = 0.75, (0.03, 0.01)
 CONTINUED, FADED, BEFORE, MOST_TRIES = 16, 0.004, 8, 4
 OFF, GROWN, CURVED = 0.18, 0.12, (0.12, 0.13, 0.2)
 STABLE, DIFFERS, LEAST = 0.04, 0.1, 0.3
-CHANGES, OFF_AFTER_GLOW, UNEVEN = (0.08, 0.03), 0.06, (0.012, 0.11, 1e-5)
+CHANGES, OFF_AFTER_GLOW, UNEVEN = (0.08, 0.03), 0.06, (0.012, 0.11)
 MONOMIALS = np.column_stack([np.ones(TAXELS), ROW, COLUMN, ROW**2, COLUMN**2, ROW * COLUMN])
 PLANE = MONOMIALS[:, :3]
 
@@ -137,8 +137,8 @@ class LiveTaxels(Live):
             part *= left
         known = min(now - self.began + 1 + BEFORE, 70 - len(glow))
         found = measure_wave(self.sums[-known:] + glow, self.fps, self.readout_ms)
-        mean, late, product = found.unevenness
-        is_uneven = late >= UNEVEN[1] or product >= UNEVEN[2] or (self.has_glowed and mean > UNEVEN[0])
+        mean, late = found.unevenness
+        is_uneven = late >= UNEVEN[1] or (self.has_glowed and mean > UNEVEN[0])
         if found.why is not None or is_uneven:
             return None
         return LiveAnswer("slide", found.mm_s, found.mm_s_sd, found.deg, found.deg_sd), found.basis

@@ -84,8 +84,8 @@ class WaveAnswer:
     basis: str | None = None
     mm_s2: float | None = None
     mm_s2_sd: float | None = None
-    unevenness: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """The mean lateness of one wave: by the slowness, in frames, and times the change of a third and the speed's deviation."""
+    unevenness: tuple[float, float] = (0.0, 0.0)
+    """The mean lateness of one wave: by the slowness, and in frames; infinite of a single line of whiskers."""
 
 
 def light_of(samples: list[list[int] | None]) -> tuple[np.ndarray, float]:
@@ -433,7 +433,7 @@ def answer(samples: list[list[int] | None], fps: float, readout_ms: float | None
             return found
         if is_followed and (later & ~lit).any():
             raise Refused("starts on the sensor")
-        return replace(found, unevenness=(math.inf, math.inf, math.inf))
+        return replace(found, unevenness=(math.inf, math.inf))
     except Refused as refused:
         is_part = str(refused) in ("starts on the sensor", "not over", "too few whiskers", "poke", "press")
         raise Refused("speed changed") if is_part and flashes > MOST_FLASHES else refused
@@ -577,8 +577,7 @@ def answer_of_wave(
         variance += flash**2 * LOCKED * one_phase
         deviations.append(math.sqrt(variance) / whole)
     answer = velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)
-    third = 0.0 if is_full and change <= frames else change / whole
-    answer = replace(answer, unevenness=(rms, rms / unit, rms * third * deviations[0]))
+    answer = replace(answer, unevenness=(rms, rms / unit))
     if not is_edge:
         return answer
     # What is curved alike along and across is a dome.

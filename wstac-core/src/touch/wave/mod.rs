@@ -80,9 +80,9 @@ const CERTAIN: [f32; 2] = [0.05, 5.0];
 const TWIST: [f32; 2] = [0.12, 2.2];
 /// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does not.
 const OUTLINE: [f32; 2] = [8.0, 25.0];
-/// Limits of the mean lateness if the velocity is to be that of the touch's end: by the slowness, if all light faded in between;
-/// in frames; and by the slowness, times the change of a third and the speed's deviation.
-const UNEVEN: [f32; 3] = [0.012, 0.11, 1e-5];
+/// Limits of the mean lateness if the velocity is to be that of the touch's end: by the slowness, if all light faded in between,
+/// and in frames.
+const UNEVEN: [f32; 2] = [0.012, 0.11];
 /// Fewest whiskers that an edge lights, if its outline tells nothing.
 const FEWEST_OF_EDGE: u32 = 19;
 /// Largest lateness of such an edge, if its outline tells little.
@@ -264,7 +264,7 @@ impl Wave {
         let [value, sd] = rest.gain.map(|part| part * (velocity.mm_s * velocity.mm_s / SENSOR_MM));
         let acceleration = (basis == Basis::Edge).then_some(Measured { value, sd });
         let mean = rest.late[1];
-        let is_even = mean * (slowness + LATE_FROM) < UNEVEN[1] && mean * rest.change * rest.sd[0] < UNEVEN[2];
+        let is_even = mean * (slowness + LATE_FROM) < UNEVEN[1];
         Ok((velocity, basis, acceleration, [is_even, is_even && mean <= UNEVEN[0]]))
     }
 }
