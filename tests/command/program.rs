@@ -19,7 +19,7 @@ fn records_are_as_documented_to_the_letter() {
         r#"{"kind":"event","frame":35,"frames":70,"time_ns":1533333333,"completed_ns":3466666666,"#,
         r#""touch_frame":46,"end_frame":74,"#,
         r#""time_s":1.5333,"completed_s":3.4667,"stamp":null,"contact":"slide","duration_frames":27,"#,
-        r#""speed":{"mm_s":150.1,"sd":0.9942},"direction":{"deg":90.0,"sd":0.09},"#,
+        r#""speed":{"mm_s":150.1,"sd":0.8621},"direction":{"deg":90.0,"sd":0.09},"#,
         r#""basis":"edge","contacts":1,"acceleration":{"mm_s2":-37.2,"sd":51.44},"#,
         r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
     );

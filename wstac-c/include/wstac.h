@@ -112,7 +112,7 @@ typedef struct WstacOptions {
   WstacBool every_frame;
   /// Leave the controls of a camera as they are instead of locking them.
   WstacBool keep_controls;
-  /// Give speed and direction of every frame as a record while something slides over the whole sensor.
+  /// Give speed and direction of every frame as a record while something slides.
   WstacBool motion;
   /// The sensor to read of a recording of several. Null: the recording has one.
   const char *sensor;

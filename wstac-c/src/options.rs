@@ -48,7 +48,7 @@ pub struct WstacOptions {
     pub every_frame: WstacBool,
     /// Leave the controls of a camera as they are instead of locking them.
     pub keep_controls: WstacBool,
-    /// Give speed and direction of every frame as a record while something slides over the whole sensor.
+    /// Give speed and direction of every frame as a record while something slides.
     pub motion: WstacBool,
     /// The sensor to read of a recording of several. Null: the recording has one.
     pub sensor: *const c_char,

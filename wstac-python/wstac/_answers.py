@@ -21,7 +21,7 @@ class Speed:
     >>> import wstac
     >>> [event] = wstac.open("scene:Saw3@150,90deg")
     >>> event.speed
-    Speed(mm_s=150.1, sd=0.9942, extrapolated=None)
+    Speed(mm_s=150.1, sd=0.8621, extrapolated=None)
     """
 
     mm_s: float
@@ -123,7 +123,7 @@ class Event:
     >>> event.frame, event.touch_frame, event.time_s, event.sample.shape
     (35, 46, 1.5333, (10, 70))
     >>> event.record["kind"], event.record["speed"]
-    ('event', {'mm_s': 150.1, 'sd': 0.9942})
+    ('event', {'mm_s': 150.1, 'sd': 0.8621})
     """
 
     frame: int

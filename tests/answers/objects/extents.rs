@@ -1,4 +1,4 @@
-//! What else 25 taxels tell: where and how wide a touch is, how many objects it is of, and its acceleration.
+//! Tables of where and how wide a touch is, of how many objects, and of its acceleration.
 
 use std::fmt::Write as _;
 
@@ -119,7 +119,7 @@ fn acceleration_row(page: &mut String, touch: &str, answered: &[Answered]) {
         count += 1;
         let Some(found) = one.acceleration else { continue };
         let [at_first, at_middle] = [0.0, HALF_MM].map(|place| slide.speed_at(place) * slide.speed_at(place));
-        // The speed changes by half of that of its square.
+        // The change of the speed's square is twice acceleration times path.
         errors.add(found, (at_middle - at_first) / (2.0 * HALF_MM), at_middle / (2.0 * HALF_MM) / 100.0);
     }
     let _ = writeln!(page, "| {touch} | {} |", errors.cells(count, None));

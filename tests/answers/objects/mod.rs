@@ -111,7 +111,7 @@ const ROWS: [Row; 30] = [
     mix("mix-crosstalk", "mix, cross-talk of 5 %", Fault::Crosstalk),
 ];
 
-/// What is not on the page, for whoever breaks the estimator.
+/// Kinds for whoever breaks the estimator; on the page is only the acceleration of the first.
 const BREAKS: [Row; 8] = [
     row("even", "speed that changes by less than 15 %", Kind::Even, PAIR),
     row("any-corner", "corner of 30 to 150°", Kind::AnyCorner, PAIR),
@@ -387,7 +387,7 @@ pub(crate) fn section(page: &mut String) {
     let _ = writeln!(
         page,
         "\nThe place and the width of what is lit across the motion, and how many objects it is of:\n\n{places}\n\
-         The acceleration, where an edge tells the motion; a constant speed has 0:\n\n{accelerations}"
+         The acceleration, where an edge tells the motion; that of a constant speed is 0:\n\n{accelerations}"
     );
 }
 

@@ -38,7 +38,7 @@ pub(super) struct Arguments {
     #[arg(long, requires = "json")]
     samples: bool,
 
-    /// Also request and print speed and direction of every frame while something slides over all whiskers
+    /// Also request and print speed and direction of every frame while something slides
     ///
     /// A board sends them if its firmware was built with the feature motion.
     #[arg(long)]

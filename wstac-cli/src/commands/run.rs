@@ -78,10 +78,10 @@ pub(super) struct Arguments {
     #[arg(long)]
     features: bool,
 
-    /// Also print speed and direction of every frame while something slides over all whiskers
+    /// Also print speed and direction of every frame while something slides
     ///
     /// For most slides (docs/ANSWERS.md), the first is printed at most three frames after the leading edge has crossed
-    /// all whiskers.
+    /// all whiskers. Of a ball, coin, corner or narrow block one is printed, as soon as it has left.
     #[arg(long)]
     motion: bool,
 

@@ -203,8 +203,7 @@ pub fn by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion {
 /// Returns the motion of an event's touch by the rising edges of its lines' signals.
 ///
 /// An edge is where a line's light above the baseline first exceeds 30 % of its peak. A straight line through the edges of
-/// the lit lines gives the slowness. It costs an eighth of [`by_coherence`] and errs about twice as much. Two thirds of
-/// slides are reliable (docs/ANSWERS.md).
+/// the lit lines gives the slowness. It costs an eighth of [`by_coherence`], and errs more (docs/TRADE.md).
 pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }

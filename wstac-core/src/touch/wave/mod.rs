@@ -68,7 +68,7 @@ const LATE: [[f32; 2]; 2] = [[0.09, 0.05], [0.12, 0.06]];
 const MOST_MISS: [f32; 2] = [0.25, 0.05];
 /// Slowness in frames per pitch above which a touch may be several flashes.
 const SLOW: f32 = 4.0;
-/// Most flashes of a slide that has one speed. More, each of a part of it, are those of stick-slip.
+/// Most flashes of a slide that has one speed. More are taken for stick-slip.
 const MOST_FLASHES: u32 = 6;
 /// Change of slowness in frames that noise may make, if all whiskers are lit.
 const NOISE_OF_CHANGE: f32 = 0.011;
@@ -363,8 +363,9 @@ pub struct TaxelMotion {
 /// Returns the motion of an event's touch by its 25 taxels.
 ///
 /// The wave tells the velocity, since coherence takes a narrow thing for an edge. If it refuses, coherence tells the kind of
-/// touch, a doubt that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of which the wave
-/// sees only a part, if it lights all whiskers.
+/// touch, a doubt that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of
+/// which the wave sees only a part, if it lights all whiskers with at most six flashes. More look like stick-slip
+/// ([`Reason::SpeedChanges`]), even if they are those of a steady slow edge at an angle.
 ///
 /// It takes at most 12 KiB of stack.
 #[inline(never)]

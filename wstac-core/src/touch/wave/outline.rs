@@ -117,7 +117,7 @@ impl Outline {
     #[inline(never)]
     pub(super) fn new(peaks: &[i16; TAXELS]) -> Self {
         let plain = values(peaks);
-        // The grid so that a direction is one of those kept, and turned for the one at right angles to it; and both mirrored.
+        // A grid as it is and a quarter turned, so that a kept chain tells two directions; its mirror image tells two more.
         let grids: [[[i32; 2]; TAXELS]; 2] = [false, true].map(|is_mirrored| {
             core::array::from_fn(|taxel| {
                 let [x, y] = place_of(taxel);
@@ -153,7 +153,7 @@ impl Outline {
         let highest = likely.iter().copied().max().unwrap_or(0);
         let best = likely.iter().position(|&each| each == highest).unwrap_or(0) as i32;
         let (mut whole, mut first, mut second) = (0, 0, 0);
-        // What is 11 below has no share.
+        // A likelihood that is smaller by e^-11 is 0.
         for (k, likely) in (0..).zip(likely).filter(|(_, likely)| highest - likely < 11 << EXP_FRACTION_BITS) {
             let share = (exp_of_negative(highest.abs_diff(likely)) >> 16) as i32;
             let half = QUARTER as i32;

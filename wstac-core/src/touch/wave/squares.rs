@@ -226,7 +226,7 @@ impl Fit {
     }
 }
 
-/// The normal equations of columns: of the matrix what is below the diagonal, and it.
+/// The normal equations of columns: the matrix's diagonal and what is below it, and the right side.
 pub(super) struct Normal {
     matrix: [[f32; ALL]; ALL],
     right: [f32; ALL],

@@ -49,10 +49,10 @@ const GROWN: f32 = 0.12;
 /// Largest change of the slowness since the frame before, and difference from that of lines, as fractions.
 const STABLE: f32 = 0.04;
 const DIFFERS: f32 = 0.1;
-/// Largest curvature along less across, less what lines have more slowness than edges: as a part of that, and in frames. Both
-/// change with the speed.
+/// Largest difference of two curvatures: along less across, and by how much lines are slower than edges; as a part of the
+/// slowness, and in frames. A change of speed gives both.
 const CHANGES: [f32; 2] = [0.08, 0.03];
-/// The same as [`OFF`] once all light has faded, as it does where a slide sticks.
+/// Largest root mean square distance, as a part of the slowness, once all light has faded, as where a slide sticks.
 const OFF_AFTER_GLOW: f32 = 0.06;
 /// Least slowness in frames per pitch of a velocity by edges, and the age at which the youngest edge tells nothing more.
 const LEAST: f32 = 0.3;
