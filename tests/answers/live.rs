@@ -129,8 +129,8 @@ struct Replayed {
     whole: Vec<bool>,
 }
 
-/// Returns what happens in a scene, as 25 taxels or ten sums tell.
-fn replay(script: &SceneConfig, has_taxels: bool, condition: Condition) -> Replayed {
+/// Returns what happens in a scene, as 25 taxels tell.
+fn replay(script: &SceneConfig, condition: Condition) -> Replayed {
     let rate = script.sensor.rate;
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, rate).expect("sums fit 32 bits");
@@ -154,17 +154,17 @@ fn replay(script: &SceneConfig, has_taxels: bool, condition: Condition) -> Repla
             continue;
         }
         let (next_frame, recent) = pipeline.recent();
-        let ring = pipeline.taxel_ring().filter(|_| has_taxels);
-        let answer = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline, ring));
+        let answer =
+            pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline, pipeline.taxel_ring()));
         velocities.push(answer.and_then(|touch| touch.velocity));
     }
     Replayed { velocities, truth, end_s, shots, whole }
 }
 
 /// Follows the touch of a number.
-fn follow(kind: Kind, number: u64, has_taxels: bool) -> Followed {
+fn follow(kind: Kind, number: u64) -> Followed {
     let script = script(kind, number);
-    let Replayed { velocities, truth, .. } = replay(&script, has_taxels, PLAIN);
+    let Replayed { velocities, truth, .. } = replay(&script, PLAIN);
     let end = truth.end_s * 30.0;
     let Some(slide) = truth.touch.slide() else {
         let wrong = velocities.iter().flatten().count();
@@ -269,7 +269,7 @@ fn last_lit(shots: &[[u32; TAXELS]]) -> usize {
 fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u64) -> OfObject {
     let Drawn { mut script, truth: drawn } = draw(kind, condition.fault, OBJECT_SPEEDS, seed, number);
     script.sensor.readout_ms = condition.readout_ms.unwrap_or(script.sensor.readout_ms);
-    let Replayed { velocities, truth, end_s, shots, whole } = replay(&script, true, condition);
+    let Replayed { velocities, truth, end_s, shots, whole } = replay(&script, condition);
     let rate = script.sensor.rate;
     let (fps, added) = (rate.per_second(), f64::from(rate.frames_added()));
     let end = fps * end_s;
@@ -300,14 +300,6 @@ fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u6
         }
     }
     of
-}
-
-/// Writes the tables of slides by 25 taxels.
-pub(crate) fn taxels(page: &mut String) {
-    let slides = each(OTHERS, |number| follow(Kind::Slide, number, true));
-    let rows = [("10 to 600 mm/s".to_owned(), slides.iter().collect())];
-    first(page, "by 25 taxels", &rows);
-    all(page, "by 25 taxels", &rows);
 }
 
 /// Returns the table of live motion by kind of object.
@@ -406,7 +398,7 @@ fn all(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
 /// Writes the tables of live motion.
 pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live.txt"));
-    let slides = each(SLIDES, |number| follow(Kind::Slide, number, false));
+    let slides = each(SLIDES, |number| follow(Kind::Slide, number));
     let bounds = [10.0, 15.0, 30.0, 60.0, 100.0, 200.0, 300.0, 400.0, 600.0];
     let within = |low: f64, high: f64| {
         let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
@@ -418,11 +410,10 @@ pub(crate) fn tables(page: &mut String) {
     all(page, "speed", &rows);
     let wrong = |touches: &[Followed]| touches.iter().map(|touch| touch.wrong).sum::<usize>();
     let still = [(Kind::Press, "presses"), (Kind::Poke, "pokes"), (Kind::Hold, "holds")].map(|(kind, name)| {
-        let touches = each(OTHERS, |number| follow(kind, number, false));
+        let touches = each(OTHERS, |number| follow(kind, number));
         format!("{} of {} {name}", wrong(&touches), touches.len())
     });
     page.push_str(include_str!("live_objects.txt"));
-    taxels(page);
     *page += &objects(scenes::JUDGE, OBJECTS_EACH);
     page.push('\n');
     *page += &cameras(scenes::JUDGE, OF_CONDITION);

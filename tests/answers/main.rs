@@ -250,7 +250,6 @@ fn main() {
             "motion" => motion(&mut section),
             "limits" => limits(&mut section),
             "live" => live::tables(&mut section),
-            "live-taxels" => live::taxels(&mut section),
             "readout" => readout::table(&mut section),
             "judge" => objects::section(&mut section),
             "base" => {
