@@ -384,7 +384,7 @@ pub(crate) fn section(page: &mut String) {
         }
         page.push('\n');
     }
-    let _ = writeln!(
+    let _ = write!(
         page,
         "\nThe place and the width of what is lit across the motion, and how many objects it is of:\n\n{places}\n\
          The acceleration, where an edge tells the motion; that of a constant speed is 0:\n\n{accelerations}"
