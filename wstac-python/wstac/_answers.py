@@ -531,11 +531,26 @@ class End:
 
 Record = Union[Event, Motion, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]
 
-_KINDS: dict[str, Any] = {"event": Event, "motion": Motion, "texture": EarlyTexture, "incomplete": Incomplete}
-_KINDS.update({"contact_end": ContactEnd, "fault": Fault, "end": End})
+_KINDS: dict[str, Any] = {
+    "event": Event,
+    "motion": Motion,
+    "texture": EarlyTexture,
+    "incomplete": Incomplete,
+    "contact_end": ContactEnd,
+    "fault": Fault,
+    "end": End,
+}
 # The fields that are objects.
-_PARTS: dict[str, Any] = {"speed": Speed, "speed_at_most": Speed, "direction": Direction, "place_mm": Measured}
-_PARTS.update({"width_mm": Measured, "acceleration": Acceleration, "texture": Texture, "incomplete": Incomplete})
+_PARTS: dict[str, Any] = {
+    "speed": Speed,
+    "speed_at_most": Speed,
+    "direction": Direction,
+    "place_mm": Measured,
+    "width_mm": Measured,
+    "acceleration": Acceleration,
+    "texture": Texture,
+    "incomplete": Incomplete,
+}
 
 
 def of_line(line: str, **more: Any) -> Record:
@@ -549,8 +564,9 @@ def of_line(line: str, **more: Any) -> Record:
         if isinstance(found.get(name), dict):
             found[name] = part(**{key if key != "class" else "class_": value for key, value in found[name].items()})
     found = {"why": {}, **found, "stamp": None, **more}
-    required = {of.name: None for of in fields(kind) if of.default is MISSING and of.default_factory is MISSING}
-    made: Record = kind(**{**required, **{of.name: found[of.name] for of in fields(kind) if of.name in found}})
+    # JSON leaves out what is optional; anything else that is missing is an error.
+    absent = {of.name: None for of in fields(kind) if of.default is MISSING and str(of.type).startswith("Optional")}
+    made: Record = kind(**{**absent, **{of.name: found[of.name] for of in fields(kind) if of.name in found}})
     return made
 
 
