@@ -96,7 +96,7 @@ const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
 /// Deviation of the slowness along the motion by a frame of the touch that was lost, in frames per pitch. That of more is a
 /// root of their number higher.
 const LOST: f32 = 0.005;
-/// What deviations along and across the motion are made of, if whiskers are dark and if at most one is: the part of the lateness;
+/// Parts of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] =

@@ -266,7 +266,7 @@ impl Normal {
         }
         invert(&mut inverse, columns.len())?;
         let coefficients = inverse.each_ref().map(|row| dot(row, &right));
-        // What is left of the squares.
+        // The rest of the squares.
         let normal = normal.each_ref().map(|row| dot(row, &coefficients));
         let explained = 2.0 * dot(&coefficients, &right) - dot(&coefficients, &normal);
         let variance = (squares - explained).max(0.0) / count.saturating_sub(columns.len()).max(1) as f32;
