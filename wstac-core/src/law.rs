@@ -97,6 +97,11 @@ pub trait EventLaw {
         false
     }
 
+    /// Returns whether the law answers a touch before its sample is complete ([`AtOnce`](crate::touch::at_once::AtOnce)).
+    fn answers_at_once(&self) -> bool {
+        self.takes_taxels()
+    }
+
     /// Returns the law for a camera with this readout. A law of durations stays as it is.
     #[must_use]
     fn with_readout(self, _: Readout) -> Self

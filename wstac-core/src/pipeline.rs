@@ -97,6 +97,16 @@ impl<'a> Update<'a> {
         Some(Event { taxels, ..trigger.event(event?) })
     }
 
+    /// Returns the touch whose sample is being captured, with the frames that have arrived, the one of this push the last.
+    ///
+    /// It is there only with one event per touch
+    /// ([`TriggerConfig::one_event_per_touch`](crate::paper::trigger::TriggerConfig::one_event_per_touch)). A law may answer
+    /// it before it is an event ([`AtOnce`](crate::touch::at_once::AtOnce)).
+    pub fn touch(&self) -> Option<Event<'a>> {
+        let Completed { trigger, taxels, .. } = self.completed?;
+        Some(Event { taxels, ..trigger.touch()? })
+    }
+
     /// Returns the taxels of the last 70 frames, for the sample of the event
     /// ([`PathSample::of_taxels`](crate::touch::path_sample::PathSample::of_taxels)).
     ///
@@ -297,6 +307,11 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     pub fn push_lost(&mut self, frames: u64) -> Update<'_> {
         let loss = self.stream.push_lost_of(frames, &mut self.taxels);
         self.lose(loss)
+    }
+
+    /// Takes note that the touch under way is answered ([`Update::touch`]): no event of it follows, only its end.
+    pub fn answer_touch(&mut self) {
+        self.trigger.answer_touch();
     }
 
     /// Ends a stream: fills or ends a gap of lost frames, and returns how the stream ended.

@@ -14,7 +14,6 @@ use wstac_core::pipeline::Update;
 use wstac_core::texture::texture;
 use wstac_core::touch::motion::{self, MotionConfig, Velocity};
 use wstac_core::touch::path_sample::PathSample;
-use wstac_core::touch::taxel_ring::TaxelRing;
 
 use crate::error::{Error, ErrorKind};
 use crate::model_file::{ModelFile, OwnedModel};
@@ -169,9 +168,12 @@ impl Textures {
         self.models.iter().any(|model| model.get().input() == Input::TaxelPath)
     }
 
-    /// Returns the answer of all models to an event of this answer.
-    ///
-    /// `taxels` are those of the event's update, for models that take 25 taxels.
+    /// Returns whether all models take 25 taxels, so that they can answer before a sample is complete.
+    pub(crate) fn answer_at_once(&self) -> bool {
+        self.models.iter().all(|model| model.get().input() == Input::TaxelPath)
+    }
+
+    /// Returns the answer of all models to an event, or a touch under way, of this answer.
     ///
     /// A model that takes the sample along the path needs the velocity. If the law does not give one, it is computed by
     /// coherence with the parameters `config`.
@@ -181,7 +183,6 @@ impl Textures {
     pub fn of_event(
         &self,
         event: &Event<'_>,
-        taxels: Option<&TaxelRing>,
         answer: &Answer,
         config: MotionConfig,
     ) -> Result<Texture, NoTexture> {
@@ -203,8 +204,8 @@ impl Textures {
                 Input::Path => velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, frames)),
                 // [`Self::new`] takes no other input than that of 25 taxels.
                 _ => {
-                    let taxels = taxels.ok_or(NoTexture::LostFrames)?;
-                    velocity.and_then(|velocity| PathSample::of_taxels(taxels, &velocity, config, frames))
+                    event.whole_taxels().ok_or(NoTexture::LostFrames)?;
+                    velocity.and_then(|velocity| PathSample::of_touch(event, &velocity, config, frames))
                 }
             };
             if velocity.is_none() {

@@ -8,10 +8,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use wstac_core::green::gray::Gray;
+use wstac_core::law::ByWave;
 use wstac_core::layout::Layout;
 use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::{Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Extent, Measured, by_wave};
@@ -145,6 +147,8 @@ struct Answered {
     answer: Answer,
     extent: Option<Extent>,
     acceleration: Option<Measured>,
+    /// Seconds from the first touch to an answer before the event.
+    after: Option<f64>,
 }
 
 fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
@@ -155,7 +159,7 @@ fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
 }
 
 /// Computes the scene of a number with the whole core, until the first event of its last touch.
-fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
+fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool) -> Answered {
     let drawn = draw(row.kind, row.fault, speeds, seed, number);
     let script = &drawn.script;
     let rate = script.sensor.rate;
@@ -171,10 +175,19 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
     let judged = if row.fault == Fault::Decay { script.touches.len() / 2 } else { 0 };
     let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
     let mut lost = Rng::new(seed, 2 << 48 | number);
+    let (law, mut at_once, mut after) = (ByWave(config), AtOnce::NEW, None);
     let (mut answer, mut extent, mut acceleration) = (Err("no event".to_owned()), None, None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
+        let touch = update.touch().filter(|touch| is_at_once && touch.frame + 60 > start);
+        if let Some(touch) = touch {
+            let Some(found) = at_once.answer(&touch, &law) else { continue };
+            after = Some((touch.last_frame() + 1 - start) as f64 / rate.per_second() * f64::from(rate.frames_added()));
+            answer = Ok((found.velocity().expect("it is reliable"), found.basis.expect("it is reliable")));
+            (extent, acceleration) = (found.extent, found.acceleration);
+            break;
+        }
         // An event of something before the touch does not show it.
         if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
             answer = Err("no taxels".into());
@@ -185,7 +198,7 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
             break;
         }
     }
-    Answered { drawn, number, answer, extent, acceleration }
+    Answered { drawn, number, answer, extent, acceleration, after }
 }
 
 /// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis tells.
@@ -360,7 +373,7 @@ pub(crate) fn section(page: &mut String) {
     let _ = writeln!(page, "{PAGE_HEAD}");
     let mut others = extents::HEADS.map(|head| head.to_owned() + "\n");
     for row in ROWS.iter().chain(BREAKS.iter().filter(|row| row.kind == Kind::Even)) {
-        let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number));
+        let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number, false));
         if row.kind != Kind::Even {
             let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered).page(&row.goal));
         }
@@ -378,7 +391,7 @@ pub(crate) fn section(page: &mut String) {
         let _ = write!(page, "| {} |", row.touch);
         for speeds in DECADES {
             // Other touches than those of the first table.
-            let answered = each(OF_DECADE, |number| answer(row, speeds, JUDGE, SLIDES + number));
+            let answered = each(OF_DECADE, |number| answer(row, speeds, JUDGE, SLIDES + number, false));
             let tally = Tally::new(&answered);
             let _ = write!(page, " {}/{} |", share(tally.reliable, tally.count), share(tally.wrong, tally.count));
         }
@@ -399,11 +412,12 @@ struct Options {
     fault: Option<Fault>,
     speeds: [f64; 2],
     is_list: bool,
+    is_at_once: bool,
 }
 
 impl Options {
     fn new(arguments: &[String]) -> Self {
-        let mut options = Self { count: SLIDES, seed: 1, kinds: None, fault: None, speeds: SPEEDS, is_list: false };
+        let mut options = Self { count: SLIDES, seed: 1, kinds: None, fault: None, speeds: SPEEDS, is_list: false, is_at_once: false };
         let mut arguments = arguments.iter();
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().expect("an option has a value");
@@ -422,6 +436,7 @@ impl Options {
                     options.speeds = [low, high].map(|speed| speed.parse().expect("a speed in mm/s"));
                 }
                 "--list" => options.is_list = true,
+                "--at-once" => options.is_at_once = true,
                 _ => panic!(
                     "{argument:?} is unknown, expected --count, --seed, --judge, --kind, --fault, --speeds, --list"
                 ),
@@ -488,13 +503,19 @@ pub(crate) fn run(arguments: &[String]) {
     let mut others = extents::HEADS.map(|head| head.to_owned() + "\n");
     for row in ROWS.iter().chain(&BREAKS).filter(|row| options.has(row)) {
         let row = &Row { fault: options.fault.unwrap_or(row.fault), ..*row };
-        let answered = each(options.count, |number| answer(row, options.speeds, options.seed, number));
+        let answered =
+            each(options.count, |number| answer(row, options.speeds, options.seed, number, options.is_at_once));
         let mut page = String::new();
         if options.is_list {
             list(&mut page, row, &answered);
         } else {
             let tally = Tally::new(&answered);
             let _ = writeln!(page, "| {}: {} | {}", row.name, row.touch, tally.cells(&row.goal));
+            let mut after: Vec<f64> = answered.iter().filter_map(|one| one.after).collect();
+            after.sort_by(f64::total_cmp);
+            if let Some(median) = after.get(after.len() / 2) {
+                println!("at once {} of {}: {median:.2} s, p90 {:.2} s", after.len(), answered.len(), after[after.len() * 9 / 10]);
+            }
             let _ = writeln!(reasons, "{}: {}", row.name, tally.reasons());
         }
         extents::rows(&mut others, row.name, row.kind, &answered);

@@ -24,6 +24,10 @@ pub struct Event<'a> {
     pub frame: u64,
     /// The sample X: 70 frames of ten features in units of 2^-11. It is borrowed from the ring until the next push.
     pub sample: Sample<'a>,
+    /// The number of frames of the sample that have arrived: 70, or fewer of a touch under way
+    /// ([`Update::touch`](crate::pipeline::Update::touch)).
+    #[cfg_attr(feature = "serde", serde(skip))]
+    pub frames: u8,
     /// The baseline that the trigger compared the frames with.
     pub baseline: &'a Baseline,
     /// The number of frames of the sample that were lost, in whole or in part, and filled: 0..=70.
@@ -50,8 +54,8 @@ impl<'a> Event<'a> {
     #[inline]
     pub const fn new(frame: u64, sample: Sample<'a>, baseline: &'a Baseline) -> Self {
         let (touch_frame, end_frame) = (None, None);
-        let (frames_filled, touch_filled, reliable, taxels) = (0, 0, true, None);
-        Self { frame, sample, baseline, frames_filled, touch_filled, reliable, touch_frame, end_frame, taxels }
+        let (frames, frames_filled, touch_filled, reliable, taxels) = (SAMPLE_FRAMES as u8, 0, 0, true, None);
+        Self { frame, sample, frames, baseline, frames_filled, touch_filled, reliable, touch_frame, end_frame, taxels }
     }
 
     /// Returns the event with the taxels of its sample.
@@ -71,10 +75,33 @@ impl<'a> Event<'a> {
         self.taxels
     }
 
+    /// Returns the taxels of the sample; `None` also if one of its frames was lost, in whole or in part.
+    pub fn whole_taxels(&self) -> Option<&'a TaxelRing> {
+        self.taxels.filter(|ring| ring.has_whole(self.frames))
+    }
+
+    /// Returns the number of the last frame of the sample that has arrived.
+    pub fn last_frame(&self) -> u64 {
+        self.frame.saturating_add(u64::from(self.frames.saturating_sub(1)))
+    }
+
+    /// Returns whether all frames of the sample have arrived.
+    pub const fn is_event(&self) -> bool {
+        self.frames as usize == SAMPLE_FRAMES
+    }
+
+    /// Returns whether the touch goes on, and frames of its sample are to come.
+    pub const fn is_under_way(&self) -> bool {
+        !self.is_event() && self.end_frame.is_none()
+    }
+
     /// Returns the duration from the first lit frame of the sample to the last, 0..=69 frames; `None` unless the trigger
-    /// gives one event per touch.
+    /// gives one event per touch, and while the touch is under way.
     pub fn lit_frames(&self) -> Option<u8> {
-        let last = self.frame.saturating_add(SAMPLE_FRAMES as u64 - 1);
+        if self.is_under_way() {
+            return None;
+        }
+        let last = self.last_frame();
         let first = self.touch_frame?.max(self.frame);
         let last = self.end_frame.map_or(last, |end| end.saturating_sub(1).min(last));
         Some(last.saturating_sub(first) as u8)
@@ -130,8 +157,8 @@ enum Phase {
     Baseline,
     /// In a window of which `seen` frames have arrived.
     Watch { seen: u8 },
-    /// Capturing the sample that starts at frame `first`; `left` frames of it are to come.
-    Capture { first: u64, left: u8 },
+    /// Capturing the sample that starts at frame `first`; `left` frames of it are to come. Its touch may be answered already.
+    Capture { first: u64, left: u8, is_answered: bool },
     /// Between a sample's end and the next window's start, `left` frames away.
     Rest { left: u8 },
     /// Behind a sample whose touch has not ended.
@@ -313,6 +340,13 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.state.touch.forget_end();
     }
 
+    /// Takes note that the touch under way is answered: its sample is no event any more.
+    pub(crate) fn answer_touch(&mut self) {
+        if let Phase::Capture { is_answered, .. } = &mut self.state.phase {
+            *is_answered = true;
+        }
+    }
+
     /// Ends a stream: fills or ends a gap of lost frames. Returns an event if lost frames at the very end complete a
     /// sample.
     pub fn finish(&mut self) -> Option<Event<'_>> {
@@ -443,11 +477,11 @@ impl<B: BaselinePolicy> Trigger<B> {
                 following.fired(&state.config);
                 let arrived = state.config.backtrack() + state.config.window();
                 let first = now - u64::from(arrived - 1);
-                state.capture(first, SAMPLE_FRAMES as u8 - arrived)
+                state.capture(first, SAMPLE_FRAMES as u8 - arrived, false)
             }
-            Phase::Capture { first, left } => {
-                let (first, left) = (*first, *left - 1);
-                state.capture(first, left)
+            Phase::Capture { first, left, is_answered } => {
+                let (first, left, is_answered) = (*first, *left - 1, *is_answered);
+                state.capture(first, left, is_answered)
             }
             Phase::Rest { left } => {
                 *left -= 1;
@@ -539,10 +573,10 @@ impl TriggerState {
         }
     }
 
-    /// Returns the sample that is being captured.
+    /// Returns the sample that is being captured, unless its touch is answered.
     pub(crate) fn under_way(&self) -> Option<InterruptedSample> {
         match self.phase {
-            Phase::Capture { first, left } => {
+            Phase::Capture { first, left, is_answered: false } => {
                 Some(InterruptedSample { frame: first, frames: SAMPLE_FRAMES as u8 - left })
             }
             _ => None,
@@ -574,17 +608,30 @@ impl TriggerState {
 
     /// Returns the event whose sample the ring holds.
     pub(crate) fn event(&self, frame: u64) -> Event<'_> {
+        self.event_of(frame, SAMPLE_FRAMES as u8)
+    }
+
+    /// Returns the touch whose sample is being captured, if there is one event per touch, and it is not answered.
+    pub(crate) fn touch(&self) -> Option<Event<'_>> {
+        let InterruptedSample { frame, frames } = self.under_way().filter(|_| self.config.is_per_touch())?;
+        Some(self.event_of(frame, frames))
+    }
+
+    /// Returns the event of which this many frames have arrived, the last ones of the ring.
+    fn event_of(&self, frame: u64, frames: u8) -> Event<'_> {
+        let before = SAMPLE_FRAMES as u64 - u64::from(frames);
         let is_per_touch = self.config.is_per_touch();
         let touch_frame = is_per_touch.then(|| self.touch.first());
         let end_frame = if is_per_touch { self.touch.end() } else { None };
-        let frames_filled = self.filled_in(0, u64::MAX);
+        let frames_filled = self.filled_in(before, u64::MAX);
         // A filled frame next to an edge moves it, too.
         let first = touch_frame.unwrap_or(0).saturating_sub(frame).saturating_sub(EDGE_FRAMES);
-        let end = end_frame.map_or(u64::MAX, |end| end.saturating_sub(frame).saturating_add(EDGE_FRAMES));
-        let touch_filled = self.filled_in(first, end);
+        let end = end_frame.map_or(u64::MAX, |end| end.saturating_sub(frame).saturating_add(before + EDGE_FRAMES));
+        let touch_filled = self.filled_in(before + first, end);
         Event {
             frame,
-            sample: Sample::new(self.ring.as_slices()),
+            sample: self.last(frames),
+            frames,
             baseline: &self.baseline,
             frames_filled,
             touch_filled,
@@ -595,7 +642,7 @@ impl TriggerState {
         }
     }
 
-    /// Returns how many of the frames `first..end` of the sample that the ring holds were filled.
+    /// Returns how many of the frames `first..end` of the ring were filled.
     // It is not inlined: small code counts here.
     #[inline(never)]
     fn filled_in(&self, first: u64, end: u64) -> u8 {
@@ -623,6 +670,9 @@ impl TriggerState {
 
     /// Moves time on by `left` frames of a long gap after the baseline.
     fn skip_windows(&mut self, left: u64) {
+        if let Phase::Capture { first, is_answered: true, .. } = self.phase {
+            self.touch.hold(first);
+        }
         // If there are more frames than the ring holds, only the last of them can be seen again.
         for _ in 0..left.min(SAMPLE_FRAMES as u64) {
             if let Some(&last) = self.ring.back() {
@@ -633,7 +683,7 @@ impl TriggerState {
         self.phase = match self.phase {
             // Before t + l, a window's backtrack would reach into the sample that was returned.
             Phase::Rest { left: rest } if left < u64::from(rest) => Phase::Rest { left: rest - left as u8 },
-            Phase::Rest { .. } | Phase::Hold if self.touch.is_held() => Phase::Hold,
+            Phase::Rest { .. } | Phase::Hold | Phase::Capture { .. } if self.touch.is_held() => Phase::Hold,
             _ => Phase::Watch { seen: 0 },
         };
         self.window_sums = [0; FEATURES];
@@ -656,9 +706,9 @@ impl TriggerState {
     }
 
     /// Continues to capture the sample that starts at `first` and of which `left` frames are to come.
-    fn capture(&mut self, first: u64, left: u8) -> Option<u64> {
+    fn capture(&mut self, first: u64, left: u8, is_answered: bool) -> Option<u64> {
         if left > 0 {
-            self.phase = Phase::Capture { first, left };
+            self.phase = Phase::Capture { first, left, is_answered };
             return None;
         }
         if self.config.is_per_touch() {
@@ -669,7 +719,7 @@ impl TriggerState {
             0 => self.start_windows(),
             left => self.phase = Phase::Rest { left },
         }
-        Some(first)
+        (!is_answered).then_some(first)
     }
 
     fn add_to_window(&mut self, features: &Features) {

@@ -163,17 +163,28 @@ impl TaxelRing {
         self.lost == 0
     }
 
+    /// Returns whether none of so many of the last frames is missing.
+    pub(crate) const fn has_whole(&self, frames: u8) -> bool {
+        self.lost.trailing_zeros() >= frames as u32
+    }
+
     /// Returns the last frames, the oldest first, from the first of 70 that arrived: what
     /// [`Wave::fit`](crate::touch::wave::Wave::fit) takes. A lost one is `None`.
     pub fn frames(&self) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
+        self.last(SAMPLE_FRAMES as u8)
+    }
+
+    /// Returns so many of the last frames, as [`TaxelRing::frames`] does.
+    pub(crate) fn last(&self, frames: u8) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
+        let first = SAMPLE_FRAMES.saturating_sub(frames.into());
         // The bit of the oldest frame is the highest one, and goes out first.
-        let mut lost = self.lost << (u128::BITS - SAMPLE_FRAMES as u32);
+        let mut lost = self.lost << ((u128::BITS as usize - SAMPLE_FRAMES + first) & 127);
         let frame = move |number| {
             let is_lost = lost.leading_zeros() == 0;
             lost <<= 1;
             if is_lost { None } else { self.frames.get(self.place(number)) }
         };
-        (0..SAMPLE_FRAMES).map(frame).skip_while(Option::is_none)
+        (first..SAMPLE_FRAMES).map(frame).skip_while(Option::is_none)
     }
 
     /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest at

@@ -1,6 +1,6 @@
 //! Tactile events and their answers.
 
-use wstac_core::law::{Answer, AnyLaw, EventLaw};
+use wstac_core::law::Answer;
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::paper::direction::Direction;
 use wstac_core::paper::speed::{self, LitSpan, Speed, SpeedConfig};
@@ -9,7 +9,6 @@ use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, MotionConfig};
 use wstac_core::touch::path_sample::PathSample;
-use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::{Basis, Extent, Measured};
 
 use super::{RecordTimes, SampleFrames};
@@ -26,7 +25,8 @@ pub struct TactileEvent {
     /// first lit frame, or by a law of durations that of [`Self::frame`]. It is `None` from a board whose clock
     /// is not known yet.
     pub time_ns: Option<u64>,
-    /// The time of the last frame of the sample in nanoseconds: from then on the answer was complete. It is `None` from
+    /// The time of the frame with which the answer was complete in nanoseconds: the last one of the sample, or that at which
+    /// [`AtOnce`](wstac_core::touch::at_once::AtOnce) answered. It is `None` from
     /// a board whose clock is not known yet.
     pub completed_ns: Option<u64>,
     /// The wall-clock time of [`Self::time_ns`]; `None` where the source knows none.
@@ -90,22 +90,21 @@ pub struct Paths {
 }
 
 impl TactileEvent {
-    /// Creates an event of the core with its answers. `taxels` are those of its sample, if they are kept and complete.
-    pub(crate) fn new(event: &Event<'_>, taxels: Option<&TaxelRing>, answering: &Answering<'_>) -> Self {
+    /// Creates an event of the core, or of a touch under way, from the answer of the law.
+    pub(crate) fn new(event: &Event<'_>, answer: Answer, answering: &Answering<'_>) -> Self {
         let flat = event.sample.flat();
         let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
-        let answer = answering.law.answer(event);
-        let texture = answering.textures.of_event(event, taxels, &answer, answering.motion);
+        let texture = answering.textures.of_event(event, &answer, answering.motion);
         let texture_doubt = answering.textures.doubt(&texture, &answer);
         let begin = event.touch_frame.unwrap_or(event.frame);
         let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(begin, Some(answering.clock));
-        let completed_ns = answering.clock.nanoseconds(last_frame(event.frame));
+        let completed_ns = answering.clock.nanoseconds(event.last_frame());
         Self {
             frame: event.frame,
             time_ns,
             completed_ns,
             stamp,
-            time: event.touch_frame.map(|touch| TouchTime::new(touch, event.frame, answering.clock)),
+            time: event.touch_frame.map(|touch| TouchTime::new(touch, event.last_frame(), answering.clock)),
             contact: answer.contact,
             touch_frame: event.touch_frame,
             end_frame: event.end_frame,
@@ -124,7 +123,7 @@ impl TactileEvent {
             doubt: answer.doubt,
             sample_reliable: event.reliable,
             sample: sample.copied().map(Box::new),
-            paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, taxels, &answer, answering.motion))),
+            paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, &answer, answering.motion))),
         }
     }
 
@@ -162,7 +161,7 @@ impl TactileEvent {
             time_ns,
             completed_ns,
             stamp,
-            time: time.map(|(touch, clock)| TouchTime::new(touch, answers.frame, clock)),
+            time: time.map(|(touch, clock)| TouchTime::new(touch, last_frame(answers.frame), clock)),
             contact: answers.contact,
             touch_frame: answers.touch_frame(),
             end_frame: answers.end_frame(),
@@ -210,15 +209,13 @@ fn doubt_of_board(answers: &wstac_core::wire::Answers<'_>) -> Option<Reason> {
 impl Paths {
     /// Returns the samples of an event of this answer, with all numbers that models read. If the law gives no velocity,
     /// it is that by coherence.
-    fn of_event(event: &Event<'_>, taxels: Option<&TaxelRing>, answer: &Answer, config: MotionConfig) -> Self {
+    fn of_event(event: &Event<'_>, answer: &Answer, config: MotionConfig) -> Self {
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
         let velocity = if answer.has_texture() { by_law() } else { None };
         let whole = SAMPLE_FRAMES as u8;
         Self {
             sums: velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, whole)),
-            taxels: velocity
-                .zip(taxels)
-                .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, config, whole)),
+            taxels: velocity.and_then(|velocity| PathSample::of_touch(event, &velocity, config, whole)),
         }
     }
 }
@@ -229,14 +226,14 @@ impl Paths {
 pub struct TouchTime {
     /// The time of the first lit frame, in seconds from the first frame of the stream.
     pub touch_s: f64,
-    /// The time of the last frame of the sample, in seconds from the first frame of the stream.
+    /// The time of the frame with which the answer was complete, in seconds from the first frame of the stream.
     pub completed_s: f64,
 }
 
 impl TouchTime {
-    /// Creates the times of a touch that begins at frame `touch`, with a sample that begins at `frame`.
-    fn new(touch: u64, frame: u64, clock: &FrameClock) -> Self {
-        Self { touch_s: clock.seconds(touch), completed_s: clock.seconds(last_frame(frame)) }
+    /// Creates the times of a touch that begins at frame `touch` and is answered at frame `completed`.
+    fn new(touch: u64, completed: u64, clock: &FrameClock) -> Self {
+        Self { touch_s: clock.seconds(touch), completed_s: clock.seconds(completed) }
     }
 }
 
@@ -248,7 +245,6 @@ fn last_frame(frame: u64) -> u64 {
 /// All that answers an event: the law, the textures and the clock.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Answering<'p> {
-    pub(crate) law: &'p AnyLaw,
     pub(crate) durations: &'p SpeedConfig,
     pub(crate) textures: &'p Textures,
     pub(crate) motion: MotionConfig,

@@ -3,15 +3,15 @@
 use std::collections::VecDeque;
 
 use wstac_core::green::any::Any;
-use wstac_core::law::{AnyLaw, EventLaw};
+use wstac_core::law::{Answer, AnyLaw, EventLaw};
 use wstac_core::paper::speed::SpeedConfig;
-use wstac_core::paper::trigger::{ContactEnd, InterruptedSample};
+use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::Update;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::{LiveWave, MotionConfig};
-use wstac_core::touch::taxel_ring::TaxelRing;
 
 use super::stream_config::HostPipeline;
 use crate::config::Config;
@@ -22,7 +22,7 @@ use crate::output::{
     MotionReport, Output, OutputOptions, ReadoutUsed, RecordTimes, StreamSummary, TactileEvent,
 };
 use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
-use crate::texture::Textures;
+use crate::texture::{NoTexture, Textures};
 
 /// Turns source events into typed outputs.
 ///
@@ -45,6 +45,7 @@ pub struct Processor {
     dropped: u64,
     dropped_by: LossCounts,
     doubts: Doubts,
+    at_once: AtOnce,
     /// Whether lost JPEG pictures are such frames. A camera reports its own.
     is_of_camera: bool,
     baseline_reported: bool,
@@ -203,6 +204,7 @@ impl Processor {
             dropped: 0,
             dropped_by: LossCounts::default(),
             doubts: Doubts::default(),
+            at_once: AtOnce::NEW,
             is_of_camera: info.camera.is_some(),
             baseline_reported: false,
             zero: first,
@@ -258,7 +260,7 @@ impl Processor {
             self.doubts.missing.begin(first);
             self.doubts.missing.end(first.saturating_add(frames.div_ceil(added)));
         }
-        let (pipeline, answers) = self.parts();
+        let (pipeline, mut answers) = self.parts();
         match event {
             SourceEvent::Waiting => {}
             SourceEvent::Fault(fault) => {
@@ -272,13 +274,15 @@ impl Processor {
             }
             SourceEvent::Taxels(frame) => {
                 answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
-                answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
+                let is_answered = answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
+                self.settle(is_answered);
                 self.taxels = Some(frame.sums);
             }
             SourceEvent::Lost { frames, reason } => {
                 let frame = pipeline.next_frame();
                 emit(Output::Lost(LostFrames { frame, frames: *frames, reason: reason.clone() }))?;
-                answers.emit(&pipeline.push_lost(*frames), &mut emit)?;
+                let is_answered = answers.emit(&pipeline.push_lost(*frames), &mut emit)?;
+                self.settle(is_answered);
                 self.dropped = self.dropped.saturating_add(*frames);
                 self.dropped_by.add(*frames, reason);
                 self.taxels = None;
@@ -288,11 +292,13 @@ impl Processor {
                 answers.doubts.places.arrive(pipeline.next_frame(), frame.off / added as f32);
                 answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
-                    answers.emit(&update, &mut emit)?;
+                    let is_answered = answers.emit(&update, &mut emit)?;
+                    self.settle(is_answered);
                     self.taxels = self.pipeline.taxels();
                 } else {
                     // The frame has too few bytes. Nothing of it was taken, but its time has passed.
-                    answers.emit(&pipeline.push_lost(1), &mut emit)?;
+                    let is_answered = answers.emit(&pipeline.push_lost(1), &mut emit)?;
+                    self.settle(is_answered);
                     self.dropped = self.dropped.saturating_add(1);
                     self.dropped_by.add(1, &LossReason::Short);
                     self.taxels = None;
@@ -317,7 +323,7 @@ impl Processor {
         let finished = pipeline.finish();
         if let Some(event) = finished.event() {
             // The end of a stream completes a sample only with lost frames.
-            emit(answers.event(&event, None))?;
+            emit(answers.event(&event, answers.law.answer(&event)))?;
         }
         if let Some(end) = finished.contact_end() {
             emit(answers.contact_end(end))?;
@@ -515,10 +521,17 @@ impl Processor {
         !self.pipeline.end().baseline_quiet
     }
 
+    /// Takes note of a touch that is answered before its sample is complete.
+    fn settle(&mut self, is_answered: bool) {
+        if is_answered {
+            self.pipeline.answer_touch();
+        }
+    }
+
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, doubts, .. } = self;
+        let Self { pipeline, textures, law, durations, motion, clock, options, doubts, at_once, .. } = self;
         let (motion, options) = (*motion, *options);
-        (pipeline, Answers { textures, law, durations, motion, clock, options, doubts })
+        (pipeline, Answers { textures, law, durations, motion, clock, options, doubts, at_once })
     }
 }
 
@@ -531,15 +544,25 @@ struct Answers<'p> {
     clock: &'p mut FrameClock,
     options: OutputOptions,
     doubts: &'p mut Doubts,
+    at_once: &'p mut AtOnce,
 }
 
 impl Answers<'_> {
-    fn event(&self, event: &wstac_core::paper::trigger::Event<'_>, taxels: Option<&TaxelRing>) -> Output {
-        let Self { law, durations, textures, motion, ref clock, options, ref doubts } = *self;
+    fn event(&self, event: &Event<'_>, answer: Answer) -> Output {
+        let Self { durations, textures, motion, ref clock, options, ref doubts, .. } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
-        let answering = Answering { law, durations, textures, motion, clock, with_sample, with_paths };
-        let event = TactileEvent::new(event, taxels, &answering);
+        let answering = Answering { durations, textures, motion, clock, with_sample, with_paths };
+        let event = TactileEvent::new(event, answer, &answering);
         Output::Event(Box::new(doubts.of(event, motion)))
+    }
+
+    /// Returns the event of a touch under way, as soon as its motion is certain and its models have their path.
+    fn at_once(&mut self, touch: &Event<'_>) -> Option<Output> {
+        let waits = self.options.samples || self.options.paths || !self.textures.answer_at_once();
+        let answer = if waits { None } else { self.at_once.answer(touch, self.law) };
+        let output = self.event(touch, answer?);
+        let lacks_path = matches!(&output, Output::Event(event) if event.texture == Err(NoTexture::TooShort));
+        (!lacks_path || !touch.is_under_way()).then_some(output)
     }
 
     fn times(&self, frame: u64) -> RecordTimes {
@@ -554,7 +577,8 @@ impl Answers<'_> {
         Output::ContactEnd(ContactEndReport::new(end, Some(self.clock)))
     }
 
-    fn emit<E>(&self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
+    /// Emits what an update brought. Returns whether it answered the touch under way.
+    fn emit<E>(&mut self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<bool, E> {
         if let Some(frame) = update.frame().filter(|_| self.options.features) {
             let (frame, features) = (frame.number, frame.features);
             let RecordTimes { time_ns, stamp, .. } = self.times(frame);
@@ -564,17 +588,20 @@ impl Answers<'_> {
             emit(self.interrupted(sample))?;
         }
         if let Some(event) = update.event() {
-            emit(self.event(&event, update.taxels()))?;
-            return update.contact_end().map_or(Ok(()), |end| emit(self.contact_end(end)));
+            emit(self.event(&event, self.law.answer(&event)))?;
         }
         if let Some(end) = update.contact_end() {
             emit(self.contact_end(end))?;
+        }
+        if let Some(output) = update.touch().and_then(|touch| self.at_once(&touch)) {
+            emit(output)?;
+            return Ok(true);
         }
         for (frame, frames, texture) in self.textures.of_prefixes(update) {
             let RecordTimes { time_ns, stamp, .. } = self.times(frame);
             emit(Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }))?;
         }
-        Ok(())
+        Ok(false)
     }
 }
 

@@ -114,6 +114,14 @@ impl PathSample {
         sample.fill_from_taxels(ring, velocity, config, frames).then_some(sample)
     }
 
+    /// Creates the sample of an event, or of a touch under way, from its 25 taxels, as [`PathSample::of_taxels`] does.
+    ///
+    /// It is `None` if the pipeline keeps no taxels or a frame of them was lost.
+    pub fn of_touch(touch: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
+        let mut sample = Self::DARK;
+        sample.try_taxels(touch.whole_taxels()?, touch.frames, velocity, config, frames).map(|()| sample)
+    }
+
     /// Fills this sample with that of [`PathSample::of_taxels`]. Returns whether there is one.
     ///
     /// A board with little stack has one sample then, and no copies.
@@ -124,17 +132,25 @@ impl PathSample {
         config: MotionConfig,
         frames: u8,
     ) -> bool {
-        self.try_taxels(ring, velocity, config, frames).is_some()
+        self.try_taxels(ring, SAMPLE_FRAMES as u8, velocity, config, frames).is_some()
     }
 
-    fn try_taxels(&mut self, ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<()> {
+    /// Fills this sample from so many of the ring's last frames.
+    fn try_taxels(
+        &mut self,
+        ring: &TaxelRing,
+        last: u8,
+        velocity: &Velocity,
+        config: MotionConfig,
+        frames: u8,
+    ) -> Option<()> {
         let way = Way::new(velocity, config)?;
         let [up, right] = way.recorded(config);
         let delays = core::array::from_fn(|taxel| {
             let (row, column) = ((taxel / COLUMNS) as i32, (taxel % COLUMNS) as i32);
             up * (2 - row) + right * (column - 2)
         });
-        way.sample(&TaxelLight::new(ring), &BY_TAXELS, delays, [1; TAXELS], frames, self)
+        way.sample(&TaxelLight::new(ring, last), &BY_TAXELS, delays, [1; TAXELS], frames, self)
     }
 
     /// Returns the numbers, as a texture model takes them.
@@ -258,27 +274,33 @@ impl Light for SumLight {
     }
 }
 
-/// Light of the ring's taxels above what it was in the first frames.
+/// Light of the ring's taxels above what it was in the touch's first frames.
 struct TaxelLight<'a> {
     ring: &'a TaxelRing,
+    /// The age of the touch's first frame. Light before it is another touch's.
+    first: usize,
     dark: [u16; TAXELS],
 }
 
 impl<'a> TaxelLight<'a> {
-    fn new(ring: &'a TaxelRing) -> Self {
+    fn new(ring: &'a TaxelRing, last: u8) -> Self {
+        let first = SAMPLE_FRAMES.saturating_sub(last.into());
         let mut sums = [0_u32; TAXELS];
-        for number in 0..DARK_FRAMES {
+        for number in first..first + DARK_FRAMES {
             for (sum, light) in sums.iter_mut().zip(ring.frame(number)) {
                 *sum += u32::from(light);
             }
         }
-        Self { ring, dark: sums.map(|sum| ((sum + (1 << (DARK_SHIFT - 1))) >> DARK_SHIFT) as u16) }
+        Self { ring, first, dark: sums.map(|sum| ((sum + (1 << (DARK_SHIFT - 1))) >> DARK_SHIFT) as u16) }
     }
 }
 
 impl Light for TaxelLight<'_> {
     #[inline(always)]
     fn at(&self, frame: usize, line: usize) -> u16 {
+        if frame < self.first {
+            return 0;
+        }
         self.ring.light(frame, line).saturating_sub(self.dark.get(line).copied().unwrap_or(0))
     }
 }

@@ -370,10 +370,16 @@ pub struct TaxelMotion {
 /// It takes at most 12 KiB of stack.
 #[inline(never)]
 pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion {
-    let reason = match if event.reliable { by_fit(taxels, config) } else { Err(Reason::Baseline) } {
+    let reason = match if event.reliable { by_fit(taxels, event.frames, config) } else { Err(Reason::Baseline) } {
         Ok(answer) => return answer,
         Err(reason) => reason,
     };
+    if !event.is_event() {
+        // Coherence takes whole samples.
+        let (contact, doubt) = (Contact::Unclear, Some(reason));
+        let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt };
+        return TaxelMotion { motion, basis: None, extent: None, acceleration: None };
+    }
     let coherent = by_coherence(event, config);
     let is_slow = coherent.velocity.is_some_and(|velocity| velocity.mm_s * SLOW < config.pitch_per_frame());
     let basis = coherent.velocity.filter(|_| coherent.reliable).map(|_| Basis::Edge);
@@ -400,9 +406,9 @@ fn is_of_part(reason: Reason) -> bool {
 
 // It is not inlined: a wave does not lie on the stack of coherence.
 #[inline(never)]
-fn by_fit(taxels: &TaxelRing, config: MotionConfig) -> Result<TaxelMotion, Reason> {
+fn by_fit(taxels: &TaxelRing, frames: u8, config: MotionConfig) -> Result<TaxelMotion, Reason> {
     let mut wave = Wave::EMPTY;
-    let (velocity, basis) = wave.fit(taxels.frames(), config)?;
+    let (velocity, basis) = wave.fit(taxels.last(frames), config)?;
     let (basis, extent, velocity) = (Some(basis), Some(wave.extent(&velocity)), Some(velocity));
     let motion = Motion { contact: Contact::Slide, velocity, coherence: 0.0, reliable: true, doubt: None };
     Ok(TaxelMotion { motion, basis, extent, acceleration: wave.acceleration })
