@@ -175,7 +175,7 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool)
     let judged = if row.fault == Fault::Decay { script.touches.len() / 2 } else { 0 };
     let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
     let mut lost = Rng::new(seed, 2 << 48 | number);
-    let (law, mut at_once, mut after) = (ByWave(config), AtOnce::NEW, None);
+    let (law, mut at_once, mut after) = (ByWave(config), AtOnce::new(config), None);
     let (mut answer, mut extent, mut acceleration) = (Err("no event".to_owned()), None, None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;

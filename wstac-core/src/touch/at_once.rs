@@ -1,19 +1,22 @@
 //! Answers before samples are complete: as soon as the motion of a touch is certain, or the touch has ended (SPEC §9).
 
 use crate::law::{Answer, EventLaw};
-use crate::paper::trigger::Event;
-use crate::touch::motion::Velocity;
+use crate::paper::trigger::{ContactEnd, Event};
+use crate::touch::motion::{MotionConfig, Velocity};
 
 /// Frames from one try to the next.
-const STEP: u8 = 2;
-/// Two tries agree if they differ by at most so many standard deviations, or by the second number: a fraction of the speed,
-/// and degrees.
+const STEP: u8 = 1;
+/// Two tries agree if they differ by at most so many standard deviations, or by a fraction of the speed and degrees.
 const AGREE: [f32; 3] = [2.0, 0.02, 1.2];
+/// So do the velocities of a block's two ends.
+const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
+/// The longest block whose two ends are one touch.
+const LONGEST_MM: f32 = 160.0;
 
 /// Tries to answer the touch under way. The answers are the same on every processor.
 ///
 /// ```
-/// use wstac_core::law::{ByWave, EventLaw};
+/// use wstac_core::law::ByWave;
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
 /// use wstac_core::{paper::trigger::TriggerConfig, taxels::FrameGeometry, touch::at_once::AtOnce};
 /// use wstac_core::touch::{motion::{MotionConfig, Readout}, taxel_ring::TaxelRing};
@@ -21,8 +24,8 @@ const AGREE: [f32; 3] = [2.0, 0.02, 1.2];
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let trigger = TriggerConfig::default().one_event_per_touch();
 /// let mut pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>().build()?;
-/// let law = ByWave(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
-/// let mut at_once = AtOnce::NEW;
+/// let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
+/// let (law, mut at_once) = (ByWave(config), AtOnce::new(config));
 /// # let mut answered = Vec::new();
 /// # // A narrow flash passes from left to right, a column every two frames.
 /// # let frames = (0..130).map(|t| core::array::from_fn(|taxel| {
@@ -38,46 +41,86 @@ const AGREE: [f32; 3] = [2.0, 0.02, 1.2];
 ///         pipeline.answer_touch();
 ///     }
 /// }
-/// # assert!(matches!(answered[..], [(80..90, 59.0..61.0)]), "{answered:?}");
+/// # assert!(matches!(answered[..], [(70..80, 59.0..61.0)]), "{answered:?}");
 /// # Ok::<(), wstac_core::error::Error>(())
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct AtOnce {
+    config: MotionConfig,
     /// The first frame of the sample that was tried last, and how many of its frames had arrived.
     frame: u64,
     frames: u8,
-    /// What that try found.
+    /// The last reliable velocity of these tries.
     found: Option<Velocity>,
+    /// The last slide that was answered, unless the light of its other end has come.
+    slide: Option<Slide>,
+    /// The first frames of the sample that shows this other end, and of the slide's own.
+    other_end: [u64; 2],
+}
+
+/// A slide that was answered.
+#[derive(Clone, Copy, Debug)]
+struct Slide {
+    /// The first frame of its sample, and its first lit frame.
+    frame: u64,
+    touch_frame: u64,
+    velocity: Velocity,
 }
 
 impl AtOnce {
-    /// No touch was tried.
-    pub const NEW: Self = Self { frame: u64::MAX, frames: 0, found: None };
+    /// Creates the state before the first touch. The parameters are those of the law.
+    pub const fn new(config: MotionConfig) -> Self {
+        Self { config, frame: u64::MAX, frames: 0, found: None, slide: None, other_end: [u64::MAX; 2] }
+    }
 
-    /// Returns the answer about a touch, if it is time: about one under way, if two tries in a row found reliable answers that
-    /// agree; about one that has ended, if the answer is reliable; about an event in any case.
+    /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that agree;
+    /// about one that has ended, if the answer is reliable; about an event in any case.
+    ///
+    /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is the
+    /// same touch: the same velocity, at most 160 mm later.
     ///
     /// Most frames cost nothing; a try costs what the law costs.
     pub fn answer(&mut self, touch: &Event<'_>, law: &impl EventLaw) -> Option<Answer> {
-        if touch.is_event() {
-            return Some(law.answer(touch));
-        }
         let is_new = touch.frame != self.frame;
-        if !law.answers_at_once() || (!is_new && touch.frames < self.frames.saturating_add(STEP)) {
+        let is_early = !is_new && touch.frames < self.frames.saturating_add(STEP);
+        if touch.frame == self.other_end[0] || (!touch.is_event() && (is_early || !law.answers_at_once())) {
             return None;
         }
         let before = self.found.filter(|_| !is_new);
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
-        (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found);
-        let is_certain = !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other));
-        (answer.reliable && is_certain).then_some(answer)
+        (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
+        let is_certain = !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
+        if !touch.is_event() && !(answer.reliable && is_certain) {
+            return None;
+        }
+        let (slide, touch_frame) = (self.slide.take(), touch.touch_frame.unwrap_or(touch.frame));
+        if let Some((slide, velocity)) = slide.zip(answer.velocity())
+            && self.is_other_end(slide, touch_frame, velocity)
+        {
+            self.other_end = [touch.frame, slide.frame];
+            return None;
+        }
+        self.slide = found.map(|velocity| Slide { frame: touch.frame, touch_frame, velocity });
+        Some(answer)
+    }
+
+    /// Returns the end of a touch, as that of the event that was answered.
+    pub fn end(&self, end: ContactEnd) -> ContactEnd {
+        let [of_end, of_slide] = self.other_end;
+        if end.event_frame == of_end { ContactEnd { event_frame: of_slide, ..end } } else { end }
+    }
+
+    /// Returns whether light of this velocity is that of the other end of what slid before.
+    fn is_other_end(&self, slide: Slide, touch_frame: u64, velocity: Velocity) -> bool {
+        let frames = touch_frame.saturating_sub(slide.touch_frame) as f32;
+        let pitches = frames * slide.velocity.mm_s / self.config.pitch_per_frame();
+        pitches * self.config.pitch_mm() <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
     }
 }
 
-/// Returns whether two velocities may be one.
-fn agree(one: Velocity, other: Velocity) -> bool {
-    let [most, of_speed, of_angle] = AGREE;
+/// Returns whether two velocities may be one: so many standard deviations apart, or by a fraction of the speed and degrees.
+fn agree(one: Velocity, other: Velocity, [most, of_speed, of_angle]: [f32; 3]) -> bool {
     let turned = (one.degrees - other.degrees).abs();
     (one.mm_s - other.mm_s).abs() <= (most * one.mm_s_sd).max(of_speed * one.mm_s)
         && turned.min(360.0 - turned) <= (most * one.degrees_sd).max(of_angle)

@@ -238,6 +238,7 @@ impl TouchTime {
 }
 
 /// Returns the number of the last frame of a sample that begins at this frame.
+#[cfg(feature = "board")]
 fn last_frame(frame: u64) -> u64 {
     frame.saturating_add(SAMPLE_FRAMES as u64 - 1)
 }

@@ -204,7 +204,7 @@ impl Processor {
             dropped: 0,
             dropped_by: LossCounts::default(),
             doubts: Doubts::default(),
-            at_once: AtOnce::NEW,
+            at_once: AtOnce::new(motion),
             is_of_camera: info.camera.is_some(),
             baseline_reported: false,
             zero: first,
@@ -574,7 +574,7 @@ impl Answers<'_> {
     }
 
     fn contact_end(&self, end: ContactEnd) -> Output {
-        Output::ContactEnd(ContactEndReport::new(end, Some(self.clock)))
+        Output::ContactEnd(ContactEndReport::new(self.at_once.end(end), Some(self.clock)))
     }
 
     /// Emits what an update brought. Returns whether it answered the touch under way.
@@ -587,8 +587,10 @@ impl Answers<'_> {
         if let Some(sample) = update.interrupted() {
             emit(self.interrupted(sample))?;
         }
-        if let Some(event) = update.event() {
-            emit(self.event(&event, self.law.answer(&event)))?;
+        if let Some(event) = update.event()
+            && let Some(answer) = self.at_once.answer(&event, self.law)
+        {
+            emit(self.event(&event, answer))?;
         }
         if let Some(end) = update.contact_end() {
             emit(self.contact_end(end))?;

@@ -18,7 +18,7 @@ mod pair;
 mod squares;
 
 use crate::paper::trigger::Event;
-use crate::params::{PITCH_MM, TAXELS};
+use crate::params::{PITCH_MM, SAMPLE_FRAMES, TAXELS};
 use crate::reason::Reason;
 use crate::touch::motion::{
     Contact, Motion, MotionConfig, Velocity, by_coherence, contact_at, degrees, length, readout, sqrt,
@@ -107,6 +107,8 @@ const OF_PHASE: f32 = 600.0;
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
+/// Times the deviations, if light of the touch is still to come.
+const OF_CUT: f32 = 1.25;
 /// The variance of a slowness, in squares of that per pitch, if all whiskers have one phase: then nothing shows the error.
 const LOCKED: f32 = 0.06;
 /// From the first to the last whisker of a row.
@@ -408,7 +410,11 @@ fn is_of_part(reason: Reason) -> bool {
 #[inline(never)]
 fn by_fit(taxels: &TaxelRing, frames: u8, config: MotionConfig) -> Result<TaxelMotion, Reason> {
     let mut wave = Wave::EMPTY;
-    let (velocity, basis) = wave.fit(taxels.last(frames), config)?;
+    let (mut velocity, basis) = wave.fit(taxels.last(frames), config)?;
+    if wave.lines.is_cut && usize::from(frames) < SAMPLE_FRAMES {
+        velocity.mm_s_sd *= OF_CUT;
+        velocity.degrees_sd *= OF_CUT;
+    }
     let (basis, extent, velocity) = (Some(basis), Some(wave.extent(&velocity)), Some(velocity));
     let motion = Motion { contact: Contact::Slide, velocity, coherence: 0.0, reliable: true, doubt: None };
     Ok(TaxelMotion { motion, basis, extent, acceleration: wave.acceleration })
