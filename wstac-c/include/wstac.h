@@ -114,6 +114,8 @@ typedef struct WstacOptions {
   WstacBool keep_controls;
   /// Give speed and direction of every frame as a record while something slides.
   WstacBool motion;
+  /// Give an event as soon as its answers are certain, without a sample, instead of after 70 frames.
+  WstacBool at_once;
   /// The sensor to read of a recording of several. Null: the recording has one.
   const char *sensor;
 } WstacOptions;
@@ -163,7 +165,7 @@ typedef struct WstacEvent {
   const char *why_no_speed;
   /// Why there is no direction; null if there is one.
   const char *why_no_direction;
-  /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
+  /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048. Null with the option at_once.
   const int16_t (*sample)[10];
   /// Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
   const char *contact;
@@ -177,11 +179,11 @@ typedef struct WstacEvent {
   int64_t end_frame;
   /// Time of the first lit frame in seconds from the first frame; NAN by a law of durations.
   double touch_s;
-  /// Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
+  /// Time of the frame with which the answer was complete in seconds from the first frame; NAN by a law of durations.
   double completed_s;
   /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
   const char *stamp;
-  /// Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
+  /// Time of the frame with which the answer was complete in nanoseconds, by the clock of time_ns; -1 if it is not known.
   int64_t completed_ns;
   /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
   /// not say.

@@ -50,6 +50,8 @@ pub struct WstacOptions {
     pub keep_controls: WstacBool,
     /// Give speed and direction of every frame as a record while something slides.
     pub motion: WstacBool,
+    /// Give an event as soon as its answers are certain, without a sample, instead of after 70 frames.
+    pub at_once: WstacBool,
     /// The sensor to read of a recording of several. Null: the recording has one.
     pub sensor: *const c_char,
 }
@@ -83,6 +85,8 @@ pub(super) struct Options {
     pub(super) features: bool,
     /// Whether the motion of every frame is a record.
     pub(super) motion: bool,
+    /// Whether events are answered at once.
+    pub(super) at_once: bool,
 }
 
 /// Reads a program's options.
@@ -96,7 +100,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
     // SAFETY: null or options (the caller).
     let Some(options) = (unsafe { options.as_ref() }) else {
         let open = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
-        return Ok(Options { config: None, models: Vec::new(), open, features: false, motion: false });
+        return Ok(Options { config: None, models: Vec::new(), open, features: false, motion: false, at_once: false });
     };
     let config = if options.config.is_null() {
         None
@@ -139,7 +143,8 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         },
     };
     let motion = choice("motion", options.motion)?;
-    Ok(Options { config, models, open, features, motion })
+    let at_once = choice("at_once", options.at_once)?;
+    Ok(Options { config, models, open, features, motion, at_once })
 }
 
 impl Options {

@@ -88,7 +88,7 @@ pub struct WstacEvent {
     pub why_no_speed: *const c_char,
     /// Why there is no direction; null if there is one.
     pub why_no_direction: *const c_char,
-    /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048.
+    /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048. Null with the option at_once.
     pub sample: *const [i16; 10],
     /// Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
     pub contact: *const c_char,
@@ -102,11 +102,11 @@ pub struct WstacEvent {
     pub end_frame: i64,
     /// Time of the first lit frame in seconds from the first frame; NAN by a law of durations.
     pub touch_s: f64,
-    /// Time of the last frame of the sample in seconds from the first frame; NAN by a law of durations.
+    /// Time of the frame with which the answer was complete in seconds from the first frame; NAN by a law of durations.
     pub completed_s: f64,
     /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
     pub stamp: *const c_char,
-    /// Time of the last frame of the sample in nanoseconds, by the clock of time_ns; -1 if it is not known.
+    /// Time of the frame with which the answer was complete in nanoseconds, by the clock of time_ns; -1 if it is not known.
     pub completed_ns: i64,
     /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
     /// not say.

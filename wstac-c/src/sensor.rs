@@ -145,7 +145,7 @@ impl SensorSession {
 fn session(builder: SessionBuilder, config: Config, options: &Options) -> Result<Session, Failure> {
     let textures = Textures::new(&options.models).map_err(|error| failed_by(WstacStatus::Model, &error))?;
     let (features, motion) = (options.features, options.motion);
-    let outputs = OutputOptions { features, samples: true, motion, ..OutputOptions::default() };
+    let outputs = OutputOptions { features, samples: !options.at_once, motion, ..OutputOptions::default() };
     let built = builder.config(config).textures(textures).outputs(outputs).build();
     built.map_err(|error| failed_by(WstacStatus::Config, &error))
 }

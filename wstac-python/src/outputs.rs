@@ -189,7 +189,7 @@ fn object<'py>(classes: &Bound<'py, PyModule>, at: u64, mut output: Output) -> P
             let paths = event.paths.as_deref();
             more.set_item("path_sample", along_path(py, paths, Input::Path)?)?;
             more.set_item("taxel_path_sample", along_path(py, paths, Input::TaxelPath)?)?;
-            more.set_item("sample", event.sample.take().map(|sample| over_time(py, &sample)).transpose()?)?;
+            more.set_item("sample", over_time(py, event.sample.as_deref())?)?;
         }
         _ => {}
     }
@@ -202,10 +202,11 @@ fn object<'py>(classes: &Bound<'py, PyModule>, at: u64, mut output: Output) -> P
     classes.getattr("of_line")?.call((line,), Some(&more)).map(Some)
 }
 
-/// Returns a sample as an array: ten features over 70 frames.
-fn over_time<'py>(py: Python<'py>, sample: &SampleFrames) -> PyResult<Bound<'py, PyAny>> {
-    let values = (0..FEATURES).flat_map(|feature| sample.iter().map(move |frame| frame[feature]));
-    shaped(PyArray1::from_vec(py, values.collect()), [FEATURES, SAMPLE_FRAMES])
+/// Returns a sample as an array: ten features over 70 frames, or over none.
+fn over_time<'py>(py: Python<'py>, sample: Option<&SampleFrames>) -> PyResult<Bound<'py, PyAny>> {
+    let frames = sample.map_or(&[][..], |sample| sample.as_slice());
+    let values = (0..FEATURES).flat_map(|feature| frames.iter().map(move |frame| frame[feature]));
+    shaped(PyArray1::from_vec(py, values.collect()), [FEATURES, frames.len()])
 }
 
 /// Returns a sample along the path as data sets have it: zeros if there is none, or if it shows too little of the path.

@@ -44,6 +44,7 @@ pub(crate) struct SourceOptions {
     models: Vec<Model>,
     motion: bool,
     paths: bool,
+    at_once: bool,
     sensor: Option<String>,
 }
 
@@ -296,7 +297,7 @@ impl Source {
             .info(info.clone())
             .config(config.clone())
             .textures(textures(&options.models)?)
-            .outputs(OutputOptions { features, samples: true, motion: options.motion, paths: options.paths })
+            .outputs(OutputOptions { features, samples: !options.at_once, motion: options.motion, paths: options.paths })
             .build()
             .map_err(crate::failed_by)?;
         let (width, height) = info.size.into();

@@ -184,7 +184,7 @@ class Event:
     sample: NDArray[np.int16] = field(repr=False, compare=False)
     """The sample over time: int16 (10, 70), five rows and five columns over 70 frames, in units of 1/2048 of a natural logarithm.
 
-    It is a row of the array X of a data set, for models whose `input` is "frames".
+    It is a row of the array X of a data set, for models whose `input` is "frames". With `at_once` it has no frames.
     """
     path_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
     """The sample along the path, of ten sums: int16 (10, 70), a row of the array X_path, for models whose `input` is "path".

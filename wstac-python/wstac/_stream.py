@@ -286,6 +286,7 @@ def open(
     controls: Optional[Mapping[str, int]] = None,
     motion: bool = False,
     path_samples: bool = False,
+    at_once: bool = False,
     sensor: Optional[str] = None,
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
@@ -296,7 +297,8 @@ def open(
     The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
     or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
     `motion` gives a `Motion` of every frame while something slides, among the records. With `path_samples`, events have the
-    samples that models of the path take (`Event.path_sample`). `every` hands out all frames of a camera, even if the program is
+    samples that models of the path take (`Event.path_sample`). With `at_once`, an event comes as soon as its answers are certain,
+    without a sample. `every` hands out all frames of a camera, even if the program is
     slower. `sensor` is the name of one sensor of a recording of several. Raises `Error` if the source cannot be used.
 
     >>> import wstac
@@ -321,6 +323,7 @@ def open(
         controls=controls,
         motion=motion,
         path_samples=path_samples,
+        at_once=at_once,
         sensor=sensor,
     )
     return Stream(_wstac.open_source(os.fsdecode(source), options, True))
@@ -340,6 +343,7 @@ def source_options(
     controls: Optional[Mapping[str, int]] = None,
     motion: bool = False,
     path_samples: bool = False,
+    at_once: bool = False,
     sensor: Optional[str] = None,
 ) -> dict[str, Any]:
     """Returns the options of a source as the extension takes them."""
@@ -358,5 +362,6 @@ def source_options(
         "models": native_models(models),
         "motion": bool(motion),
         "paths": bool(path_samples),
+        "at_once": bool(at_once),
         "sensor": sensor,
     }

@@ -230,13 +230,13 @@ fn a_ring_keeps_the_last_frames() {
         ring.push(&[frame << 5; TAXELS]);
     }
     // 2^20 has 21 bits, so five of them go.
-    let light = |ring: &TaxelRing, number: usize| TaxelLight::new(ring).at(number, 3);
+    let light = |ring: &TaxelRing, number: usize| TaxelLight::new(ring, 70).at(number, 3);
     // The oldest four are 30 to 33, and their mean is 32, rounded up.
     assert_eq!([0, 2, 3, 4, 69].map(|number| light(&ring, number)), [0, 0, 1, 2, 67]);
     ring.fill(2);
     assert_eq!([66, 67, 68, 69].map(|number| light(&ring, number)), [64, 65, 65, 65]);
     ring.fill(u32::MAX);
-    assert_eq!(TaxelLight::new(&ring).at(69, 0), 0);
+    assert_eq!(TaxelLight::new(&ring, 70).at(69, 0), 0);
 }
 
 /// A pipeline that keeps taxels, of frames at this rate.
@@ -304,7 +304,7 @@ fn camera_frames_that_are_added_up_are_one_frame_of_taxels() {
         for number in 0..SAMPLE_FRAMES {
             for taxel in 0..TAXELS {
                 let (kept, whole) =
-                    (TaxelLight::new(taxels).at(number, taxel), TaxelLight::new(&alone).at(number, taxel));
+                    (TaxelLight::new(taxels, 70).at(number, taxel), TaxelLight::new(&alone, 70).at(number, taxel));
                 // Each camera frame loses its lowest bits, and so does the dark.
                 assert!(kept.abs_diff(whole) <= 2, "{frame} {number} {taxel}: {kept} {whole}");
             }
