@@ -428,8 +428,8 @@ impl Sender {
         self.send_held_event(out);
         hold(&mut self.held, event, &self.law);
         if let Some(model) = self.model() {
-            let Self { held, motion, textures, now, .. } = self;
-            add_texture(held, event, taxels, *motion, model, (textures, *now));
+            let Self { held, law, motion, textures, now, .. } = self;
+            add_texture(held, event, taxels, (law, *motion), model, (textures, *now));
         }
         if !self.wants_samples {
             self.send_held_event(out);
@@ -504,17 +504,21 @@ fn add_texture(
     held: &mut Option<Held>,
     event: &Event<'_>,
     taxels: Option<&TaxelRing>,
-    motion: MotionConfig,
+    (law, motion): (&setup::Law, MotionConfig),
     model: &'static setup::Kind,
     (textures, now): (&mut Textures, u32),
 ) {
     let Some(held) = held else { return };
     textures.look(&held.answers, now);
-    if held.answers.has_texture()
-        && let Some(texture) =
-            <setup::ModelSample as ModelSample>::texture(event, taxels, &held.answers, motion, model, textures)
-    {
-        held.answers = held.answers.with_texture_at(texture, model.known_speeds());
+    if held.answers.has_texture() {
+        let velocity = law.path_velocity(event, held.answers.velocity());
+        let of = <setup::ModelSample as ModelSample>::texture;
+        if let Some(mut texture) = of(event, taxels, velocity, motion, model, textures) {
+            if model.known_speeds().is_some_and(|speeds| speeds.exclude(velocity)) {
+                texture.known = Some(false);
+            }
+            held.answers = held.answers.with_texture(texture);
+        }
     }
     textures.leave();
 }

@@ -346,7 +346,7 @@ pub(crate) fn dome(along: f32, across: f32) -> f32 {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct TaxelMotion {
-    /// The motion. Its coherence is 0 if the wave tells the velocity: lines were not compared.
+    /// The motion. Its coherence is 0 if the wave tells the velocity, or that there is not one: lines were not compared.
     pub motion: Motion,
     /// What its velocity is known by; `None` unless that is reliable.
     pub basis: Option<Basis>,
@@ -366,6 +366,8 @@ pub struct TaxelMotion {
 /// touch, a doubt that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of
 /// which the wave sees only a part, if it lights all whiskers with at most six flashes. More look like stick-slip
 /// ([`Reason::SpeedChanges`]), even if they are those of a steady slow edge at an angle.
+///
+/// A slide that turns or changes its speed within six flashes has no velocity.
 ///
 /// It takes at most 12 KiB of stack.
 #[inline(never)]
@@ -402,7 +404,15 @@ fn is_of_part(reason: Reason) -> bool {
 #[inline(never)]
 fn by_fit(taxels: &TaxelRing, config: MotionConfig) -> Result<TaxelMotion, Reason> {
     let mut wave = Wave::EMPTY;
-    let (velocity, basis) = wave.fit(taxels.frames(), config)?;
+    let (velocity, basis) = match wave.fit(taxels.frames(), config) {
+        // It slides, but no one velocity is right: coherence has none to tell. More flashes may be of what does not slide.
+        Err(doubt @ (Reason::SpeedChanges | Reason::Turning)) if wave.lines.flashes <= MOST_FLASHES => {
+            let (contact, doubt) = (Contact::Slide, Some(doubt));
+            let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt };
+            return Ok(TaxelMotion { motion, basis: None, extent: None, acceleration: None });
+        }
+        fitted => fitted?,
+    };
     let (basis, extent, velocity) = (Some(basis), Some(wave.extent(&velocity)), Some(velocity));
     let motion = Motion { contact: Contact::Slide, velocity, coherence: 0.0, reliable: true, doubt: None };
     Ok(TaxelMotion { motion, basis, extent, acceleration: wave.acceleration })
