@@ -218,6 +218,12 @@ impl<G: GreenChannel> TaxelSums<G> {
         Ok(Some(self.complete()))
     }
 
+    /// Returns whether so many bytes are the rest of the frame, or more.
+    pub(crate) fn is_completed_by(&self, bytes: &[u8]) -> bool {
+        bytes.len().div_ceil(self.camera.bytes_per_row().max(1))
+            >= usize::from(self.camera.layout.frame().height() - self.rows)
+    }
+
     /// Returns the taxel sums of the last frame, until the first row of the next one arrives. Returns `None` before the
     /// first frame and after [`TaxelSums::abandon_frame`].
     pub fn taxels(&self) -> Option<[u32; TAXELS]> {

@@ -10,7 +10,7 @@ use wstac_core::paper::early::SamplePrefix;
 use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::{ContactEnd, Event, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::pipeline::Update;
+use wstac_core::pipeline::{NextFrame, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 #[cfg(feature = "motion")]
@@ -23,6 +23,7 @@ use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, R
 use crate::learner::Names;
 #[cfg(feature = "motion")]
 use crate::live::Live as _;
+use crate::meanwhile::meanwhile;
 #[cfg(any(feature = "learn", feature = "models"))]
 use crate::settings_store::SettingsStore;
 use crate::setup;
@@ -205,13 +206,36 @@ impl Reader {
         };
         if update.is_frame() {
             self.sender.give(update, out);
-            #[cfg(feature = "motion")]
-            self.sender.give_motion(&self.pipeline, out);
-            if self.pipeline.next_frame() >= self.status_at {
-                self.status(out);
-            }
+            self.end_frame(out);
         }
         Ok(())
+    }
+
+    /// Takes the last rows of a frame. While the frame is in use, the camera's interrupt calls `more` with what takes rows
+    /// of the next frame ([`meanwhile`]).
+    ///
+    /// # Errors
+    /// Returns the errors of [`Reader::rows`].
+    pub fn last_rows(
+        &mut self,
+        rows: &[u8],
+        out: &mut impl Publisher,
+        mut more: impl FnMut(&mut NextFrame<'_, setup::GreenChannel>) + Send,
+    ) -> Result<(), FrameError> {
+        let (update, mut next) = self.pipeline.push_last_stripe(rows)?;
+        if update.is_frame() {
+            meanwhile(&mut || more(&mut next), || self.sender.give(&update, out));
+            self.end_frame(out);
+        }
+        Ok(())
+    }
+
+    fn end_frame(&mut self, out: &mut impl Publisher) {
+        #[cfg(feature = "motion")]
+        self.sender.give_motion(&self.pipeline, out);
+        if self.pipeline.next_frame() >= self.status_at {
+            self.status(out);
+        }
     }
 
     /// Gives up the frame under way, which is lost.

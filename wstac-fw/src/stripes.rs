@@ -205,6 +205,26 @@ impl<C: Capture> Stripes<C> {
         whole
     }
 
+    /// Returns the rows of the next stripe for an interrupt that comes while a frame is in use: if the stripe is complete,
+    /// not the last of its frame, and nothing else is to be done before.
+    ///
+    /// [`Stripes::release`] them before the next step.
+    pub fn early_rows(&mut self) -> Option<&[u8]> {
+        let is_next = !self.abandon && !self.lent && self.verdict.is_none() && self.capture.trouble().is_none();
+        if !is_next || self.in_frame + 1 >= self.per_frame || self.ahead() != 1 {
+            return None;
+        }
+        if self.in_frame == 0 {
+            let now = self.capture.now();
+            if self.began.is_some_and(|before| self.frames_between(before, now) > 1) {
+                return None;
+            }
+            (self.began, self.due) = (Some(now), self.after(3, 2));
+        }
+        self.lent = true;
+        Some(self.capture.rows(self.taken as usize % 2))
+    }
+
     /// Returns the number of the stripe of its frame that is read next, from 0 on.
     pub fn number(&self) -> u32 {
         self.in_frame
