@@ -154,7 +154,10 @@ impl Reader {
     #[inline(never)]
     pub fn state_readout(&mut self, time: ReadoutTime) {
         let (time, geometry) = (setup::READOUT.unwrap_or(time), self.pipeline.geometry());
-        let readout = Readout::of_layout(Some(time), RowOrder::Down, geometry.layout(), geometry.rate());
+        // The time is that of the picture, and more rows may be captured.
+        let layout = geometry.layout();
+        let of_picture = Layout::new(self.size, layout.taxel(), *layout.corners()).unwrap_or(*layout);
+        let readout = Readout::of_layout(Some(time), RowOrder::Down, &of_picture, geometry.rate());
         let sender = &mut self.sender;
         (sender.law, sender.motion) = (sender.law.with_readout(readout), sender.motion.with_readout(readout));
         #[cfg(feature = "motion")]
