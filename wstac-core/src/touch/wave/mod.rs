@@ -155,12 +155,25 @@ impl Wave {
         samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
-        let answer = self.lines.fill(samples).and_then(|()| self.answer(config));
-        let sticks = self.lines.flashes > MOST_FLASHES;
+        let found = self.found(samples, config);
+        found.map_err(|reason| self.told(reason))
+    }
+
+    fn found<'a>(
+        &mut self,
+        samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
+        config: MotionConfig,
+    ) -> Result<(Velocity, Basis), Reason> {
+        let answer = self.lines.fill(samples).and_then(|()| self.answer(config))?;
         let (velocity, basis);
-        (velocity, basis, self.acceleration, self.is_even) =
-            answer.map_err(|reason| if sticks && is_of_part(reason) { Reason::SpeedChanges } else { reason })?;
+        (velocity, basis, self.acceleration, self.is_even) = answer;
         Ok((velocity, basis))
+    }
+
+    /// Returns what is told for a reason: many flashes, of which a part is seen, are stick-slip.
+    fn told(&self, reason: Reason) -> Reason {
+        let sticks = self.lines.flashes > MOST_FLASHES && is_of_part(reason);
+        if sticks { Reason::SpeedChanges } else { reason }
     }
 
     /// Returns where and how wide the touch is of which [`Wave::fit`] has just returned this velocity.
@@ -367,7 +380,7 @@ pub struct TaxelMotion {
 /// which the wave sees only a part, if it lights all whiskers with at most six flashes. More look like stick-slip
 /// ([`Reason::SpeedChanges`]), even if they are those of a steady slow edge at an angle.
 ///
-/// A slide that turns or changes its speed within six flashes has no velocity.
+/// A slide that turns or changes its speed in the wave has no velocity.
 ///
 /// It takes at most 12 KiB of stack.
 #[inline(never)]
@@ -404,14 +417,14 @@ fn is_of_part(reason: Reason) -> bool {
 #[inline(never)]
 fn by_fit(taxels: &TaxelRing, config: MotionConfig) -> Result<TaxelMotion, Reason> {
     let mut wave = Wave::EMPTY;
-    let (velocity, basis) = match wave.fit(taxels.frames(), config) {
-        // It slides, but no one velocity is right: coherence has none to tell. More flashes may be of what does not slide.
-        Err(doubt @ (Reason::SpeedChanges | Reason::Turning)) if wave.lines.flashes <= MOST_FLASHES => {
+    let (velocity, basis) = match wave.found(taxels.frames(), config) {
+        // It slides, but no one velocity is right: coherence has none to tell.
+        Err(doubt @ (Reason::SpeedChanges | Reason::Turning)) => {
             let (contact, doubt) = (Contact::Slide, Some(doubt));
             let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt };
             return Ok(TaxelMotion { motion, basis: None, extent: None, acceleration: None });
         }
-        fitted => fitted?,
+        found => found.map_err(|reason| wave.told(reason))?,
     };
     let (basis, extent, velocity) = (Some(basis), Some(wave.extent(&velocity)), Some(velocity));
     let motion = Motion { contact: Contact::Slide, velocity, coherence: 0.0, reliable: true, doubt: None };
