@@ -274,16 +274,10 @@ impl AnyLaw {
 }
 
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
-    let (speed, direction) = match motion.velocity {
-        Some(velocity) => {
-            (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
-        }
-        None => {
-            let doubt = motion.doubt.filter(|_| motion.contact == Contact::Slide);
-            let reason = doubt.unwrap_or(Reason::NoSlide(motion.contact));
-            (Err(reason), Err(reason))
-        }
-    };
+    let doubt = motion.doubt.filter(|_| motion.contact == Contact::Slide);
+    let velocity = motion.velocity.ok_or(doubt.unwrap_or(Reason::NoSlide(motion.contact)));
+    let speed = velocity.map(|velocity| Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd));
+    let direction = velocity.map(|velocity| [velocity.degrees, velocity.degrees_sd]);
     Answer {
         contact: Some(motion.contact),
         duration: event.lit_frames(),

@@ -196,6 +196,8 @@ impl<G: GreenChannel> TaxelSums<G> {
     /// # Errors
     /// Returns [`FrameError::StripeNotWholeRows`], [`FrameError::StripeTooLong`] or [`FrameError::StripeOfPlanar`];
     /// then the sums stay as they were.
+    // It is not inlined, so that it is there once.
+    #[inline(never)]
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<[u32; TAXELS]>, FrameError> {
         let camera = &self.camera;
         let (height, bytes_per_row) = (camera.layout.frame().height(), camera.bytes_per_row());

@@ -250,6 +250,7 @@ impl<C: Capture> Stripes<C> {
     }
 
     /// Returns the time `numerator / denominator` frame times from now.
+    #[inline(never)]
     fn after(&self, numerator: Ticks, denominator: Ticks) -> Ticks {
         let frames = self.period.saturating_mul(numerator).checked_div(denominator).unwrap_or(0);
         self.capture.now().saturating_add(frames)
@@ -276,6 +277,7 @@ impl<C: Capture> Stripes<C> {
     }
 
     /// Returns the number of frame times from one time to another, rounded to the nearest; ties round up.
+    #[inline(never)]
     fn frames_between(&self, before: Ticks, now: Ticks) -> u64 {
         now.saturating_sub(before).saturating_add(self.period / 2).checked_div(self.period).unwrap_or(0)
     }
