@@ -51,9 +51,9 @@ BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
 # Of the OV7725: 240 rows, each of two lines of 784 pixels, at two clocks of 24 MHz per pixel.
 READOUT_MS = 239 * 2 * 784 * 2 / 24_000
-# Limits of the whole program without a model: 96 kB of flash, and 16 KiB of RAM with the ring and the stack. Instructions of
-# a frame of 320 x 240 have a margin above today's.
-BUDGET = {"frame": 66_000, "flash": 98_000, "ram": 16_384}
+# Limits of the whole program without a model: 99 kB of flash, of which 1 kB sums rows in an interrupt, and 16 KiB of RAM with
+# the ring and the stack. Instructions of a frame of 320 x 240 have a margin above today's.
+BUDGET = {"frame": 66_000, "flash": 99_000, "ram": 16_384}
 
 
 class Host:

@@ -7,6 +7,7 @@
 // the model COMPILED compiled in, learns textures, and takes models over the link: SENT is one. `ci/boards pico` installs what it
 // needs and builds the programs.
 
+import { fileURLToPath } from 'node:url';
 import { learning, models } from './models.mjs';
 import { Board } from './machine.mjs';
 import { BACK, FORGETS, GONE, Host, LOST_SYNC, OVERRUN, READOUT_MS, SILENT, ofKind, range, same } from './host.mjs';
@@ -35,6 +36,17 @@ function plain(name, program) {
   if (board.resets) problems.push(`the chip restarted ${board.resets} times`);
   say(name, problems);
   host.budget('pico', program, sent, (board.instructions - board.instructionsBefore) / frames.length);
+}
+
+/** Events by a wave, with a texture by a linear model, take longer than the DMA fills its ring: no frame is lost. */
+function long(name, program) {
+  const config = fileURLToPath(new URL('wave.toml', import.meta.url));
+  const expected = ofKind(host.ofClip('--config', config, '--model', 'builtin:svm'), 'event');
+  const lines = ofKind(ofLine(new Board(program, frames).play(), '--status'), 'event');
+  // A board does not send accelerations.
+  const problems = same(lines, expected.map((line) => line.replace(/"acceleration":{.*?},/, ''))) ? [] : [`events are ${lines}, expected ${expected}`];
+  if (told().length > 0 || !host.notes.includes(' 0 overruns')) problems.push(`the host is told ${host.notes}`);
+  say(name, problems);
 }
 
 /** Features of all frames of a part of the clip but the missing ones are right, and the host is told these faults. */
@@ -167,6 +179,7 @@ const plugIn = (board) => {
 
 const begun = Date.now();
 plain('events, 8 data wires', eight);
+long('long events, 4 data wires', four);
 faulty('features, 4 data wires', four, 12, {}, [], []);
 faulty('features, 1 data wire', one, 6, {}, [], []);
 // The next sync shows it, and capture begins again at the one after that.

@@ -84,6 +84,12 @@ pub trait EventLaw {
     /// Returns the answers of an event.
     fn answer(&self, event: &Event<'_>) -> Answer;
 
+    /// Returns the velocity for a sample along the path: this one of the answer, or by coherence if the law is [`ByWave`]
+    /// and has none. A texture is mostly known in spite of a speed that changes a little.
+    fn path_velocity(&self, _: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> {
+        of_answer
+    }
+
     /// Returns whether the law needs one event per touch, however long the touch is.
     ///
     /// A pipeline has that from
@@ -161,6 +167,10 @@ impl EventLaw for ByWave {
         };
         let TaxelMotion { motion, basis, extent, acceleration } = wave::by_wave(event, taxels, self.0);
         Answer { basis, extent, acceleration, ..by_arrival(event, &motion) }
+    }
+
+    fn path_velocity(&self, event: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> {
+        of_answer.or_else(|| motion::by_coherence(event, self.0).velocity)
     }
 
     fn takes_taxels(&self) -> bool {
@@ -269,12 +279,10 @@ impl AnyLaw {
 }
 
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
-    let (speed, direction) = match motion.velocity {
-        Some(velocity) => {
-            (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
-        }
-        None => (Err(Reason::NoSlide(motion.contact)), Err(Reason::NoSlide(motion.contact))),
-    };
+    let doubt = motion.doubt.filter(|_| motion.contact == Contact::Slide);
+    let velocity = motion.velocity.ok_or(doubt.unwrap_or(Reason::NoSlide(motion.contact)));
+    let speed = velocity.map(|velocity| Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd));
+    let direction = velocity.map(|velocity| [velocity.degrees, velocity.degrees_sd]);
     Answer {
         contact: Some(motion.contact),
         duration: event.lit_frames(),

@@ -14,7 +14,7 @@ use crate::paper::sample::Sample;
 use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Trigger, TriggerConfig, TriggerState};
 use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
-use crate::taxels::FrameGeometry;
+use crate::taxels::{FrameGeometry, TaxelSums};
 use crate::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
 
 /// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples.
@@ -266,7 +266,7 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     /// [`Pipeline::abandon_frame`], which counts it as lost, and push again.
     pub fn push_frame(&mut self, bytes: &[u8]) -> Result<Update<'_>, FrameError> {
         let Some(frame) = self.stream.push_frame_to(bytes, &mut self.taxels)? else { return Ok(Update::NOTHING) };
-        Ok(self.advance(frame, 0))
+        Ok(advance(&mut self.trigger, &self.taxels, frame, 0))
     }
 
     /// Takes the next rows of a frame, as a DMA delivers them.
@@ -279,17 +279,46 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Update<'_>, FrameError> {
         // Most stripes complete no frame: the result is looked at where it is, and not copied.
         match &self.stream.push_stripe_to(bytes, &mut self.taxels) {
-            Ok(Some(frame)) => Ok(self.advance(*frame, 0)),
+            Ok(Some(frame)) => Ok(advance(&mut self.trigger, &self.taxels, *frame, 0)),
             Ok(None) => Ok(Update::NOTHING),
             Err(error) => Err(*error),
         }
+    }
+
+    /// Takes the next rows of a frame, and returns what takes those of the next frame while the update is in use.
+    ///
+    /// A processor may need longer for an event than its camera for a stripe. An interrupt of the camera sums the rows
+    /// then.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Pipeline::push_stripe`].
+    ///
+    /// ```
+    /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline};
+    /// use wstac_core::{rate::FrameRate, taxels::FrameGeometry};
+    ///
+    /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
+    /// let mut pipeline = Pipeline::builder(geometry).build()?;
+    /// let frame = vec![3; 160_000];
+    /// let (first, last) = frame.split_at(80_000);
+    /// pipeline.push_stripe(first)?;
+    /// let (update, mut next) = pipeline.push_last_stripe(last)?;
+    /// assert!(next.push_stripe(first)? && !next.push_stripe(last)?);
+    /// assert_eq!(update.frame().map(|frame| frame.number), Some(0));
+    /// assert_eq!(pipeline.push_stripe(last)?.frame().map(|frame| frame.number), Some(1));
+    /// # Ok::<(), wstac_core::error::Error>(())
+    /// ```
+    pub fn push_last_stripe(&mut self, bytes: &[u8]) -> Result<(Update<'_>, NextFrame<'_, G>), FrameError> {
+        let frame = self.stream.push_stripe_to(bytes, &mut self.taxels)?;
+        let update = frame.map_or(Update::NOTHING, |frame| advance(&mut self.trigger, &self.taxels, frame, 0));
+        Ok((update, NextFrame(self.stream.sums())))
     }
 
     /// Takes the 25 taxel sums of a frame that was summed elsewhere, row by row. Each is at most G · A; larger ones
     /// saturate.
     pub fn push_taxels(&mut self, taxels: &[u32; TAXELS]) -> Update<'_> {
         match self.stream.push_taxels_to(taxels, &mut self.taxels) {
-            Some(frame) => self.advance(frame, 0),
+            Some(frame) => advance(&mut self.trigger, &self.taxels, frame, 0),
             None => Update::NOTHING,
         }
     }
@@ -318,7 +347,8 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     pub fn finish(&mut self) -> Finished<'_> {
         self.trigger.forget_last();
         let event = self.trigger.settle();
-        Finished { trigger: self.trigger.state(), taxels: self.taxels_of(event), event }
+        let trigger = self.trigger.state();
+        Finished { trigger, taxels: taxels_of(trigger, &self.taxels, event), event }
     }
 
     /// Gathers a new baseline from the next feature frame on. Returns the sample that was being captured and ends here.
@@ -423,28 +453,50 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
 
     fn lose(&mut self, loss: Loss) -> Update<'_> {
         if let Some(frame) = loss.has_missing_frames {
-            return self.advance(frame, loss.frames);
+            return advance(&mut self.trigger, &self.taxels, frame, loss.frames);
         }
         self.trigger.push_lost(loss.frames);
         Update::NOTHING
     }
+}
 
-    /// Hands a feature frame and the `lost_after` lost frames behind it to the trigger.
-    fn advance(&mut self, frame: FeatureFrame, lost_after: u64) -> Update<'_> {
-        let trigger = self.trigger.state();
-        let (number, before) = (trigger.next_frame(), trigger.under_way());
-        self.trigger.forget_last();
-        let event = self.trigger.advance(frame.features, frame.has_missing_frames, lost_after);
-        let trigger = self.trigger.state();
-        // An interrupted sample is not the one that is under way now.
-        let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
-        Update { completed: Some(Completed { trigger, taxels: self.taxels_of(event), number, event, before }) }
-    }
+/// Hands a feature frame and the `lost_after` lost frames behind it to the trigger.
+fn advance<'a, B: BaselinePolicy>(
+    trigger: &'a mut Trigger<B>,
+    taxels: &'a impl TaxelStore,
+    frame: FeatureFrame,
+    lost_after: u64,
+) -> Update<'a> {
+    let state = trigger.state();
+    let (number, before) = (state.next_frame(), state.under_way());
+    trigger.forget_last();
+    let event = trigger.advance(frame.features, frame.has_missing_frames, lost_after);
+    let trigger = trigger.state();
+    // An interrupted sample is not the one that is under way now.
+    let before = if trigger.interrupted().is_some() { 0 } else { before.map_or(0, |before| before.frames) };
+    Update { completed: Some(Completed { trigger, taxels: taxels_of(trigger, taxels, event), number, event, before }) }
+}
 
-    /// Returns the taxels, which may have left the sample of an event behind.
-    fn taxels_of(&self, event: Option<u64>) -> Option<&TaxelRing> {
-        let ring = self.taxels.ring()?;
-        event.is_none_or(|first| self.trigger.state().is_recent(first)).then_some(ring)
+/// Returns the taxels, which may have left the sample of an event behind.
+fn taxels_of<'a>(trigger: &TriggerState, taxels: &'a impl TaxelStore, event: Option<u64>) -> Option<&'a TaxelRing> {
+    let ring = taxels.ring()?;
+    event.is_none_or(|first| trigger.is_recent(first)).then_some(ring)
+}
+
+/// Takes rows of the next frame while an [`Update`] is in use ([`Pipeline::push_last_stripe`]).
+#[derive(Debug)]
+pub struct NextFrame<'a, G: GreenChannel>(&'a mut TaxelSums<G>);
+
+impl<G: GreenChannel> NextFrame<'_, G> {
+    /// Takes the next rows of the frame, but not its last ones: returns false if these are, which are for the pipeline.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Pipeline::push_stripe`] if the rows were not taken.
+    pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<bool, FrameError> {
+        if self.0.is_completed_by(bytes) {
+            return Ok(false);
+        }
+        self.0.push_stripe(bytes).map(|_| true)
     }
 }
 

@@ -149,6 +149,11 @@ impl<G: GreenChannel, L: Ln> FeatureStream<G, L> {
         self.accumulators.taxels()
     }
 
+    /// Returns the sums of the frame under way.
+    pub(crate) fn sums(&mut self) -> &mut TaxelSums<G> {
+        &mut self.accumulators
+    }
+
     /// Starts again: the next camera frame is the stream's first. Rows and camera frames of an incomplete feature frame
     /// are forgotten.
     pub fn restart(&mut self) {

@@ -196,6 +196,8 @@ impl<G: GreenChannel> TaxelSums<G> {
     /// # Errors
     /// Returns [`FrameError::StripeNotWholeRows`], [`FrameError::StripeTooLong`] or [`FrameError::StripeOfPlanar`];
     /// then the sums stay as they were.
+    // It is not inlined, so that it is there once.
+    #[inline(never)]
     pub fn push_stripe(&mut self, bytes: &[u8]) -> Result<Option<[u32; TAXELS]>, FrameError> {
         let camera = &self.camera;
         let (height, bytes_per_row) = (camera.layout.frame().height(), camera.bytes_per_row());
@@ -216,6 +218,12 @@ impl<G: GreenChannel> TaxelSums<G> {
             return Ok(None);
         }
         Ok(Some(self.complete()))
+    }
+
+    /// Returns whether so many bytes are the rest of the frame, or more.
+    pub(crate) fn is_completed_by(&self, bytes: &[u8]) -> bool {
+        bytes.len().div_ceil(self.camera.bytes_per_row().max(1))
+            >= usize::from(self.camera.layout.frame().height() - self.rows)
     }
 
     /// Returns the taxel sums of the last frame, until the first row of the next one arrives. Returns `None` before the

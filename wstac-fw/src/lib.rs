@@ -17,6 +17,7 @@ pub mod learner;
 #[cfg(feature = "node")]
 pub mod link;
 pub mod live;
+pub mod meanwhile;
 #[cfg(test)]
 mod mock_flash;
 #[cfg(any(feature = "models", test))]

@@ -15,6 +15,7 @@ use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
 use embedded_hal::digital::{OutputPin, PinState};
 use embedded_hal::i2c::I2c;
 use wstac_core::layout::FrameSize;
+use wstac_core::pipeline::NextFrame;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, Request, Text};
 
@@ -58,7 +59,9 @@ const PERIOD: u64 = TICK_HZ * RATE.denominator() as u64 / RATE.numerator() as u6
 pub static CHANGED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// A camera interface whose whole frames can be measured.
-pub trait Camera: Capture {
+///
+/// Its interrupt sums rows while a frame is in use ([`meanwhile`](crate::meanwhile)).
+pub trait Camera: Capture + Send {
     /// Takes the sensor's polarities and order of bytes. The next start uses them.
     fn set_signals(&mut self, signals: Signals);
 
@@ -339,7 +342,17 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 }
                 self.is_between = last;
                 if is_whole && last && self.is_sensor_right() {
-                    done = done.and_then(|()| self.reader.rows(&self.row, self.line));
+                    let Self { reader, line, stripes, row, .. } = self;
+                    let more = |next: &mut NextFrame<'_, _>| {
+                        while let Some(rows) = stripes.early_rows() {
+                            // Rows that do not fit are reported with the last ones of their frame.
+                            let _ = next.push_stripe(rows);
+                            if !stripes.release() {
+                                break;
+                            }
+                        }
+                    };
+                    done = done.and_then(|()| reader.last_rows(row, *line, more));
                 }
                 if let Err(error) = done {
                     defmt::error!("{}", error);

@@ -10,7 +10,7 @@ use wstac_core::paper::early::SamplePrefix;
 use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::{ContactEnd, Event, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
-use wstac_core::pipeline::Update;
+use wstac_core::pipeline::{NextFrame, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 #[cfg(feature = "motion")]
@@ -23,6 +23,7 @@ use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, R
 use crate::learner::Names;
 #[cfg(feature = "motion")]
 use crate::live::Live as _;
+use crate::meanwhile::meanwhile;
 #[cfg(any(feature = "learn", feature = "models"))]
 use crate::settings_store::SettingsStore;
 use crate::setup;
@@ -153,7 +154,10 @@ impl Reader {
     #[inline(never)]
     pub fn state_readout(&mut self, time: ReadoutTime) {
         let (time, geometry) = (setup::READOUT.unwrap_or(time), self.pipeline.geometry());
-        let readout = Readout::of_layout(Some(time), RowOrder::Down, geometry.layout(), geometry.rate());
+        // The time is that of the picture, and more rows may be captured.
+        let layout = geometry.layout();
+        let of_picture = Layout::new(self.size, layout.taxel(), *layout.corners()).unwrap_or(*layout);
+        let readout = Readout::of_layout(Some(time), RowOrder::Down, &of_picture, geometry.rate());
         let sender = &mut self.sender;
         (sender.law, sender.motion) = (sender.law.with_readout(readout), sender.motion.with_readout(readout));
         #[cfg(feature = "motion")]
@@ -205,13 +209,36 @@ impl Reader {
         };
         if update.is_frame() {
             self.sender.give(update, out);
-            #[cfg(feature = "motion")]
-            self.sender.give_motion(&self.pipeline, out);
-            if self.pipeline.next_frame() >= self.status_at {
-                self.status(out);
-            }
+            self.end_frame(out);
         }
         Ok(())
+    }
+
+    /// Takes the last rows of a frame. While the frame is in use, the camera's interrupt calls `more` with what takes rows
+    /// of the next frame ([`meanwhile`]).
+    ///
+    /// # Errors
+    /// Returns the errors of [`Reader::rows`].
+    pub fn last_rows(
+        &mut self,
+        rows: &[u8],
+        out: &mut impl Publisher,
+        mut more: impl FnMut(&mut NextFrame<'_, setup::GreenChannel>) + Send,
+    ) -> Result<(), FrameError> {
+        let (update, mut next) = self.pipeline.push_last_stripe(rows)?;
+        if update.is_frame() {
+            meanwhile(&mut || more(&mut next), || self.sender.give(&update, out));
+            self.end_frame(out);
+        }
+        Ok(())
+    }
+
+    fn end_frame(&mut self, out: &mut impl Publisher) {
+        #[cfg(feature = "motion")]
+        self.sender.give_motion(&self.pipeline, out);
+        if self.pipeline.next_frame() >= self.status_at {
+            self.status(out);
+        }
     }
 
     /// Gives up the frame under way, which is lost.
@@ -428,8 +455,8 @@ impl Sender {
         self.send_held_event(out);
         hold(&mut self.held, event, &self.law);
         if let Some(model) = self.model() {
-            let Self { held, motion, textures, now, .. } = self;
-            add_texture(held, event, taxels, *motion, model, (textures, *now));
+            let Self { held, law, motion, textures, now, .. } = self;
+            add_texture(held, event, taxels, (law, *motion), model, (textures, *now));
         }
         if !self.wants_samples {
             self.send_held_event(out);
@@ -504,17 +531,21 @@ fn add_texture(
     held: &mut Option<Held>,
     event: &Event<'_>,
     taxels: Option<&TaxelRing>,
-    motion: MotionConfig,
+    (law, motion): (&setup::Law, MotionConfig),
     model: &'static setup::Kind,
     (textures, now): (&mut Textures, u32),
 ) {
     let Some(held) = held else { return };
     textures.look(&held.answers, now);
-    if held.answers.has_texture()
-        && let Some(texture) =
-            <setup::ModelSample as ModelSample>::texture(event, taxels, &held.answers, motion, model, textures)
-    {
-        held.answers = held.answers.with_texture_at(texture, model.known_speeds());
+    if held.answers.has_texture() {
+        let velocity = law.path_velocity(event, held.answers.velocity());
+        let of = <setup::ModelSample as ModelSample>::texture;
+        if let Some(mut texture) = of(event, taxels, velocity, motion, model, textures) {
+            if model.known_speeds().is_some_and(|speeds| speeds.exclude(velocity)) {
+                texture.known = Some(false);
+            }
+            held.answers = held.answers.with_texture(texture);
+        }
     }
     textures.leave();
 }

@@ -205,6 +205,26 @@ impl<C: Capture> Stripes<C> {
         whole
     }
 
+    /// Returns the rows of the next stripe for an interrupt that comes while a frame is in use: if the stripe is complete,
+    /// not the last of its frame, and nothing else is to be done before.
+    ///
+    /// [`Stripes::release`] them before the next step.
+    pub fn early_rows(&mut self) -> Option<&[u8]> {
+        let is_next = !self.abandon && !self.lent && self.verdict.is_none() && self.capture.trouble().is_none();
+        if !is_next || self.in_frame + 1 >= self.per_frame || self.ahead() != 1 {
+            return None;
+        }
+        if self.in_frame == 0 {
+            let now = self.capture.now();
+            if self.began.is_some_and(|before| self.frames_between(before, now) > 1) {
+                return None;
+            }
+            (self.began, self.due) = (Some(now), self.after(3, 2));
+        }
+        self.lent = true;
+        Some(self.capture.rows(self.taken as usize % 2))
+    }
+
     /// Returns the number of the stripe of its frame that is read next, from 0 on.
     pub fn number(&self) -> u32 {
         self.in_frame
@@ -230,6 +250,7 @@ impl<C: Capture> Stripes<C> {
     }
 
     /// Returns the time `numerator / denominator` frame times from now.
+    #[inline(never)]
     fn after(&self, numerator: Ticks, denominator: Ticks) -> Ticks {
         let frames = self.period.saturating_mul(numerator).checked_div(denominator).unwrap_or(0);
         self.capture.now().saturating_add(frames)
@@ -256,6 +277,7 @@ impl<C: Capture> Stripes<C> {
     }
 
     /// Returns the number of frame times from one time to another, rounded to the nearest; ties round up.
+    #[inline(never)]
     fn frames_between(&self, before: Ticks, now: Ticks) -> u64 {
         now.saturating_sub(before).saturating_add(self.period / 2).checked_div(self.period).unwrap_or(0)
     }

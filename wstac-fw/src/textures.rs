@@ -4,7 +4,7 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::paper::trigger::Event;
 #[cfg(not(feature = "learn"))]
 use wstac_core::texture;
-use wstac_core::touch::motion::MotionConfig;
+use wstac_core::touch::motion::{MotionConfig, Velocity};
 use wstac_core::touch::path_sample::PathSample;
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, TextureAnswer};
@@ -49,11 +49,11 @@ pub trait ModelSample {
 
     /// Returns the model's answer to an event that slides; `None` if the event shows too little for it.
     ///
-    /// `taxels` are those of the event's update.
+    /// `taxels` are those of the event's update, and `velocity` is [`EventLaw::path_velocity`](wstac_core::law::EventLaw::path_velocity).
     fn texture(
         event: &Event<'_>,
         taxels: Option<&TaxelRing>,
-        answers: &Answers<'_>,
+        velocity: Option<Velocity>,
         motion: MotionConfig,
         model: &'static Kind,
         textures: &mut Textures,
@@ -73,7 +73,7 @@ impl ModelSample for OverTime {
     fn texture(
         event: &Event<'_>,
         _: Option<&TaxelRing>,
-        _: &Answers<'_>,
+        _: Option<Velocity>,
         _: MotionConfig,
         model: &'static Kind,
         textures: &mut Textures,
@@ -97,13 +97,13 @@ impl ModelSample for AlongPath {
     fn texture(
         event: &Event<'_>,
         _: Option<&TaxelRing>,
-        answers: &Answers<'_>,
+        velocity: Option<Velocity>,
         motion: MotionConfig,
         model: &'static Kind,
         textures: &mut Textures,
     ) -> Option<TextureAnswer<'static>> {
         let mut path = PathSample::DARK;
-        let is_there = path.fill_from_sums(event, &answers.velocity()?, motion, model.frames());
+        let is_there = path.fill_from_sums(event, &velocity?, motion, model.frames());
         (is_there && path.covers(model.frames())).then(|| textures.answer(path.numbers(), model))
     }
 }
@@ -121,13 +121,13 @@ impl ModelSample for AlongTaxels {
     fn texture(
         _: &Event<'_>,
         taxels: Option<&TaxelRing>,
-        answers: &Answers<'_>,
+        velocity: Option<Velocity>,
         motion: MotionConfig,
         model: &'static Kind,
         textures: &mut Textures,
     ) -> Option<TextureAnswer<'static>> {
         let mut path = PathSample::DARK;
-        let is_there = path.fill_from_taxels(taxels?, &answers.velocity()?, motion, model.frames());
+        let is_there = path.fill_from_taxels(taxels?, &velocity?, motion, model.frames());
         (is_there && path.covers(model.frames())).then(|| textures.answer(path.numbers(), model))
     }
 }

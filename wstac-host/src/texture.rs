@@ -195,7 +195,7 @@ impl Textures {
         let needs_path = self.models.iter().any(|model| model.get().input() != Input::Frames);
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
         // By a law of durations, models over time answer without a velocity.
-        let velocity = if needs_path { by_law() } else { answer.velocity() };
+        let velocity = if needs_path || answer.contact.is_some() { by_law() } else { answer.velocity() };
         let answer_of = |model: &Model| {
             let frames = model.frames();
             let is_excluded = excluding(model, velocity).is_some();

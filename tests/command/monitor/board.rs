@@ -1,7 +1,7 @@
 //! A simulated board: it runs a scene through the core and sends messages as firmware does.
 
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::law::ByWave;
+use wstac_core::law::{ByWave, EventLaw};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::ln::fixed::Fixed;
 use wstac_core::model::Model;
@@ -13,7 +13,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
 use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout};
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, encode, sample_parts};
+use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, TextureAnswer, encode, sample_parts};
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::source::{Frame, SourceEvent, StreamInfo};
@@ -148,8 +148,13 @@ impl Board<'_> {
     fn event(&mut self, event: &Event<'_>) {
         let mut answers = Answers::new(event, &self.law);
         let models = self.models.iter().filter(|_| answers.has_texture()).collect::<Vec<_>>();
+        let velocity = self.law.path_velocity(event, answers.velocity());
         for model in models {
-            answers = answers.with_texture_at(texture(&event.sample.flat(), model), model.known_speeds());
+            let mut texture = TextureAnswer::from(texture(&event.sample.flat(), model));
+            if model.known_speeds().is_some_and(|speeds| speeds.exclude(velocity)) {
+                texture.known = Some(false);
+            }
+            answers = answers.with_texture(texture);
         }
         if self.all {
             sample_parts(event.frame, event.sample).for_each(|part| self.sent.push(&part));

@@ -10,6 +10,7 @@ use core::fmt::Write;
 
 use cortex_m_rt::entry;
 use wstac_core::error::{ConfigError, Error, FrameError};
+use wstac_core::law::EventLaw;
 use wstac_core::layout::FrameSize;
 use wstac_core::model::file::INPUTS;
 use wstac_core::paper::direction;
@@ -159,10 +160,11 @@ fn of_texture(
     motion: MotionConfig,
     model: &'static setup::Kind,
 ) -> Result<u32, ConfigError> {
-    let answers = Answers::new(event, &setup::law(FrameRate::NOMINAL)?);
+    let law = setup::law(FrameRate::NOMINAL)?;
+    let velocity = law.path_velocity(event, Answers::new(event, &law).velocity());
     let mut textures = Textures::default();
     let (ticks, _) = clock.ticks(|| {
-        <setup::ModelSample as ModelSample>::texture(event, taxels, &answers, motion, model, &mut textures).is_some()
+        <setup::ModelSample as ModelSample>::texture(event, taxels, velocity, motion, model, &mut textures).is_some()
     });
     Ok(ticks)
 }

@@ -126,6 +126,51 @@ fn events_are_those_of_whole_frames_and_nothing_else_is_sent_unasked() {
     assert_eq!(log.0, [Sent::Event(first, 0), Sent::End(TOUCH[1], first)]);
 }
 
+/// Does the work of an interrupt whenever a message is sent.
+struct Interrupted(Log);
+
+impl Publisher for Interrupted {
+    fn send(&mut self, message: &Message<'_>) {
+        // SAFETY: the one thread that runs this test calls it.
+        #[allow(unsafe_code)]
+        unsafe {
+            crate::meanwhile::interrupt();
+        }
+        self.0.send(message);
+    }
+}
+
+#[test]
+fn rows_that_an_interrupt_takes_while_a_frame_is_used_are_those_of_the_next_one() {
+    let (mut whole, mut of_whole) = (reader(), Log::default());
+    let (mut reader, mut log) = (reader(), Interrupted(Log::default()));
+    for reader in [&mut whole, &mut reader] {
+        reader.answer(Request::Features(true), &mut Log::default());
+    }
+    run(&mut whole, 0..130, 0, &mut of_whole);
+    let (stripe, last) = (4 * usize::from(SIZE), FRAME - usize::from(SIZE));
+    let (mut at, mut early) = (0, 0);
+    for t in 0..130 {
+        let (here, next) = (frame(t), frame(t + 1));
+        while at < last {
+            let end = (at + stripe).min(last);
+            reader.rows(&here[at..end], &mut log).unwrap();
+            at = end;
+        }
+        at = 0;
+        // Two stripes are there before a message is sent, and two more before each.
+        let more = |sums: &mut NextFrame<'_, _>| {
+            for _ in 0..2 {
+                at += if sums.push_stripe(&next[at..FRAME.min(at + stripe)]).unwrap() { stripe } else { 0 };
+            }
+        };
+        reader.last_rows(&here[last..], &mut log, more).unwrap();
+        early = early.max(at);
+    }
+    assert_eq!(log.0.0, of_whole.0);
+    assert!(events(&log.0).len() == 1 && early >= 6 * stripe, "{early}");
+}
+
 #[test]
 fn a_host_gets_what_it_asks_for() {
     let (mut reader, mut log) = (reader(), Log::default());

@@ -29,6 +29,7 @@ use wstac_core::layout::FrameSize;
 
 use super::counts::COUNTS;
 use super::{Capture, Ring, Ticks, Trouble, What};
+use crate::meanwhile;
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
@@ -72,6 +73,10 @@ pub struct Dcmi {
     /// The words of a frame's luma.
     frame_words: u32,
 }
+
+// SAFETY: the pointer is that of the ring, which it alone has.
+#[allow(unsafe_code)]
+unsafe impl Send for Dcmi {}
 
 impl Dcmi {
     /// Takes the interface, the DMA stream and the ring. Pins must be set up. Nothing is captured before
@@ -276,6 +281,11 @@ fn serve() {
         COUNTS.set_trouble(Trouble::MisplacedSync);
     }
     CHANGED.signal(());
+    // SAFETY: both interrupts have one priority.
+    #[allow(unsafe_code)]
+    unsafe {
+        meanwhile::interrupt();
+    }
 }
 
 /// Returns the words from the ring's beginning to where the DMA writes next.

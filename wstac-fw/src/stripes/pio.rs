@@ -34,6 +34,7 @@ use embassy_time::Instant;
 
 use super::counts::COUNTS;
 use super::{Capture, Ticks, Trouble, What};
+use crate::meanwhile;
 use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
@@ -141,6 +142,10 @@ pub struct Pio {
     area: Area,
     signals: Signals,
 }
+
+// SAFETY: the pointers are those of the ring, which it alone has.
+#[allow(unsafe_code)]
+unsafe impl Send for Pio {}
 
 impl Pio {
     /// Takes the PIO, the channels of the DMA, the pins and the ring. Nothing is captured before [`Capture::restart`],
@@ -434,6 +439,11 @@ fn serve() {
     }
     if sync || end || done != 0 {
         CHANGED.signal(());
+        // SAFETY: both interrupts have one priority.
+        #[allow(unsafe_code)]
+        unsafe {
+            meanwhile::interrupt();
+        }
     }
 }
 

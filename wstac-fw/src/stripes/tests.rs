@@ -33,11 +33,13 @@ enum Frame {
     Busy,
     /// Processing the frame takes until the next one's first stripe is complete, and two ticks longer.
     LongWork,
+    /// Processing the frame takes until the next one's last stripe is complete, and two ticks longer.
+    Event,
     /// Reading its last stripe takes as long.
     SlowEnd,
 }
 
-use Frame::{Busy, Cut, Good, LongWork, NoSync, Nothing, Overrun, SlowEnd, Stops};
+use Frame::{Busy, Cut, Event, Good, LongWork, NoSync, Nothing, Overrun, SlowEnd, Stops};
 
 /// The state that both sides see.
 struct World {
@@ -92,7 +94,8 @@ impl World {
         let before = (self.now / PERIOD).checked_sub(1).map(|frame| self.frames[frame as usize]);
         (self.frame() == Busy && (2 * STRIPE..30).contains(&at))
             || (matches!(before, Some(LongWork | SlowEnd)) && at <= STRIPE + 2)
-            || (matches!(self.frame(), LongWork | SlowEnd) && at > 4 * STRIPE + 1)
+            || (before == Some(Event) && at <= 4 * STRIPE + 2)
+            || (matches!(self.frame(), LongWork | SlowEnd | Event) && at > 4 * STRIPE + 1)
     }
 }
 
@@ -135,6 +138,11 @@ impl Capture for Interface {
 
 /// Runs the frames. Returns what came of them: rows as `frame:stripe`, faults with the frame times since the last rows.
 fn run(frames: &'static [Frame]) -> String {
+    run_with(frames, false)
+}
+
+/// Runs the frames. Whether an interrupt takes rows while a frame is processed is `takes_early`: they are written as `~stripe`.
+fn run_with(frames: &'static [Frame], takes_early: bool) -> String {
     let world = World { now: 0, frames, complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
     let world = Rc::new(RefCell::new(world));
     let mut stripes = Stripes::new(Interface(world.clone()), STRIPES, PERIOD);
@@ -144,6 +152,12 @@ fn run(frames: &'static [Frame]) -> String {
         world.borrow_mut().tick();
         let (now, busy) = (world.borrow().now, world.borrow().is_busy());
         if busy {
+            while takes_early && let Some(rows) = stripes.early_rows() {
+                last = now;
+                let (frame, stripe) = (rows[0] / 10, rows[0] % 10);
+                log += &if stripe == 0 { format!("{frame}:~0 ") } else { format!("~{stripe} ") };
+                assert!(stripes.release(), "nothing was written since");
+            }
             continue;
         }
         if mem::take(&mut reading) {
@@ -216,6 +230,21 @@ fn rows_that_the_core_comes_too_late_for_are_not_summed() {
 #[test]
 fn what_is_made_of_a_frame_may_take_until_the_next_ones_first_stripe() {
     assert_eq!(run(&[Good, LongWork, Good, Good]), "0:0 1 2 3 1:0 1 2 3 2:0 1 2 3 3:0 1 2 3");
+}
+
+#[test]
+fn an_interrupt_takes_rows_while_an_event_is_computed() {
+    let lost = "0:0 1 2 3 Overrun lost 1 2:0 1 2 3 3:0 1 2 3";
+    assert_eq!(run(&[Event, Good, Good, Good]), lost);
+    let whole = "0:0 1 2 3 1:~0 ~1 ~2 3 2:0 1 2 3 3:0 1 2 3";
+    assert_eq!(run_with(&[Event, Good, Good, Good], true), whole);
+    // Whatever else is to be done waits for the next step.
+    assert_eq!(
+        run_with(&[Event, Overrun, Good, Good], true),
+        "0:0 1 2 3 1:~0 ~1 Overrun abandoned 2:0 1 2 3 3:0 1 2 3"
+    );
+    assert_eq!(run_with(&[Event, NoSync, Event, Good], true), "0:0 1 2 3 LostSync lost 1 2:0 1 2 3 3:~0 ~1 ~2 3");
+    assert_eq!(run_with(&[Event, Cut, Good, Good], true), "0:0 1 2 3 1:~0 ~1 LostSync abandoned 2:0 1 2 3 3:0 1 2 3");
 }
 
 #[test]

@@ -170,7 +170,7 @@ impl RandomSlides {
             let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
             let Some(event) = update.event() else { continue };
             let answer = ByWave(config).answer(&event);
-            let (velocity, whole) = (answer.velocity(), SAMPLE_FRAMES as u8);
+            let (velocity, whole) = (ByWave(config).path_velocity(&event, answer.velocity()), SAMPLE_FRAMES as u8);
             return Ok(PathSlide {
                 frames: event.sample.flat(),
                 path: velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, config, whole)),

@@ -200,6 +200,7 @@ entries! {
 entries! {
     any_law:
     answer_by_wave(law: &ByWave, event: &Event<'_>) -> Answer { law.answer(event) }
+    path_velocity(law: &ByWave, event: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> { law.path_velocity(event, of_answer) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
     by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion { wave::by_wave(event, taxels, config) }
 }

@@ -17,7 +17,7 @@ use wstac_core::ln::{any::AnyLn, fixed::Fixed, libm::Libm, micromath::Micromath}
 use wstac_core::paper::baseline_policy::FixedBaseline;
 use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
-use wstac_core::pipeline::{Finished, Pipeline, Update};
+use wstac_core::pipeline::{Finished, NextFrame, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::stream::{FeatureFrame, FeatureStream, Loss};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
@@ -72,6 +72,10 @@ macro_rules! format {
                 push_stripe<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<Update<'a>, FrameError> {
                     pipeline.push_stripe(bytes)
                 }
+                push_last_stripe<'a>(pipeline: &'a mut Pipeline<G, L>, bytes: &[u8]) -> Result<(Update<'a>, NextFrame<'a, G>), FrameError> {
+                    pipeline.push_last_stripe(bytes)
+                }
+                push_next(next: &mut NextFrame<'_, G>, bytes: &[u8]) -> Result<bool, FrameError> { next.push_stripe(bytes) }
                 push_taxels<'a>(pipeline: &'a mut Pipeline<G, L>, taxels: &[u32; 25]) -> Update<'a> { pipeline.push_taxels(taxels) }
                 push_lost<'a>(pipeline: &'a mut Pipeline<G, L>, frames: u64) -> Update<'a> { pipeline.push_lost(frames) }
                 abandon<'a>(pipeline: &'a mut Pipeline<G, L>) -> Update<'a> { pipeline.abandon_frame() }

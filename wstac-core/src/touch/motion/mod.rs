@@ -51,7 +51,7 @@ pub struct Velocity {
 pub struct Motion {
     /// The kind of the touch.
     pub contact: Contact,
-    /// Speed and direction; `None` unless it slides.
+    /// Speed and direction; `None` unless it slides, and by a wave if they change.
     pub velocity: Option<Velocity>,
     /// How well one shape and one slowness explain the lines of the worse axis, 0 to 1. 0 if fewer than three lines of an
     /// axis are lit.

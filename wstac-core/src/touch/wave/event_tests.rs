@@ -9,7 +9,7 @@ use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::taxels::FrameGeometry;
-use crate::touch::motion::{Contact, MotionConfig, Readout};
+use crate::touch::motion::{Contact, MotionConfig, Readout, Velocity};
 use crate::touch::taxel_ring::{TaxelRing, TaxelStore};
 
 /// The frame in which a touch's light reaches the middle.
@@ -24,6 +24,8 @@ struct Found {
     coherence: Answer,
     /// Why the wave alone has no velocity.
     refused: Option<Reason>,
+    /// The velocity for a sample along the path.
+    path: Option<Velocity>,
     frames_filled: u8,
     /// The number of the sample's last frame.
     last: usize,
@@ -41,6 +43,7 @@ fn found<T: TaxelStore>(light: Light<'_>, lost: &[usize], end: usize) -> Found {
         wave: ByWave(config).answer(&event),
         coherence: ByCoherence(config).answer(&event),
         refused: event.taxels().and_then(|taxels| Wave::EMPTY.clone().fit(taxels.frames(), config).err()),
+        path: ByWave(config).path_velocity(&event, ByWave(config).answer(&event).velocity()),
         frames_filled: event.frames_filled,
         last: event.frame as usize + 69,
     };
@@ -148,6 +151,26 @@ fn what_the_wave_refuses_is_not_reliable() {
     assert_eq!((found.wave.basis, found.wave.velocity().is_some()), (None, found.coherence.velocity().is_some()));
     let extent = found.wave.extent.unwrap();
     assert_eq!((extent.contacts, extent.place_mm, extent.width_mm), (2, None, None));
+}
+
+#[test]
+fn a_slide_that_changes_its_speed_has_no_velocity_and_taps_are_pokes() {
+    // From 150 to 75 mm/s.
+    let slower = |t: f64, x: f64, _: f64| flash(t - MIDDLE - 1.1 * x - 0.15 * x * x, 3.0);
+    let found = kept(&slower, &[]);
+    assert_eq!((found.refused, found.wave.doubt), (Some(Reason::SpeedChanges), Some(Reason::SpeedChanges)));
+    assert_eq!((found.wave.contact, found.wave.reliable, found.wave.basis), (Some(Contact::Slide), false, None));
+    assert_eq!(found.wave.speed.err(), Some(Reason::SpeedChanges));
+    assert_eq!((found.wave.velocity(), found.path), (None, found.coherence.velocity()));
+    assert!(found.path.is_some());
+    // One whisker is lit eight times.
+    let taps = |t: f64, x: f64, y: f64| {
+        let of = |tap: u32| flash(t - MIDDLE - 6.0 * f64::from(tap), 0.5);
+        if (x, y) == (1.0, 0.0) { (0..8).map(of).sum() } else { 0.0 }
+    };
+    let found = kept(&taps, &[]);
+    assert_eq!(found.refused, Some(Reason::SpeedChanges));
+    assert_eq!((found.wave.contact, found.wave.reliable), (Some(Contact::Poke), true));
 }
 
 /// Checks that light from before a loss is not that of the touch.

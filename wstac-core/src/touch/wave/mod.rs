@@ -157,12 +157,25 @@ impl Wave {
         samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
-        let answer = self.lines.fill(samples).and_then(|()| self.answer(config));
-        let sticks = self.lines.flashes > MOST_FLASHES;
+        let found = self.found(samples, config);
+        found.map_err(|reason| self.told(reason))
+    }
+
+    fn found<'a>(
+        &mut self,
+        samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
+        config: MotionConfig,
+    ) -> Result<(Velocity, Basis), Reason> {
+        let answer = self.lines.fill(samples).and_then(|()| self.answer(config))?;
         let (velocity, basis);
-        (velocity, basis, self.acceleration, self.is_even) =
-            answer.map_err(|reason| if sticks && is_of_part(reason) { Reason::SpeedChanges } else { reason })?;
+        (velocity, basis, self.acceleration, self.is_even) = answer;
         Ok((velocity, basis))
+    }
+
+    /// Returns what is told for a reason: many flashes, of which a part is seen, are stick-slip.
+    fn told(&self, reason: Reason) -> Reason {
+        let sticks = self.lines.flashes > MOST_FLASHES && is_of_part(reason);
+        if sticks { Reason::SpeedChanges } else { reason }
     }
 
     /// Returns where and how wide the touch is of which [`Wave::fit`] has just returned this velocity.
@@ -348,7 +361,7 @@ pub(crate) fn dome(along: f32, across: f32) -> f32 {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct TaxelMotion {
-    /// The motion. Its coherence is 0 if the wave tells the velocity: lines were not compared.
+    /// The motion. Its coherence is 0 if the wave tells the velocity, or that there is not one: lines were not compared.
     pub motion: Motion,
     /// What its velocity is known by; `None` unless that is reliable.
     pub basis: Option<Basis>,
@@ -368,6 +381,8 @@ pub struct TaxelMotion {
 /// touch, a doubt that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of
 /// which the wave sees only a part, if it lights all whiskers with at most six flashes. More look like stick-slip
 /// ([`Reason::SpeedChanges`]), even if they are those of a steady slow edge at an angle.
+///
+/// A slide that turns or changes its speed in the wave has no velocity.
 ///
 /// It takes at most 12 KiB of stack.
 #[inline(never)]
@@ -410,7 +425,15 @@ fn is_of_part(reason: Reason) -> bool {
 #[inline(never)]
 fn by_fit(taxels: &TaxelRing, frames: u8, config: MotionConfig) -> Result<TaxelMotion, Reason> {
     let mut wave = Wave::EMPTY;
-    let (mut velocity, basis) = wave.fit(taxels.last(frames), config)?;
+    let (mut velocity, basis) = match wave.found(taxels.last(frames), config) {
+        // It slides, but no one velocity is right: coherence has none to tell.
+        Err(doubt @ (Reason::SpeedChanges | Reason::Turning)) => {
+            let (contact, doubt) = (Contact::Slide, Some(doubt));
+            let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt };
+            return Ok(TaxelMotion { motion, basis: None, extent: None, acceleration: None });
+        }
+        found => found.map_err(|reason| wave.told(reason))?,
+    };
     if wave.lines.is_cut && usize::from(frames) < SAMPLE_FRAMES {
         velocity.mm_s_sd *= OF_CUT;
         velocity.degrees_sd *= OF_CUT;

@@ -1,0 +1,35 @@
+//! What a camera's interrupt does while the core uses a frame: it sums the rows of the next one.
+//!
+//! An event takes longer on a Cortex-M0 than a camera needs for a stripe, and a ring of two stripes is full then.
+
+use core::ptr;
+use core::sync::atomic::{AtomicPtr, Ordering};
+
+/// The present work: it is a pointer to one, so that a word holds it.
+static WORK: AtomicPtr<&mut (dyn FnMut() + Send)> = AtomicPtr::new(ptr::null_mut());
+
+/// Returns what `main` returns. Until then, [`interrupt`] does `work`.
+///
+/// `work` is also done before, for what is there already.
+pub fn meanwhile<T>(work: &mut (dyn FnMut() + Send), main: impl FnOnce() -> T) -> T {
+    work();
+    let mut work = work;
+    WORK.store((&raw mut work).cast(), Ordering::Release);
+    let result = main();
+    // An interrupt has ended before this goes on.
+    WORK.store(ptr::null_mut(), Ordering::Release);
+    result
+}
+
+/// Does the work of [`meanwhile`], if there is some.
+///
+/// # Safety
+/// Only interrupts of one priority, which do not interrupt each other, and what [`meanwhile`] itself runs call it.
+#[allow(unsafe_code)]
+pub unsafe fn interrupt() {
+    let work = WORK.load(Ordering::Acquire);
+    if !work.is_null() {
+        // SAFETY: the pointer is taken back before the work ends, and nothing else uses what the work has borrowed.
+        unsafe { (*work)() };
+    }
+}
