@@ -65,7 +65,7 @@ impl Answer {
 
     /// Returns whether the touch has a texture: whether it slides, as far as the law tells.
     pub fn has_texture(&self) -> bool {
-        has_texture(self.contact)
+        has_texture(self.contact, self.doubt)
     }
 }
 
@@ -75,8 +75,10 @@ pub(crate) fn velocity(speed: Result<Speed, Reason>, direction: &Direction) -> O
     Some(Velocity { mm_s: speed.mm_s, mm_s_sd: speed.sd?, degrees, degrees_sd: direction.sd? })
 }
 
-pub(crate) fn has_texture(contact: Option<Contact>) -> bool {
-    matches!(contact, None | Some(Contact::Slide))
+/// A touch that turns or changes its speed slides, although its kind is unclear.
+pub(crate) fn has_texture(contact: Option<Contact>, doubt: Option<Reason>) -> bool {
+    let moves = matches!(doubt, Some(Reason::SpeedChanges | Reason::Turning));
+    matches!(contact, None | Some(Contact::Slide)) || (contact == Some(Contact::Unclear) && moves)
 }
 
 /// A law from an event to its answers.
@@ -279,8 +281,7 @@ impl AnyLaw {
 }
 
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
-    let doubt = motion.doubt.filter(|_| motion.contact == Contact::Slide);
-    let velocity = motion.velocity.ok_or(doubt.unwrap_or(Reason::NoSlide(motion.contact)));
+    let velocity = motion.velocity.ok_or(Reason::NoSlide(motion.contact));
     let speed = velocity.map(|velocity| Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd));
     let direction = velocity.map(|velocity| [velocity.degrees, velocity.degrees_sd]);
     Answer {
