@@ -9,6 +9,6 @@ mod board;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let scene = std::env::args().nth(1).ok_or("expected the name of a scene, such as scene:Saw3@150")?;
-    io::stdout().write_all(&board::sent(&scene, &[], true).frames.concat())?;
+    io::stdout().write_all(&board::sent(&scene, &[], true, false).frames.concat())?;
     Ok(())
 }

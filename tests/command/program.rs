@@ -99,7 +99,7 @@ fn a_cut_off_event_has_a_bound_and_says_why() {
 
 #[test]
 fn a_stream_that_ends_inside_an_event_says_how_far_it_got() {
-    let lines = output(&["run", "scene:Saw3@150", "--json", "--frames", "80"]);
+    let lines = output(&["run", "scene:Saw3@150", "--json", "--samples", "--frames", "80"]);
     let end = concat!(
         r#"{"kind":"end","frames":80,"dropped":0,"baseline":"complete","incomplete":{"frame":35,"frames":45},"#,
         r#""time_ns":2633333333,"clock":"frames"}"#

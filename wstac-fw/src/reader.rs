@@ -5,7 +5,7 @@ use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Floor;
 use wstac_core::law::EventLaw;
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::model::file::INPUTS;
+use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::paper::early::SamplePrefix;
 use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::{ContactEnd, Event, TriggerConfig};
@@ -13,10 +13,10 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::pipeline::{NextFrame, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::at_once::AtOnce;
 #[cfg(feature = "motion")]
 use wstac_core::touch::motion::LiveContact;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
-use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 #[cfg(feature = "learn")]
@@ -62,6 +62,7 @@ pub struct Reader {
 #[derive(Clone, Debug)]
 struct Sender {
     law: setup::Law,
+    at_once: AtOnce,
     motion: MotionConfig,
     textures: Textures,
     /// The texture model.
@@ -127,6 +128,7 @@ impl Reader {
             pipeline: pipeline.build(),
             sender: Sender {
                 law,
+                at_once: AtOnce::new(motion),
                 motion,
                 textures: Textures::default(),
                 #[cfg(feature = "models")]
@@ -208,10 +210,18 @@ impl Reader {
             Err(error) => return Err(*error),
         };
         if update.is_frame() {
-            self.sender.give(update, out);
+            let is_answered = self.sender.give(update, out);
+            self.settle(is_answered);
             self.end_frame(out);
         }
         Ok(())
+    }
+
+    /// Takes note of a touch that is answered before its sample is complete.
+    fn settle(&mut self, is_answered: bool) {
+        if is_answered {
+            self.pipeline.answer_touch();
+        }
     }
 
     /// Takes the last rows of a frame. While the frame is in use, the camera's interrupt calls `more` with what takes rows
@@ -227,7 +237,8 @@ impl Reader {
     ) -> Result<(), FrameError> {
         let (update, mut next) = self.pipeline.push_last_stripe(rows)?;
         if update.is_frame() {
-            meanwhile(&mut || more(&mut next), || self.sender.give(&update, out));
+            let is_answered = meanwhile(&mut || more(&mut next), || self.sender.give(&update, out));
+            self.settle(is_answered);
             self.end_frame(out);
         }
         Ok(())
@@ -244,13 +255,15 @@ impl Reader {
     /// Gives up the frame under way, which is lost.
     pub fn abandon_frame(&mut self, out: &mut impl Publisher) {
         self.note_lost(1, out);
-        self.sender.give(&self.pipeline.abandon_frame(), out);
+        let is_answered = self.sender.give(&self.pipeline.abandon_frame(), out);
+        self.settle(is_answered);
     }
 
     /// Takes note of frames that were lost.
     pub fn lost(&mut self, frames: u64, out: &mut impl Publisher) {
         self.note_lost(frames, out);
-        self.sender.give(&self.pipeline.push_lost(frames), out);
+        let is_answered = self.sender.give(&self.pipeline.push_lost(frames), out);
+        self.settle(is_answered);
     }
 
     fn note_lost(&mut self, frames: u64, out: &mut impl Publisher) {
@@ -375,7 +388,7 @@ impl Reader {
         let (end, interrupted, contact_end) = (finished.end(), finished.interrupted(), finished.contact_end());
         if let Some(event) = finished.event() {
             // The end of a stream completes a sample only with lost frames.
-            self.sender.event(&event, None, out);
+            self.sender.event(&event, out);
         }
         if let Some(end) = contact_end {
             self.sender.contact_end(end, out);
@@ -412,8 +425,8 @@ impl Sender {
         setup::MODEL
     }
 
-    /// Sends the results of a push.
-    fn give(&mut self, update: &Update<'_>, out: &mut impl Publisher) {
+    /// Sends the results of a push. Returns whether the touch under way is answered.
+    fn give(&mut self, update: &Update<'_>, out: &mut impl Publisher) -> bool {
         if self.wants_features
             && let Some(frame) = update.frame()
         {
@@ -424,10 +437,18 @@ impl Sender {
         }
         let event = update.event();
         if let Some(event) = &event {
-            self.event(event, update.taxels(), out);
+            self.event(event, out);
         }
         if let Some(end) = update.contact_end() {
-            self.contact_end(end, out);
+            self.contact_end(self.at_once.end(end), out);
+        }
+        // Samples over time, and those of ten sums, are of whole events.
+        if !self.wants_samples
+            && (self.model().is_none() || <setup::ModelSample as ModelSample>::INPUT == Input::TaxelPath)
+            && let Some(touch) = update.touch()
+            && self.event(&touch, out)
+        {
+            return true;
         }
         if <setup::ModelSample as ModelSample>::HAS_PREFIXES
             && event.is_none()
@@ -436,6 +457,7 @@ impl Sender {
         {
             early_texture(&prefix, model, &mut self.textures, out);
         }
+        false
     }
 
     /// Sends speed and direction of the newest frame if they are wanted and something slides.
@@ -449,18 +471,26 @@ impl Sender {
         }
     }
 
-    /// Sends an event, or keeps it until its sample is sent. An event that is still kept is older: it is sent first,
-    /// without the rest of its sample.
-    fn event(&mut self, event: &Event<'_>, taxels: Option<&TaxelRing>, out: &mut impl Publisher) {
-        self.send_held_event(out);
-        hold(&mut self.held, event, &self.law);
+    /// Sends an event, or a touch under way that is certain, or keeps it until its sample is sent. An event that is still
+    /// kept is older: it is sent first, without the rest of its sample. Returns whether there is an answer.
+    fn event(&mut self, event: &Event<'_>, out: &mut impl Publisher) -> bool {
+        if event.is_event() {
+            self.send_held_event(out);
+        }
+        if !hold(&mut self.held, event, &mut self.at_once, &self.law) {
+            return false;
+        }
         if let Some(model) = self.model() {
             let Self { held, law, motion, textures, now, .. } = self;
-            add_texture(held, event, taxels, (law, *motion), model, (textures, *now));
+            if !add_texture(held, event, (law, *motion), model, (textures, *now)) {
+                self.held = None;
+                return false;
+            }
         }
         if !self.wants_samples {
             self.send_held_event(out);
         }
+        true
     }
 
     /// Sends the kept event, and the end of its touch if that is known.
@@ -517,37 +547,42 @@ fn early_texture(
     out.send(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
 }
 
-/// Keeps an event's answers, without its texture.
+/// Keeps an event's answers, without its texture, if it has some.
 // It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
-fn hold(held: &mut Option<Held>, event: &Event<'_>, law: &setup::Law) {
-    let _ = held.insert(Held { answers: Answers::new(event, law), next: 0, end: None });
+fn hold(held: &mut Option<Held>, event: &Event<'_>, at_once: &mut AtOnce, law: &setup::Law) -> bool {
+    let Some(answer) = at_once.answer(event, law) else { return false };
+    let _ = held.insert(Held { answers: Answers::of(event, &answer), next: 0, end: None });
+    true
 }
 
-/// Adds the texture of an event that is kept, if it has one.
+/// Adds the texture of an event that is kept, if it has one. Returns false if the model needs more of the path of a touch
+/// under way.
 // It is not inlined, so that the copy of the sample does not lie on the stack of the law.
 #[inline(never)]
 fn add_texture(
     held: &mut Option<Held>,
     event: &Event<'_>,
-    taxels: Option<&TaxelRing>,
     (law, motion): (&setup::Law, MotionConfig),
     model: &'static setup::Kind,
     (textures, now): (&mut Textures, u32),
-) {
-    let Some(held) = held else { return };
+) -> bool {
+    let Some(held) = held else { return true };
     textures.look(&held.answers, now);
     if held.answers.has_texture() {
         let velocity = law.path_velocity(event, held.answers.velocity());
         let of = <setup::ModelSample as ModelSample>::texture;
-        if let Some(mut texture) = of(event, taxels, velocity, motion, model, textures) {
+        if let Some(mut texture) = of(event, velocity, motion, model, textures) {
             if model.known_speeds().is_some_and(|speeds| speeds.exclude(velocity)) {
                 texture.known = Some(false);
             }
             held.answers = held.answers.with_texture(texture);
+        } else if event.is_under_way() {
+            return false;
         }
     }
     textures.leave();
+    true
 }
 
 #[cfg(test)]

@@ -6,7 +6,6 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::texture;
 use wstac_core::touch::motion::{MotionConfig, Velocity};
 use wstac_core::touch::path_sample::PathSample;
-use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, TextureAnswer};
 
 use crate::setup::Kind;
@@ -49,10 +48,9 @@ pub trait ModelSample {
 
     /// Returns the model's answer to an event that slides; `None` if the event shows too little for it.
     ///
-    /// `taxels` are those of the event's update, and `velocity` is [`EventLaw::path_velocity`](wstac_core::law::EventLaw::path_velocity).
+    /// `velocity` is [`EventLaw::path_velocity`](wstac_core::law::EventLaw::path_velocity).
     fn texture(
         event: &Event<'_>,
-        taxels: Option<&TaxelRing>,
         velocity: Option<Velocity>,
         motion: MotionConfig,
         model: &'static Kind,
@@ -72,7 +70,6 @@ impl ModelSample for OverTime {
     #[inline(never)]
     fn texture(
         event: &Event<'_>,
-        _: Option<&TaxelRing>,
         _: Option<Velocity>,
         _: MotionConfig,
         model: &'static Kind,
@@ -96,7 +93,6 @@ impl ModelSample for AlongPath {
     #[inline(never)]
     fn texture(
         event: &Event<'_>,
-        _: Option<&TaxelRing>,
         velocity: Option<Velocity>,
         motion: MotionConfig,
         model: &'static Kind,
@@ -119,15 +115,14 @@ impl ModelSample for AlongTaxels {
     // It is not inlined for the same reason.
     #[inline(never)]
     fn texture(
-        _: &Event<'_>,
-        taxels: Option<&TaxelRing>,
+        event: &Event<'_>,
         velocity: Option<Velocity>,
         motion: MotionConfig,
         model: &'static Kind,
         textures: &mut Textures,
     ) -> Option<TextureAnswer<'static>> {
         let mut path = PathSample::DARK;
-        let is_there = path.fill_from_taxels(taxels?, &velocity?, motion, model.frames());
+        let is_there = path.fill_from_touch(event, &velocity?, motion, model.frames());
         (is_there && path.covers(model.frames())).then(|| textures.answer(path.numbers(), model))
     }
 }

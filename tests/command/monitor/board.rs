@@ -11,6 +11,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
+use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout};
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, TextureAnswer, encode, sample_parts};
@@ -48,6 +49,8 @@ pub(crate) fn hello() -> Hello<'static> {
 }
 
 struct Board<'m> {
+    at_once: AtOnce,
+    is_at_once: bool,
     law: ByWave,
     models: Vec<Model<'m>>,
     dropped: u64,
@@ -59,9 +62,9 @@ struct Board<'m> {
     sent: Sent,
 }
 
-/// Returns everything that a board sends for a scene, from its hello to its end. With `all`, that includes features,
-/// samples and motion.
-pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
+/// Returns everything that a board sends for a scene, from its hello to its end. With `all`, that includes features and
+/// motion, and samples unless it answers `at_once`.
+pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool, at_once: bool) -> Sent {
     let mut source = open(scene, &OpenOptions::default(), &[&Scenes]).unwrap();
     let info = source.info().clone();
     let green = Any::new(info.format, info.color, YcbcrMethod::Exact);
@@ -75,6 +78,9 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
         live: LiveWave::new(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
         events: 0,
         all,
+        at_once: AtOnce::new(MotionConfig::published(info.rate)),
+        // The models are over time.
+        is_at_once: at_once && models.is_empty(),
         sent: Sent { frames: Vec::new() },
     };
     board.hello(&info, pipeline.trigger_config());
@@ -90,8 +96,11 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool) -> Sent {
             SourceEvent::End => break,
             _ => continue,
         };
-        board.take(&update);
+        let is_answered = board.take(&update);
         let is_frame = update.is_frame();
+        if is_answered {
+            pipeline.answer_touch();
+        }
         board.motion(&pipeline);
         if is_frame && pipeline.next_frame().is_multiple_of(30) {
             board.sent.push(&Message::Status { stream: pipeline.end(), dropped: board.dropped });
@@ -111,7 +120,8 @@ impl Board<'_> {
         self.sent.push(&Message::Hello(Hello { size, format, rate, trigger, models, ..hello() }));
     }
 
-    fn take(&mut self, update: &Update<'_>) {
+    /// Returns whether the touch under way is answered.
+    fn take(&mut self, update: &Update<'_>) -> bool {
         if self.all
             && let Some(frame) = update.frame()
         {
@@ -124,7 +134,10 @@ impl Board<'_> {
             self.event(&event);
         }
         if let Some(end) = update.contact_end() {
-            self.sent.push(&Message::ContactEnd(end));
+            self.sent.push(&Message::ContactEnd(self.at_once.end(end)));
+        }
+        if let Some(touch) = update.touch().filter(|_| self.is_at_once) {
+            return self.event(&touch);
         }
         for model in &self.models {
             if let Some(prefix) = update.prefix(model.frames()) {
@@ -132,6 +145,7 @@ impl Board<'_> {
                 self.sent.push(&Message::Texture { frame: prefix.frame, frames: model.frames(), texture });
             }
         }
+        false
     }
 
     fn motion(&mut self, pipeline: &Pipeline<Any, Fixed, FixedBaseline, TaxelRing>) {
@@ -145,8 +159,10 @@ impl Board<'_> {
         }
     }
 
-    fn event(&mut self, event: &Event<'_>) {
-        let mut answers = Answers::new(event, &self.law);
+    /// Returns whether there is an answer.
+    fn event(&mut self, event: &Event<'_>) -> bool {
+        let Some(answer) = self.at_once.answer(event, &self.law) else { return false };
+        let mut answers = Answers::of(event, &answer);
         let models = self.models.iter().filter(|_| answers.has_texture()).collect::<Vec<_>>();
         let velocity = self.law.path_velocity(event, answers.velocity());
         for model in models {
@@ -156,11 +172,12 @@ impl Board<'_> {
             }
             answers = answers.with_texture(texture);
         }
-        if self.all {
+        if self.all && event.is_event() {
             sample_parts(event.frame, event.sample).for_each(|part| self.sent.push(&part));
         }
         (answers.number, self.events) = (self.events, self.events + 1);
         self.sent.push(&Message::Event(answers));
+        true
     }
 
     fn finish(mut self, finished: &Finished<'_>) -> Sent {

@@ -111,7 +111,7 @@ fn as_by_link(records: &str) -> String {
 /// samples and motion.
 fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
     let lines = as_by_link(&good(&[&["run", scene][..], &WANTED].concat()));
-    (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true).frames)
+    (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true, false).frames)
 }
 
 /// The most starts of a board until their requests fill a connection that nobody reads.
@@ -131,13 +131,14 @@ fn every_line_is_that_of_run() {
     for (files, models) in [(&[][..], &[][..]), (&files, &with_models)] {
         for (all, wanted) in [(false, &["--json"][..]), (true, &WANTED), (false, &[]), (true, &["--features"])] {
             let expected = as_by_link(&good(&[&["run", &scene], models, wanted].concat())).replace(MODEL_DOUBT, "");
-            let file = folder.file("board.bin", board::sent(&scene, files, all).frames.concat());
+            let at_once = !wanted.contains(&"--samples");
+            let file = folder.file("board.bin", board::sent(&scene, files, all, at_once).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // A board is a source of wstac run, too.
             let of_run = good(&[&["run", &format!("board:{}", path(&file))], wanted].concat());
             assert_eq!(of_run, expected);
             // Output that was not requested is not printed, even if the board sends it.
-            let file = folder.file("board.bin", board::sent(&scene, files, true).frames.concat());
+            let file = folder.file("board.bin", board::sent(&scene, files, true, at_once).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // The scene covers everything that could go wrong: events, lost frames and textures.
             let json = wanted.first() == Some(&"--json");

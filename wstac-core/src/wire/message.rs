@@ -11,7 +11,7 @@ use super::{PictureEnd, PicturePart, Text};
 use super::{Refusal, Settings, SettingsInUse};
 use crate::features::Features;
 use crate::green::any::PixelFormat;
-use crate::law::{EventLaw, has_texture, velocity};
+use crate::law::{Answer, EventLaw, has_texture, velocity};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
 use crate::model::speeds::KnownSpeeds;
@@ -292,13 +292,21 @@ pub struct Answers<'a> {
     /// version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub extent: Option<Extent>,
+    /// The number of frames of the sample that had arrived, 1 to 69, if the touch was answered before the others
+    /// ([`AtOnce`](crate::touch::at_once::AtOnce)).
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub frames: Option<u8>,
 }
 
 impl<'a> Answers<'a> {
     /// Computes an event's answers by a law. [`Answers::with_texture`] adds textures, and an
     /// [`Outbox`](super::Outbox) the number.
     pub fn new(event: &Event<'_>, law: &impl EventLaw) -> Self {
-        let answer = law.answer(event);
+        Self::of(event, &law.answer(event))
+    }
+
+    /// Takes an event's answers from that of a law.
+    pub fn of(event: &Event<'_>, answer: &Answer) -> Self {
         Self {
             frame: event.frame,
             touch: event.touch_frame.map(|touch| {
@@ -319,7 +327,14 @@ impl<'a> Answers<'a> {
             doubt: answer.doubt,
             basis: answer.basis,
             extent: answer.extent,
+            frames: (!event.is_event()).then_some(event.frames),
         }
+    }
+
+    /// Returns the number of the frame with which the answers were complete.
+    pub fn last_frame(&self) -> u64 {
+        let frames = self.frames.unwrap_or(SAMPLE_FRAMES as u8);
+        self.frame.saturating_add(u64::from(frames).saturating_sub(1))
     }
 
     /// Returns the number of the first lit frame of the touch; `None` by a law of durations.

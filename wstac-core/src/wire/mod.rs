@@ -63,7 +63,7 @@
 //!
 //! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns,
 //! and `Request::Model` and those behind it about models that are sent to a board. [`Answers`] ends with the reason why
-//! it is not reliable.
+//! it is not reliable, what it is known by, and how many frames of the sample had arrived.
 
 mod decoder;
 mod frame;
@@ -106,7 +106,7 @@ use serde::{Deserialize, Serialize};
 pub const VERSION: u8 = 4;
 
 /// The number of bytes of the longest frame, its zeros included. Any message fits.
-pub const LONGEST: usize = 312;
+pub const LONGEST: usize = 314;
 
 /// The content of a frame: [`Message`] or [`Request`], and no other type.
 pub trait Payload<'a>: Serialize + Deserialize<'a> + sealed::Sealed {

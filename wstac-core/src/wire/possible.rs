@@ -182,6 +182,7 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     count(answers.end.unwrap_or(0), 0..=SAMPLE_FRAMES)?;
     count(answers.duration.unwrap_or(0), 0..=SAMPLE_FRAMES - 1)?;
     count(answers.frames_filled, 0..=SAMPLE_FRAMES)?;
+    count(answers.frames.unwrap_or(1), 1..=SAMPLE_FRAMES - 1)?;
     match answers.speed {
         Ok(Speed { mm_s, sd, .. }) => speed(mm_s).and_then(|()| deviation(sd.unwrap_or(0.0)))?,
         Err(reason) => check_reason(reason)?,

@@ -70,6 +70,7 @@ fn answers() -> Answers<'static> {
             width_mm: Some(Measured { value: 18.5, sd: 0.5 }),
             contacts: 1,
         }),
+        frames: Some(69),
     }
 }
 
@@ -109,6 +110,7 @@ fn messages() -> Vec<Message<'static>> {
         doubt: None,
         basis: None,
         extent: None,
+        frames: None,
     };
     let mut all = Vec::from([
         Message::Hello(hello(LAST)),
@@ -238,6 +240,7 @@ fn the_bytes_of_a_frame_are_these() {
         doubt: None,
         basis: Some(Basis::Edge),
         extent: None,
+        frames: None,
     };
     let content = [
         &[4, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
@@ -252,12 +255,12 @@ fn the_bytes_of_a_frame_are_these() {
         b"Saw3",
         // 32000 in seven bits a byte.
         &[1, 0x80, 0xFA, 1, 1, 1],
-        &[0, 0, 0, 1, 0xAC, 2, 1, 0, 1, 0, 0],
+        &[0, 0, 0, 1, 0xAC, 2, 1, 0, 1, 0, 0, 0],
     ]
     .concat();
     assert_eq!(frame(&Message::Event(event), 0), frame_of(&content));
     // A board before version 0.4 sends neither reason nor basis, a newer one may send some that are not known here.
-    let before = &content[..content.len() - 4];
+    let before = &content[..content.len() - 5];
     let plain = Answers { basis: None, ..event };
     let doubted = Answers { reliable: false, doubt: Some(Reason::LostFrames), ..event };
     for (last, answers) in [(&[][..], plain), (&[1, 7, 1, 0], doubted), (&[1, 99, 1, 0], event), (&[0, 1, 99], plain)] {

@@ -39,7 +39,7 @@ typedef WstacBool WstacFwBool;
 #define WSTAC_FW_SAMPLE_NUMBERS 700
 
 /// The number of bytes of the longest message.
-#define WSTAC_FW_LINK_BYTES 312
+#define WSTAC_FW_LINK_BYTES 314
 
 /// The number of messages that carry a sample.
 #define WSTAC_FW_SAMPLE_PARTS 7

@@ -26,7 +26,7 @@ use crate::pipeline::{PipelineState, WstacFwPipeline};
 use crate::status::{WstacFwStatus, choice, status};
 
 /// The number of bytes of the longest message.
-pub const WSTAC_FW_LINK_BYTES: usize = 312;
+pub const WSTAC_FW_LINK_BYTES: usize = 314;
 
 const _: () = assert!(WSTAC_FW_LINK_BYTES == wire::LONGEST);
 

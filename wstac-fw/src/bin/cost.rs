@@ -111,7 +111,7 @@ fn run() -> Result<(), Error> {
                 to_wave.add(clock.ticks(|| by_wave(&event, taxels, motion)).0);
             }
             if let Some(model) = setup::MODEL {
-                to_texture.add(of_texture(&clock, &event, update.taxels(), motion, model)?);
+                to_texture.add(of_texture(&clock, &event, motion, model)?);
             }
         }
         if let [live, ..] = &mut live[..] {
@@ -156,7 +156,6 @@ fn pipeline_of(camera: FrameGeometry<setup::GreenChannel>) -> Result<setup::Boar
 fn of_texture(
     clock: &Clock,
     event: &Event<'_>,
-    taxels: Option<&TaxelRing>,
     motion: MotionConfig,
     model: &'static setup::Kind,
 ) -> Result<u32, ConfigError> {
@@ -164,7 +163,7 @@ fn of_texture(
     let velocity = law.path_velocity(event, Answers::new(event, &law).velocity());
     let mut textures = Textures::default();
     let (ticks, _) = clock.ticks(|| {
-        <setup::ModelSample as ModelSample>::texture(event, taxels, velocity, motion, model, &mut textures).is_some()
+        <setup::ModelSample as ModelSample>::texture(event, velocity, motion, model, &mut textures).is_some()
     });
     Ok(ticks)
 }

@@ -155,13 +155,13 @@ impl TactileEvent {
         };
         let RecordTimes { time_ns, stamp, .. } =
             RecordTimes::new(answers.touch_frame().unwrap_or(answers.frame), clock);
-        let completed_ns = clock.and_then(|clock| clock.nanoseconds(last_frame(answers.frame)));
+        let completed_ns = clock.and_then(|clock| clock.nanoseconds(answers.last_frame()));
         Self {
             frame: answers.frame,
             time_ns,
             completed_ns,
             stamp,
-            time: time.map(|(touch, clock)| TouchTime::new(touch, last_frame(answers.frame), clock)),
+            time: time.map(|(touch, clock)| TouchTime::new(touch, answers.last_frame(), clock)),
             contact: answers.contact,
             touch_frame: answers.touch_frame(),
             end_frame: answers.end_frame(),
@@ -235,12 +235,6 @@ impl TouchTime {
     fn new(touch: u64, completed: u64, clock: &FrameClock) -> Self {
         Self { touch_s: clock.seconds(touch), completed_s: clock.seconds(completed) }
     }
-}
-
-/// Returns the number of the last frame of a sample that begins at this frame.
-#[cfg(feature = "board")]
-fn last_frame(frame: u64) -> u64 {
-    frame.saturating_add(SAMPLE_FRAMES as u64 - 1)
 }
 
 /// All that answers an event: the law, the textures and the clock.

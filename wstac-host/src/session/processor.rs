@@ -558,7 +558,10 @@ impl Answers<'_> {
 
     /// Returns the event of a touch under way, as soon as its motion is certain and its models have their path.
     fn at_once(&mut self, touch: &Event<'_>) -> Option<Output> {
-        let waits = self.options.samples || self.options.paths || !self.textures.answer_at_once();
+        let waits = self.options.samples
+            || self.options.paths
+            || !self.textures.answer_at_once()
+            || !self.clock.is_in_time(touch.touch_frame.unwrap_or(touch.frame), touch.last_frame());
         let answer = if waits { None } else { self.at_once.answer(touch, self.law) };
         let output = self.event(touch, answer?);
         let lacks_path = matches!(&output, Output::Event(event) if event.texture == Err(NoTexture::TooShort));

@@ -243,7 +243,8 @@ impl Session<'_> {
 
     /// Makes one attempt, and returns `None` if the baseline was not quiet.
     fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<SlideOutcome>, Error> {
-        let wanted = OutputOptions { features: true, ..OutputOptions::default() };
+        // A recording has the whole sample of its event.
+        let wanted = OutputOptions { features: true, samples: true, ..OutputOptions::default() };
         let processor = Processor::new(&self.info, &self.config, wanted)?;
         let mut processor = processor.with_textures(Textures::new(self.models)?);
         let mut labels = self.labels.clone();

@@ -119,7 +119,13 @@ impl PathSample {
     /// It is `None` if the pipeline keeps no taxels or a frame of them was lost.
     pub fn of_touch(touch: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
         let mut sample = Self::DARK;
-        sample.try_taxels(touch.whole_taxels()?, touch.frames, velocity, config, frames).map(|()| sample)
+        sample.fill_from_touch(touch, velocity, config, frames).then_some(sample)
+    }
+
+    /// Fills this sample with that of [`PathSample::of_touch`]. Returns whether there is one.
+    pub fn fill_from_touch(&mut self, touch: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
+        let ring = touch.whole_taxels();
+        ring.is_some_and(|ring| self.try_taxels(ring, touch.frames, velocity, config, frames).is_some())
     }
 
     /// Fills this sample with that of [`PathSample::of_taxels`]. Returns whether there is one.
