@@ -16,6 +16,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, LiveWave, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::path_sample::PathSample;
 use wstac_core::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
@@ -171,6 +172,10 @@ entries! {
     lose_in_chosen(ring: &mut Option<TaxelRing>) -> () { ring.lose() }
     skip_in_chosen(ring: &mut Option<TaxelRing>, frames: u64) -> () { ring.skip(frames) }
     event_with_taxels<'a>(event: Event<'a>, ring: &'a TaxelRing) -> Event<'a> { event.with_taxels(ring) }
+    whole_taxels_of_event<'a>(event: &Event<'a>) -> Option<&'a TaxelRing> { event.whole_taxels() }
+    last_frame(event: &Event<'_>) -> (u64, bool, bool) { (event.last_frame(), event.is_event(), event.is_under_way()) }
+    touch_of_update<'a>(update: &Update<'a>) -> Option<Event<'a>> { update.touch() }
+    answer_touch(pipeline: &mut Pipeline<Gray, Fixed, FixedBaseline, TaxelRing>) -> () { pipeline.answer_touch() }
     taxels_of_event<'a>(event: &Event<'a>) -> Option<&'a TaxelRing> { event.taxels() }
     event_of_update<'a>(update: &Update<'a>) -> Option<Event<'a>> { update.event() }
     event_of_end<'a>(finished: &Finished<'a>) -> Option<Event<'a>> { finished.event() }
@@ -184,6 +189,12 @@ entries! {
     taxels_of_update<'a>(update: &Update<'a>) -> Option<&'a TaxelRing> { update.taxels() }
     fill_from_sums(sample: &mut PathSample, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
         sample.fill_from_sums(event, velocity, config, frames)
+    }
+    of_touch(event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<PathSample> {
+        PathSample::of_touch(event, velocity, config, frames)
+    }
+    fill_from_touch(sample: &mut PathSample, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
+        sample.fill_from_touch(event, velocity, config, frames)
     }
     fill_from_taxels(sample: &mut PathSample, ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
         sample.fill_from_taxels(ring, velocity, config, frames)
@@ -201,6 +212,9 @@ entries! {
     any_law:
     answer_by_wave(law: &ByWave, event: &Event<'_>) -> Answer { law.answer(event) }
     path_velocity(law: &ByWave, event: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> { law.path_velocity(event, of_answer) }
+    answer_at_once(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave) -> Option<Answer> { at_once.answer(touch, law) }
+    end_at_once(at_once: &AtOnce, end: ContactEnd) -> ContactEnd { at_once.end(end) }
+    new_at_once(config: MotionConfig) -> AtOnce { AtOnce::new(config) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
     by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion { wave::by_wave(event, taxels, config) }
 }

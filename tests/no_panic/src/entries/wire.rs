@@ -1,7 +1,7 @@
 //! Entry points for messages between a board and a host.
 
 use wstac_core::features::Floor;
-use wstac_core::law::{AnyLaw, ByCoherence, ByEdges};
+use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::Model;
 use wstac_core::paper::sample::Sample;
@@ -51,6 +51,8 @@ entries! {
     text<'a>(text: &'a str) -> Text<'a> { Text::new(text) }
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
+    answers_of(event: &Event<'_>, answer: &Answer) -> Answers<'static> { Answers::of(event, answer) }
+    last_frame(answers: &Answers<'_>) -> u64 { answers.last_frame() }
     has_texture(answers: &Answers<'_>) -> bool { answers.has_texture() }
     velocity_of_answers(answers: &Answers<'_>) -> Option<Velocity> { answers.velocity() }
     touch_frame(answers: &Answers<'_>) -> Option<u64> { answers.touch_frame() }
