@@ -1,6 +1,7 @@
 //! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
 
 // The path is given because the firmware reads this file, too, from its place here.
+mod crosstalk;
 mod speed;
 
 use std::error::Error as StdError;
@@ -16,6 +17,7 @@ use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
+use wstac_core::touch::crosstalk::Correction;
 use wstac_core::touch::motion::MotionConfig;
 
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
@@ -55,10 +57,13 @@ pub struct LayoutConfig {
     frame: Option<[u16; 2]>,
     taxel: Option<Vec<u16>>,
     corners: Option<Vec<Vec<u16>>>,
+    /// The light of each whisker that each taxel sees, as a fraction of what the whisker's own taxel sees: a row for each
+    /// taxel.
+    crosstalk: Option<Vec<Vec<f64>>>,
 }
 
 impl LayoutConfig {
-    /// Returns whether any key is given. Without one, taxels are where the publication has them.
+    /// Returns whether a key of the taxels' places is given. Without one, they are where the publication has them.
     pub fn is_stated(&self) -> bool {
         self.preset.is_some() || self.frame.is_some() || self.taxel.is_some() || self.corners.is_some()
     }
@@ -242,8 +247,8 @@ impl Config {
         toml::to_string(&full)
     }
 
-    /// Returns this configuration with what a calibration measures, as `calibration` has it: `[layout]`, `[features]`
-    /// floor_levels, `[trigger]` margin, `[speed]` threshold and threshold_on.
+    /// Returns this configuration with what a calibration measures, as `calibration` has it: `[layout]` (with the
+    /// cross-talk of its taxels, or none), `[features]` floor_levels, `[trigger]` margin, `[speed]` threshold and threshold_on.
     #[must_use]
     pub fn calibrated(&self, calibration: &Self) -> Self {
         // It is no file's configuration any more.
@@ -345,7 +350,14 @@ impl LayoutConfig {
         Some((pair(self.taxel.as_ref()?)?, corners))
     }
 
+    /// Returns the correction of cross-talk; `None` if no matrix is stated.
+    pub fn correction(&self) -> Option<Correction> {
+        // It was checked when it was read.
+        self.crosstalk.as_ref().and_then(|matrix| crosstalk::correction(matrix).ok())
+    }
+
     fn check(&self) -> Result<(), String> {
+        self.crosstalk.as_ref().map_or(Ok(()), |matrix| crosstalk::correction(matrix).map(drop))?;
         match (self.preset, &self.taxel, &self.corners) {
             (Some(Preset::Paper) | None, None, None) => Ok(()),
             (Some(_), ..) => Err("[layout] has a preset beside taxel or corners; leave one of them out".into()),

@@ -1,6 +1,7 @@
 //! The touch itself: its onset and its end, its kind, its motion by arrival times, and its texture along the path, from ten
 //! sums or from 25 taxels in a ring.
 
+pub mod crosstalk;
 pub mod motion;
 pub(crate) mod onset;
 pub mod path_sample;

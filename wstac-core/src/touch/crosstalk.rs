@@ -1,0 +1,101 @@
+//! Cross-talk between taxels, taken out by the inverse of a measured matrix (SPEC §10).
+//!
+//! A taxel also sees some light of its neighbors' whiskers. If a matrix says how much, its inverse gives each whisker's own
+//! light. A host inverts the matrix; a board has the inverse as a constant.
+
+use crate::params::TAXELS;
+
+/// Bits behind the point of a weight: 1 is 8192.
+pub const WEIGHT_BITS: u32 = 13;
+/// Largest sum of the absolute weights of a taxel, in units of 2^-13: just below 4. With it, 25 products of 16 bits and the
+/// rounding fit 32 bits.
+pub const MOST_WEIGHTS: u32 = 32_767;
+
+/// The inverse of a cross-talk matrix, in fixed point: what each taxel's own whisker gives, of what all taxels see.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Correction {
+    weights: [[i16; TAXELS]; TAXELS],
+}
+
+impl Correction {
+    /// Creates a correction of weights in units of 2^-13, a row for each corrected taxel.
+    ///
+    /// Returns `None` if the absolute weights of a row add up to more than [`MOST_WEIGHTS`]: such an inverse would multiply
+    /// noise by up to 4.
+    pub const fn new(weights: [[i16; TAXELS]; TAXELS]) -> Option<Self> {
+        let mut rows: &[[i16; TAXELS]] = &weights;
+        while let [row, rest @ ..] = rows {
+            let (mut sum, mut row) = (0, row.as_slice());
+            while let [weight, others @ ..] = row {
+                sum += weight.unsigned_abs() as u32;
+                row = others;
+            }
+            if sum > MOST_WEIGHTS {
+                return None;
+            }
+            rows = rest;
+        }
+        Some(Self { weights })
+    }
+
+    /// Returns the weights in units of 2^-13, a row for each corrected taxel.
+    pub const fn weights(&self) -> &[[i16; TAXELS]; TAXELS] {
+        &self.weights
+    }
+
+    /// Returns the light without cross-talk, rounded (ties up) and clamped to 0..=65535.
+    ///
+    /// It differs from that of the exact inverse by at most half a unit and 1/16384 of the sum of all light.
+    pub fn apply(&self, light: &[u16; TAXELS]) -> [u16; TAXELS] {
+        let mut corrected = [0; TAXELS];
+        for (own, row) in corrected.iter_mut().zip(&self.weights) {
+            let products = row.iter().zip(light).map(|(&weight, &light)| i32::from(weight) * i32::from(light));
+            let sum = products.fold(1 << (WEIGHT_BITS - 1), |sum, product| sum + product);
+            *own = (sum >> WEIGHT_BITS).clamp(0, u16::MAX.into()) as u16;
+        }
+        corrected
+    }
+}
+
+/// Holds the correction of a [`Corrected`](super::taxel_ring::Corrected) store: at run time in an `Option`, or as a board's
+/// constant in a type of its own.
+///
+/// ```
+/// use wstac_core::touch::crosstalk::{Correction, CorrectionSource};
+/// use wstac_core::touch::taxel_ring::{Corrected, TaxelRing};
+///
+/// static CROSSTALK: Correction = match Correction::new([[0; 25]; 25]) {
+///     Some(correction) => correction,
+///     None => panic!("the weights are too large"),
+/// };
+///
+/// struct Constant;
+///
+/// impl CorrectionSource for Constant {
+///     const EMPTY: Self = Self;
+///
+///     fn correction(&self) -> Option<&Correction> {
+///         Some(&CROSSTALK)
+///     }
+/// }
+///
+/// // The parameter of a board's pipeline.
+/// type Taxels = Corrected<TaxelRing, Constant>;
+/// # assert_eq!(size_of::<Taxels>(), size_of::<TaxelRing>());
+/// ```
+pub trait CorrectionSource: Sized {
+    /// The holder in a pipeline that is built.
+    const EMPTY: Self;
+
+    /// Returns the correction; `None` if there is none.
+    fn correction(&self) -> Option<&Correction>;
+}
+
+impl CorrectionSource for Option<Correction> {
+    const EMPTY: Self = None;
+
+    #[inline(always)]
+    fn correction(&self) -> Option<&Correction> {
+        self.as_ref()
+    }
+}
