@@ -1,5 +1,6 @@
 //! Objects of any shape: how often their velocity is known and how often it is wrong, by kind and by fault.
 
+mod crosstalk;
 mod extents;
 pub(crate) mod scenes;
 
@@ -13,7 +14,7 @@ use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
-use wstac_core::touch::taxel_ring::TaxelRing;
+use wstac_core::touch::taxel_ring::ChosenTaxels;
 use wstac_core::touch::wave::{Basis, Extent, Measured, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
@@ -73,7 +74,7 @@ const fn refused(wrong: f64) -> Goal {
 const ROUND: Goal = known([[0.5, 2.0], [0.5, 2.5]], 92.0, 0.2);
 const PAIR: Goal = known([[1.0, 3.0], [1.0, 3.0]], 85.0, 0.3);
 
-const ROWS: [Row; 30] = [
+const ROWS: [Row; 32] = [
     row("wide", "wide block", Kind::Wide, known([[0.4, 1.5], [0.25, 1.0]], 97.0, 0.0)),
     row("rod", "rod of 3 to 15 mm", Kind::Rod, ROUND),
     row("ball", "ball of 5 to 20 mm", Kind::Ball, ROUND),
@@ -109,6 +110,8 @@ const ROWS: [Row; 30] = [
     mix("mix-decay", "mix, half of the light after another touch", Fault::Decay),
     mix("mix-drift", "mix, ambient light that grows by 1 to 4 % per second", Fault::Drift),
     mix("mix-crosstalk", "mix, cross-talk of 5 %", Fault::Crosstalk),
+    mix("mix-matrix", "mix, cross-talk of 5 %, matrix known", Fault::KnownCrosstalk),
+    mix("mix-measured", "mix, cross-talk of 5 %, matrix measured by pokes", Fault::MeasuredCrosstalk),
 ];
 
 /// Kinds for whoever breaks the estimator; on the page is only the acceleration of the first.
@@ -162,8 +165,10 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64) -> Answered {
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, rate).expect("sums fit 32 bits");
     let trigger = TriggerConfig::default().one_event_per_touch();
-    let builder = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>();
+    let builder = Pipeline::builder(geometry).trigger(trigger).taxels::<ChosenTaxels>();
     let mut pipeline = builder.build().expect("all parameters are defaults");
+    pipeline.keep_taxels();
+    pipeline.set_correction(crosstalk::correction(row.fault));
     let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32).filter(|_| row.fault != Fault::UnknownReadout);
     let readout = Readout::of_layout(time, RowOrder::Down, &layout, rate);
     let config = MotionConfig::published(rate).with_readout(readout);
