@@ -1,4 +1,4 @@
-//! Cross-talk between taxels, taken out by the inverse of a measured matrix (SPEC §10).
+//! Cross-talk between taxels, taken out by the inverse of a measured matrix (SPEC §9).
 //!
 //! A taxel also sees some light of its neighbors' whiskers. If a matrix says how much, its inverse gives each whisker's own
 //! light. A host inverts the matrix; a board has the inverse as a constant.
