@@ -443,6 +443,11 @@ mod tests {
     #[test]
     fn a_configuration_in_full_is_the_same_again() {
         let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 10 + 6 * (k % 5), 20 + 7 * (k / 5))).collect();
+        let row =
+            |own: usize| (0..25).map(|k| ["0", "0.05", "1"][usize::from(k + 1 == own) + 2 * usize::from(k == own)]);
+        let rows: Vec<_> = (0..25).map(|own| format!("[{}]", row(own).collect::<Vec<_>>().join(", "))).collect();
+        let mixed = format!("[layout]\ncrosstalk = [{}]", rows.join(", "));
+        assert!(Config::parse(&mixed).unwrap().layout.correction().is_some());
         let explicit = format!("[layout]\nframe = [1280, 720]\ntaxel = [5, 6]\ncorners = [{}]", corners.join(", "));
         for text in [
             "",
@@ -452,6 +457,7 @@ mod tests {
             "[speed]\nlaw = \"published\"\nslope = 56.123\nthreshold_on = \"above_baseline\"",
             "[trigger]\nfollow = 64\n[speed]\nlaw = \"published\"\nrange_mm_s = [80.1, 212.5]",
             "[sensor]\npitch_mm = 3.5\n[speed]\nestimator = \"edges\"",
+            &mixed,
         ] {
             let config = Config::parse(text).unwrap();
             let full = config.to_toml().unwrap();
@@ -460,6 +466,7 @@ mod tests {
             let frame = FrameSize::new(1280, 720).unwrap();
             assert_eq!(again.layout(frame), config.layout(frame), "{full}");
             assert_eq!(again.layout.frame, config.layout.frame, "{full}");
+            assert_eq!(again.layout.correction(), config.layout.correction(), "{full}");
             assert_eq!(again.trigger(), config.trigger(), "{full}");
             assert_eq!(format!("{:?}", again.following()), format!("{:?}", config.following()), "{full}");
             assert_eq!(config.following().unwrap().is_some(), text.contains("follow"), "{full}");
@@ -518,6 +525,7 @@ mod tests {
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),
+            ("[layout]\ncrosstalk = [[1]]", vec!["[layout] crosstalk has 1 rows", "25 rows of 25 numbers"]),
             ("[layout]\ntaxel = 5", vec!["taxel", "sequence"]),
             ("layout = 5", vec!["layout", "a table"]),
             ("[layout]\nframe = [5]", vec!["frame", "length 1"]),

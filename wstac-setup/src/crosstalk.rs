@@ -18,12 +18,14 @@ use wstac_host::source::{Frame, SourceEvent};
 /// Largest fraction of the brightest taxel's light that another may have while one whisker is touched.
 const MOST_BESIDE: f64 = 0.5;
 /// Least light of a touch, in standard deviations of the untouched light, and as a fraction of full scale.
-const LEAST_LIGHT: [f64; 2] = [20.0, 0.002];
+const LEAST_LIGHT: [f64; 2] = [50.0, 0.002];
 /// Largest standard deviation of the untouched light, as a fraction of full scale.
 const MOST_NOISE: f64 = 0.01;
 /// Fewest frames of a whisker, and the largest standard deviation of its fractions.
 const LEAST_FRAMES: u32 = 3;
 const MOST_SD: f64 = 0.005;
+/// Least fraction that is no noise, in standard deviations.
+const LEAST_SURE: f64 = 3.0;
 /// Largest distance from the line, as a fraction of the whisker's light (root mean square): other whiskers are off it.
 const MOST_OFF: f64 = 0.03;
 
@@ -138,10 +140,23 @@ impl CrosstalkWatch {
     /// The first frames were touched, or whiskers have too little light, or were not touched alone. The message names them.
     pub fn crosstalk(&self) -> Result<Crosstalk, String> {
         if self.untouched.len() < UNTOUCHED || self.noise > MOST_NOISE {
-            return Err(format!("expected {UNTOUCHED} untouched frames first, found {}, or a touch in them", self.untouched.len()));
+            return Err(format!(
+                "expected {UNTOUCHED} untouched frames first, found {}, or a touch in them",
+                self.untouched.len()
+            ));
         }
-        let names = |is_it: &dyn Fn(usize) -> bool| -> Vec<String> { (0..TAXELS).filter(|at| is_it(*at)).map(named).collect() };
-        let dim = names(&|whisker| !self.is_enough(whisker));
+        let names =
+            |is_it: &dyn Fn(usize) -> bool| -> Vec<String> { (0..TAXELS).filter(|at| is_it(*at)).map(named).collect() };
+        let worst = |whisker: usize| self.touched[whisker].worst(whisker, self.noise);
+        // Infinite is no distance, but of a whisker with too few frames.
+        let mixed = names(&|whisker| worst(whisker)[1].is_finite() && worst(whisker)[1] > MOST_OFF);
+        if !mixed.is_empty() {
+            return Err(format!(
+                "light beside {} does not follow its own, expected a touch of each whisker alone",
+                mixed.join("; ")
+            ));
+        }
+        let dim = names(&|whisker| worst(whisker)[0] > MOST_SD);
         if !dim.is_empty() {
             return Err(format!(
                 "{} of 25 whiskers have too little light ({}), expected a touch of each whisker alone",
@@ -149,19 +164,14 @@ impl CrosstalkWatch {
                 dim.join("; ")
             ));
         }
-        let mixed = names(&|whisker| self.touched[whisker].worst(whisker, self.noise)[1] > MOST_OFF);
-        if !mixed.is_empty() {
-            return Err(format!(
-                "light beside {} does not follow its own, expected a touch of each whisker alone",
-                mixed.join("; ")
-            ));
-        }
         let mut found = Crosstalk { matrix: [[0.0; TAXELS]; TAXELS], largest: (0.0, 0, 0) };
         for (taxel, row) in found.matrix.iter_mut().enumerate() {
             for (whisker, share) in row.iter_mut().enumerate() {
-                // Below 0 is noise.
-                let [fraction, ..] = self.touched[whisker].fraction(whisker, taxel, self.noise);
-                *share = if taxel == whisker { 1.0 } else { (fraction.max(0.0) * 1e4).round() / 1e4 };
+                let [fraction, sd, _] = self.touched[whisker].fraction(whisker, taxel, self.noise);
+                // What may be noise is left out: without what is below 0, noise of far taxels would add up.
+                let is_sure = fraction > LEAST_SURE * sd;
+                *share =
+                    if taxel == whisker { 1.0 } else { f64::from(u8::from(is_sure)) * (fraction * 1e4).round() / 1e4 };
                 if taxel != whisker && *share > found.largest.0 {
                     found.largest = (*share, taxel, whisker);
                 }
@@ -226,6 +236,95 @@ impl std::fmt::Display for Crosstalk {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let (share, taxel, whisker) = self.largest;
         let (taxel, whisker) = (named(taxel), named(whisker));
-        write!(f, "the largest cross-talk is {:.1} %: the taxel in {taxel} sees it of the whisker in {whisker}", 100.0 * share)
+        write!(
+            f,
+            "the largest cross-talk is {:.1} %: the taxel in {taxel} sees it of the whisker in {whisker}",
+            100.0 * share
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wstac_host::source::Source;
+    use wstac_scene::SceneConfig;
+    use wstac_scene::source::SceneSource;
+
+    /// Returns a watch that has seen a scene of pokes of these whiskers, with more keys.
+    fn poked(whiskers: impl IntoIterator<Item = usize>, keys: &str) -> CrosstalkWatch {
+        let poke = |at: usize| format!("[[touch]]\nkind = \"poke\"\nwhisker = [{}, {}]\n", at / 5 + 1, at % 5 + 1);
+        let pokes: String = whiskers.into_iter().map(poke).collect();
+        let script =
+            SceneConfig::from_toml("pokes", &format!("gap = 10\nfidelity = \"taxel\"\n{keys}\n{pokes}")).unwrap();
+        let mut source = SceneSource::new(&script).unwrap();
+        let mut watch = CrosstalkWatch::new(Config::default().geometry(source.info()).unwrap());
+        loop {
+            match source.next_event().unwrap() {
+                SourceEvent::End => return watch,
+                event => _ = watch.take(&event),
+            }
+        }
+    }
+
+    #[test]
+    fn pokes_tell_the_cross_talk() {
+        for share in [0.0, 0.05, 0.15] {
+            let watch = poked((0..TAXELS).rev(), &format!("[light]\ncrosstalk = {share}\nleak = 0.02"));
+            let found = watch.crosstalk().unwrap();
+            for (taxel, row) in found.matrix.iter().enumerate() {
+                for (whisker, found) in row.iter().enumerate() {
+                    let far = (taxel / 5).abs_diff(whisker / 5) + (taxel % 5).abs_diff(whisker % 5);
+                    let truth = [1.0, share, 0.0][far.min(2)];
+                    assert!((found - truth).abs() < 0.003, "taxel {taxel} of {whisker}: {found}, expected {truth}");
+                }
+            }
+            assert!((found.largest.0 - share).abs() < 0.003, "{found}");
+            let text = found.written_to("").unwrap();
+            assert!(Config::parse(&text).unwrap().layout.correction().is_some(), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_touched_alone_is_named() {
+        let error = |watch: CrosstalkWatch| watch.crosstalk().unwrap_err();
+        let without = error(poked((0..TAXELS).filter(|whisker| *whisker != 11), ""));
+        assert_eq!(
+            without,
+            "1 of 25 whiskers have too little light (row 3, column 2), expected a touch of each whisker alone"
+        );
+        let press = error(poked([], "[[touch]]\nkind = \"press\""));
+        assert!(press.starts_with("25 of 25 whiskers have too little light (row 1, column 1; "), "{press}");
+        // A ball along a row lights one whisker after the other, but not alone.
+        let rod = "[[touch]]\nkind = \"slide\"\nshape = \"ball\"\ndiameter = 6\nspeed = 60\n";
+        let mixed = error(poked(0..TAXELS, rod));
+        assert!(mixed.starts_with("light beside row 3, column "), "{mixed}");
+        let early = error(poked(0..TAXELS, "lead_in = 3"));
+        assert!(early.contains("25 untouched frames first"), "{early}");
+        let none = CrosstalkWatch::new(*poked([0], "").sums.camera());
+        assert_eq!(error(none), "expected 25 untouched frames first, found 0, or a touch in them");
+    }
+
+    #[test]
+    fn only_the_key_of_a_configuration_is_changed() {
+        let mut found = Crosstalk { matrix: [[0.0; TAXELS]; TAXELS], largest: (0.0, 0, 0) };
+        (0..TAXELS).for_each(|at| found.matrix[at][at] = 1.0);
+        found.matrix[1][0] = 0.0521;
+        let layout = "# mine\n[layout] # places\npreset = \"paper\"\n\n[sensor]\npitch_mm = 3.5 # measured\n";
+        let once = found.written_to(layout).unwrap();
+        assert!(
+            once.contains("    [0.0521, 1, 0, ") && once.ends_with("[sensor]\npitch_mm = 3.5 # measured\n"),
+            "{once}"
+        );
+        let lines: Vec<_> = once.lines().collect();
+        assert_eq!(lines.len(), layout.lines().count() + 27);
+        assert!(layout.lines().all(|line| lines.contains(&line)));
+        found.matrix[1][0] = 0.07;
+        assert_eq!(found.written_to(&once).unwrap(), once.replace("0.0521", "0.07"));
+        assert!(found.written_to("[sensor]\npitch_mm = 3.5").unwrap().contains("3.5\n\n[layout]\ncrosstalk = ["));
+        // A table that has no line of its own.
+        assert_eq!(found.written_to("layout.preset = \"paper\"").unwrap_err().kind(), ErrorKind::Config);
+        found.matrix[1][0] = 0.6;
+        assert!(found.written_to(layout).unwrap_err().message().contains("crosstalk[1][0] is 0.6, expected 0 to 0.5"));
     }
 }

@@ -98,17 +98,13 @@ mod tests {
             (changed(3, 4, -0.01), "crosstalk[3][4] is -0.01"),
             (changed(3, 4, 1e300), "expected 0 to 0.5"),
             (changed(24, 24, 0.9), "crosstalk[24][24] is 0.9, expected 1,"),
-            (neighbors(0.5), "has no inverse, or one that raises noise"),
-            // One and the same light in all taxels, but for a millionth.
+            // Singular, and nearly so.
+            (neighbors(0.5), "has no inverse"),
+            (neighbors(0.28), "has no inverse, or one that raises noise"),
             (vec![vec![0.5; TAXELS]; TAXELS], "crosstalk[0][0] is 0.5"),
         ] {
             let error = correction(&matrix).unwrap_err();
             assert!(error.starts_with("[layout] crosstalk") && error.contains(says), "{error}, expected {says}");
         }
-        // Two taxels that see the same.
-        let mut singular = neighbors(0.0);
-        (singular[0], singular[1]) = (vec![0.5; TAXELS], vec![0.5; TAXELS]);
-        (singular[0][0], singular[1][1]) = (1.0, 1.0);
-        assert!(correction(&singular).is_ok(), "half of the light of each other can be told");
     }
 }
