@@ -443,8 +443,9 @@ mod tests {
     #[test]
     fn a_configuration_in_full_is_the_same_again() {
         let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 10 + 6 * (k % 5), 20 + 7 * (k / 5))).collect();
-        let row =
-            |own: usize| (0..25).map(|k| ["0", "0.05", "1"][usize::from(k + 1 == own) + 2 * usize::from(k == own)]);
+        let row = |own: usize| {
+            (0..25).map(move |k| ["0", "0.05", "1"][usize::from(k + 1 == own) + 2 * usize::from(k == own)])
+        };
         let rows: Vec<_> = (0..25).map(|own| format!("[{}]", row(own).collect::<Vec<_>>().join(", "))).collect();
         let mixed = format!("[layout]\ncrosstalk = [{}]", rows.join(", "));
         assert!(Config::parse(&mixed).unwrap().layout.correction().is_some());
@@ -525,7 +526,7 @@ mod tests {
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),
-            ("[layout]\ncrosstalk = [[1]]", vec!["[layout] crosstalk has 1 rows", "25 rows of 25 numbers"]),
+            ("[layout]\ncrosstalk = [[1]]", vec!["[layout] crosstalk has 1 row,", "25 rows of 25 numbers"]),
             ("[layout]\ntaxel = 5", vec!["taxel", "sequence"]),
             ("layout = 5", vec!["layout", "a table"]),
             ("[layout]\nframe = [5]", vec!["frame", "length 1"]),

@@ -99,3 +99,64 @@ impl CorrectionSource for Option<Correction> {
         self.as_ref()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::green::gray::Gray;
+    use crate::layout::{FrameSize, Layout};
+    use crate::pipeline::Pipeline;
+    use crate::rate::FrameRate;
+    use crate::taxels::FrameGeometry;
+    use crate::touch::taxel_ring::{ChosenTaxels, TaxelRing};
+
+    /// A correction that takes an eighth of the taxel before from each taxel but the first.
+    fn correction() -> Correction {
+        let weight =
+            |taxel: usize, other: usize| i16::from(taxel == other) * 8192 - i16::from(other + 1 == taxel) * 1024;
+        let weights = core::array::from_fn(|taxel| core::array::from_fn(|other| weight(taxel, other)));
+        Correction::new(weights).unwrap()
+    }
+
+    #[test]
+    fn weights_that_could_overflow_are_refused() {
+        let mut weights = [[0; TAXELS]; TAXELS];
+        weights[24] = [-1310; TAXELS];
+        weights[24][0] = i16::MAX - 24 * 1310;
+        assert!(Correction::new(weights).is_some_and(|correction| correction.apply(&[u16::MAX; TAXELS])[24] == 0));
+        weights[24][0] += 1;
+        assert_eq!(Correction::new(weights), None);
+        weights[24] = [0; TAXELS];
+        weights[24][3] = i16::MIN;
+        assert_eq!(Correction::new(weights), None);
+        weights[24][3] = i16::MAX;
+        assert_eq!(Correction::new(weights).unwrap().apply(&[u16::MAX; TAXELS])[24], u16::MAX);
+    }
+
+    /// At 60 frames per second a feature frame has two camera frames, of which one may be lost.
+    #[test]
+    fn a_ring_is_corrected_once_a_frame_and_features_are_not() {
+        let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
+        let geometry = FrameGeometry::new(Gray, layout, FrameRate::new(60, 1).unwrap()).unwrap();
+        let mut plain = Pipeline::builder(geometry).taxels::<TaxelRing>().build().unwrap();
+        let mut corrected = Pipeline::builder(geometry).taxels::<ChosenTaxels>().build().unwrap();
+        corrected.keep_taxels();
+        corrected.set_correction(Some(correction()));
+        for number in 0..200_u32 {
+            let sums = core::array::from_fn(|taxel| 1000 * ((number * 7 + taxel as u32 * 13) % 97));
+            let (is_lost, (plain, corrected)) = (number % 11 == 3 || number / 8 == 9, (&mut plain, &mut corrected));
+            let frames = if is_lost {
+                [plain.push_lost(1).frame(), corrected.push_lost(1).frame()]
+            } else {
+                [plain.push_taxels(&sums).frame(), corrected.push_taxels(&sums).frame()]
+            };
+            assert_eq!(frames[0], frames[1]);
+        }
+        let [plain, corrected] = [plain.taxel_ring().unwrap(), corrected.taxel_ring().unwrap()];
+        for number in 0..70 {
+            assert_eq!(corrected.frame(number), correction().apply(&plain.frame(number)), "{number}");
+            assert_eq!(corrected.is_lost(number), plain.is_lost(number));
+        }
+        assert!((0..70).any(|number| corrected.frame(number) != plain.frame(number)));
+    }
+}

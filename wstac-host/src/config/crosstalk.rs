@@ -3,6 +3,8 @@
 use wstac_core::params::TAXELS;
 use wstac_core::touch::crosstalk::{Correction, WEIGHT_BITS};
 
+use crate::plural::counted;
+
 /// Largest fraction of a whisker's light that another taxel may see.
 const MOST: f64 = 0.5;
 
@@ -10,12 +12,12 @@ const MOST: f64 = 0.5;
 pub(super) fn correction(matrix: &[Vec<f64>]) -> Result<Correction, String> {
     const EXPECTED: &str = "expected 25 rows of 25 numbers";
     if matrix.len() != TAXELS {
-        return Err(format!("[layout] crosstalk has {} rows, {EXPECTED}", matrix.len()));
+        return Err(format!("[layout] crosstalk has {}, {EXPECTED}", counted(matrix.len(), "row")));
     }
     let mut rows = [[0.0; 2 * TAXELS]; TAXELS];
     for (number, (row, given)) in rows.iter_mut().zip(matrix).enumerate() {
         if given.len() != TAXELS {
-            return Err(format!("[layout] crosstalk[{number}] has {} numbers, {EXPECTED}", given.len()));
+            return Err(format!("[layout] crosstalk[{number}] has {}, {EXPECTED}", counted(given.len(), "number")));
         }
         let is_wrong = |(at, &found): (usize, &f64)| {
             if at == number { found != 1.0 } else { !(0.0..=MOST).contains(&found) }

@@ -11,6 +11,7 @@ use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
 use crate::taxels::FrameGeometry;
 use crate::touch::motion::Readout;
+use crate::touch::taxel_ring::ChosenTaxels;
 
 /// Light of a dark taxel, as a fraction of full scale.
 const DARK: f64 = 0.004;
