@@ -246,6 +246,7 @@ fn crosstalk(correction: &Correction) -> String {
         None => panic!(\"checked by the build script\"),
     }};
 /// The cross-talk of the configuration's taxels.
+#[derive(Clone, Debug)]
 pub struct Crosstalk;
 impl wstac_core::touch::crosstalk::CorrectionSource for Crosstalk {{
     const EMPTY: Self = Self;
