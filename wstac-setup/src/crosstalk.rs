@@ -213,7 +213,7 @@ impl Crosstalk {
             }
         }
         if !is_written {
-            made += &format!("\n[layout]\n{key}");
+            let _ = write!(made, "\n[layout]\n{key}");
         }
         let without = |text: &str| {
             let mut table = text.parse::<toml::Table>().ok()?;

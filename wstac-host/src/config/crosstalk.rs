@@ -19,11 +19,8 @@ pub(super) fn correction(matrix: &[Vec<f64>]) -> Result<Correction, String> {
         if given.len() != TAXELS {
             return Err(format!("[layout] crosstalk[{number}] has {}, {EXPECTED}", counted(given.len(), "number")));
         }
-        let is_wrong = |(at, &found): (usize, &f64)| {
-            if at == number { found != 1.0 } else { !(0.0..=MOST).contains(&found) }
-        };
-        if let Some(at) = given.iter().enumerate().position(is_wrong) {
-            let found = given[at];
+        let bounds = |at: usize| if at == number { 1.0..=1.0 } else { 0.0..=MOST };
+        if let Some((at, found)) = given.iter().enumerate().find(|(at, found)| !bounds(*at).contains(*found)) {
             let expected = if at == number { "1, a taxel's own whisker".into() } else { format!("0 to {MOST}") };
             return Err(format!("[layout] crosstalk[{number}][{at}] is {found}, expected {expected}"));
         }
