@@ -1,8 +1,8 @@
 //! Cross-talk between taxels: touches of one whisker at a time tell how much of its light each other taxel sees.
 //!
 //! [`CrosstalkWatch`] takes the frames: the first 25 are untouched, then each whisker is touched alone with a thin tip, in any
-//! order. While one taxel is brighter than twice each other one, the light of the others is taken for its whisker's. A line
-//! through the untouched light, by least squares, gives the fraction.
+//! order. While one taxel is brighter than twice each other one, the light of the others is taken for its whisker's. The slope
+//! of a line through the untouched light, by least squares, is the fraction.
 
 use std::fmt::Write;
 
@@ -64,7 +64,7 @@ impl Touched {
         let own = self.squares[whisker];
         let fraction = self.products[taxel] / own;
         let rest = (self.squares[taxel] - fraction * self.products[taxel]).max(0.0);
-        let variance = (rest / f64::from(self.frames.max(2) - 1)).max(noise * noise);
+        let variance = (rest / f64::from(self.frames - 1)).max(noise * noise);
         [fraction, (variance / own).sqrt(), (rest / own).sqrt()]
     }
 
@@ -101,7 +101,9 @@ impl CrosstalkWatch {
         let light = sums.map(|sum| f64::from(sum) / full);
         if self.untouched.len() < UNTOUCHED {
             self.untouched.push(light);
-            self.measure_dark();
+            if self.untouched.len() == UNTOUCHED {
+                self.measure_dark();
+            }
             return None;
         }
         let light: [f64; TAXELS] = core::array::from_fn(|taxel| light[taxel] - self.dark[taxel]);
@@ -126,7 +128,7 @@ impl CrosstalkWatch {
             let values = || self.untouched.iter().map(|frame| frame[taxel]);
             self.dark[taxel] = values().sum::<f64>() / count;
             let squares: f64 = values().map(|value| (value - self.dark[taxel]).powi(2)).sum();
-            self.noise = self.noise.max((squares / (count - 1.0).max(1.0)).sqrt());
+            self.noise = self.noise.max((squares / (count - 1.0)).sqrt());
         }
     }
 
@@ -152,7 +154,7 @@ impl CrosstalkWatch {
         let mixed = names(&|whisker| worst(whisker)[1].is_finite() && worst(whisker)[1] > MOST_OFF);
         if !mixed.is_empty() {
             return Err(format!(
-                "light beside {} does not follow its own, expected a touch of each whisker alone",
+                "light beside {} does not follow its own, expected a touch of each whisker alone in a room of even light",
                 mixed.join("; ")
             ));
         }
@@ -169,9 +171,8 @@ impl CrosstalkWatch {
             for (whisker, share) in row.iter_mut().enumerate() {
                 let [fraction, sd, _] = self.touched[whisker].fraction(whisker, taxel, self.noise);
                 // What may be noise is left out: without what is below 0, noise of far taxels would add up.
-                let is_sure = fraction > LEAST_SURE * sd;
-                *share =
-                    if taxel == whisker { 1.0 } else { f64::from(u8::from(is_sure)) * (fraction * 1e4).round() / 1e4 };
+                let sure = if fraction > LEAST_SURE * sd { (fraction * 1e4).round() / 1e4 } else { 0.0 };
+                *share = if taxel == whisker { 1.0 } else { sure };
                 if taxel != whisker && *share > found.largest.0 {
                     found.largest = (*share, taxel, whisker);
                 }
@@ -299,6 +300,8 @@ mod tests {
         let rod = "[[touch]]\nkind = \"slide\"\nshape = \"ball\"\ndiameter = 6\nspeed = 60\n";
         let mixed = error(poked(0..TAXELS, rod));
         assert!(mixed.starts_with("light beside row 3, column "), "{mixed}");
+        let drifting = error(poked(0..TAXELS, "[light]\nleak_per_minute = 0.05"));
+        assert!(drifting.contains("does not follow its own"), "{drifting}");
         let early = error(poked(0..TAXELS, "lead_in = 3"));
         assert!(early.contains("25 untouched frames first"), "{early}");
         let none = CrosstalkWatch::new(*poked([0], "").sums.camera());
