@@ -119,6 +119,10 @@ fn measured_cross_talk_is_taken_out_of_speeds() {
     let [without, with] = [speed(&[&slide]), speed(&[&slide, "--config", &config])];
     println!("at 60 mm/s with cross-talk of 8 %: {without:.2} mm/s without the matrix, {with:.2} with it");
     assert!((without / 60.0 - 1.0).abs() > 0.015 && (with / 60.0 - 1.0).abs() < 0.005, "{without} {with}");
+    let other =
+        folder.file("other.toml", format!("{written}[speed]\nestimator = \"coherence\"\n")).display().to_string();
+    let unused = said(&run(["run", &slide, "--config", &other]));
+    assert!(unused.contains("[layout] crosstalk corrects no speeds but those of estimator = \"wave\""), "{unused}");
     // A recording has the matrix in it.
     let recording = folder.path("slide.mcap");
     good(&["record", &slide, "-o", &recording, "--config", &config]);

@@ -14,7 +14,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime};
 use wstac_core::touch::taxel_ring::ChosenTaxels;
 
-use crate::config::{Config, Kernel};
+use crate::config::{Config, Estimator, Kernel};
 use crate::error::Error;
 use crate::source::{RATE_OFF, StreamInfo};
 
@@ -93,9 +93,15 @@ impl Config {
         })
     }
 
-    /// Returns the notes for a person about what nothing states of a source, and about its rate.
+    /// Returns a note for a person if the law does not use the matrix of cross-talk that is stated.
+    pub fn crosstalk_note(&self) -> Option<&'static str> {
+        let is_unused = self.layout.correction().is_some() && self.speed.estimator() != Some(Estimator::Wave);
+        is_unused.then_some("[layout] crosstalk corrects no speeds but those of estimator = \"wave\"")
+    }
+
+    /// Returns the notes for a person about what nothing states of a source, about its rate, and about what is not used.
     pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
-        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info));
+        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info)).chain(self.crosstalk_note());
         stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))
     }
 
