@@ -111,7 +111,8 @@ Cross-talk:
   --crosstalk measures it: standard error names each whisker whose light
   is enough. When all 25 are named, the recording may end, or Ctrl-C.
   [layout] crosstalk of FILE.toml is written, and nothing else of it is
-  changed. If a whisker was not touched alone, nothing is written.
+  changed. If a whisker was not touched alone, nothing is written. The
+  room's light must not change. A board's pictures are too slow for it.
   Calibrate again after the camera was moved: first without --crosstalk.
 
 The configuration:
