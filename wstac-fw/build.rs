@@ -30,6 +30,7 @@ fn main() {
     println!("cargo:rerun-if-changed=build");
     println!("cargo:rerun-if-changed=../wstac-host/src/config.rs");
     println!("cargo:rerun-if-changed=../wstac-host/src/config/speed.rs");
+    println!("cargo:rerun-if-changed=../wstac-host/src/config/crosstalk.rs");
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     println!("cargo:rustc-env=WSTAC_REVISION={}", revision());
     if let Err(error) = check::target().and_then(|()| check::rows()) {

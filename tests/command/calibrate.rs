@@ -89,6 +89,47 @@ fn presses_tell_the_readout() {
 }
 
 #[test]
+fn measured_cross_talk_is_taken_out_of_speeds() {
+    let folder = Folder::new("calibrate-crosstalk");
+    let config = folder.file("wstac.toml", "[layout] # mine\npreset = \"paper\"\n").display().to_string();
+    let keys = "gap = 10\n[light]\ncrosstalk = 0.08\n[sensor]\nsize = [240, 240]\n";
+    let poke = |at: usize| format!("[[touch]]\nkind = \"poke\"\nwhisker = [{}, {}]\n", at / 5 + 1, at % 5 + 1);
+    let pokes = |count: usize| format!("{keys}{}", (0..count).map(poke).collect::<String>());
+    let few = scene(&folder, "few.toml", &pokes(24));
+    let message = refusal(&["calibrate", &few, "--crosstalk", "-o", &config]);
+    assert!(
+        message.contains("1 of 25 whiskers have too little light (row 5, column 5), expected a touch"),
+        "{message}"
+    );
+    let all = scene(&folder, "all.toml", &pokes(25));
+    let record = good(&["calibrate", &all, "--crosstalk", "-o", &config, "--json"]);
+    let record: Value = serde_json::from_str(&record).unwrap();
+    assert!(record["kind"] == "crosstalk" && (record["largest"].as_f64().unwrap() - 0.08).abs() < 0.005, "{record}");
+    let written = std::fs::read_to_string(&config).unwrap();
+    assert!(written.starts_with("[layout] # mine\ncrosstalk = [\n    [1, 0.0"), "{written}");
+    assert!(written.ends_with("]\npreset = \"paper\"\n"), "{written}");
+
+    let slide = scene(&folder, "slide.toml", &format!("specimen = \"Fla0\"\nspeed = 60\ndirection = 25\n{keys}"));
+    let speed = |arguments: &[&str]| {
+        let records = good(&[&["run"], arguments, &["--json"]].concat());
+        let events = records.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let event = events.into_iter().find(|record| record["kind"] == "event").unwrap();
+        event["speed"]["mm_s"].as_f64().unwrap()
+    };
+    let [without, with] = [speed(&[&slide]), speed(&[&slide, "--config", &config])];
+    println!("at 60 mm/s with cross-talk of 8 %: {without:.2} mm/s without the matrix, {with:.2} with it");
+    assert!((without / 60.0 - 1.0).abs() > 0.015 && (with / 60.0 - 1.0).abs() < 0.005, "{without} {with}");
+    let other =
+        folder.file("other.toml", format!("{written}[speed]\nestimator = \"coherence\"\n")).display().to_string();
+    let unused = said(&run(["run", &slide, "--config", &other]));
+    assert!(unused.contains("[layout] crosstalk corrects no speeds but those of estimator = \"wave\""), "{unused}");
+    // A recording has the matrix in it.
+    let recording = folder.path("slide.mcap");
+    good(&["record", &slide, "-o", &recording, "--config", &config]);
+    assert_eq!(speed(&[&recording]).to_bits(), with.to_bits());
+}
+
+#[test]
 fn a_refusal_leaves_a_picture_and_no_configuration() {
     let folder = Folder::new("calibrate-refusal");
     let (config, picture) = (folder.0.join("wstac.toml"), folder.0.join("seen.png"));

@@ -135,6 +135,23 @@ def wave(wstac, folder, numbers, chosen=WITH_TAXELS):
         print(f"{board.core}, by a wave: {cost['events']} events as on the host", flush=True)
 
 
+def by_matrix(wstac, folder, board=BOARDS[-1]):
+    """Checks that a board with a matrix of cross-talk has the host's events, which are not those without it."""
+    folder /= "matrix"
+    folder.mkdir()
+    file, config = clip(wstac, folder, "balls.toml"), by_wave(folder)
+    how = ("run", file, "--readout", "0", "--json", "--config")
+    without = host(wstac, *how, config)
+    rows = [[1 if a == b else 0.05 * (abs(a // 5 - b // 5) + abs(a % 5 - b % 5) == 1) for b in range(25)] for a in range(25)]
+    config.write_text(f"[layout]\ncrosstalk = {rows}\n")
+    events = host(wstac, *how, config)
+    boards.run(board, boards.build(board.target, "--bin", "emulated", config=config) / "emulated", folder, serial="file:serial")
+    same(board, "events with a matrix of cross-talk", host(wstac, "monitor", folder / "serial", "--json"), events)
+    if events == without:
+        sys.exit("a matrix of cross-talk changes no event")
+    print(f"{board.core}: {len(events)} records with a matrix of cross-talk as on the host", flush=True)
+
+
 def refusals(folder):
     """Checks that a build names a pixel format that it does not know, and live motion that a small board has no memory for."""
     for named, expected in (
@@ -168,6 +185,7 @@ def main():
         else:
             numbers = measure(wstac, Path(folder), MODELS)
             wave(wstac, Path(folder), numbers)
+            by_matrix(wstac, Path(folder))
             refusals(Path(folder))
             formats_too(wstac, Path(folder))
     if not base:

@@ -17,6 +17,7 @@ from typing import Any
 
 from vectors import SEED
 from vectors.case import Case
+from vectors.crosstalk_cases import crosstalk_cases
 from vectors.event_cases import event_cases
 from vectors.extent_cases import extent_cases
 from vectors.follow_cases import follow_cases
@@ -61,6 +62,7 @@ def made_files() -> dict[str, bytes]:
         "manifest.json": lines_of({"version": VERSION, "seed": SEED, "cases": listed}).encode(),
         "expected.json": f"{{{results}}}\n".encode(),
         "frames.raw": bytes(frames),
+        "crosstalk.json": lines_of({"cases": crosstalk_cases()}).encode(),
         "extent.json": lines_of({"cases": extent_cases()}).encode(),
         "known.json": lines_of({"cases": known_cases()}).encode(),
         "live.json": lines_of({"cases": live_cases()}).encode(),

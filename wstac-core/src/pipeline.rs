@@ -15,7 +15,8 @@ use crate::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd, Tri
 use crate::params::{DEFAULT_FLOOR_LEVELS, FEATURES, TAXELS};
 use crate::stream::{FeatureFrame, FeatureStream, Loss};
 use crate::taxels::{FrameGeometry, TaxelSums};
-use crate::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
+use crate::touch::crosstalk::Correction;
+use crate::touch::taxel_ring::{ChosenTaxels, NoTaxels, TaxelRing, TaxelStore};
 
 /// Turns frames, stripes of frames, taxel sums and lost frames into features, events and early samples.
 ///
@@ -248,10 +249,15 @@ impl Pipeline {
     }
 }
 
-impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B, Option<TaxelRing>> {
+impl<G: GreenChannel, L: Ln, B: BaselinePolicy> Pipeline<G, L, B, ChosenTaxels> {
     /// Keeps the taxels of the frames to come, for a model that needs them.
     pub fn keep_taxels(&mut self) {
-        self.taxels.insert(TaxelRing::EMPTY).start(self.stream.camera());
+        self.taxels.store.insert(TaxelRing::EMPTY).start(self.stream.camera());
+    }
+
+    /// Sets the correction of cross-talk in the taxels of the frames to come; `None` for none.
+    pub fn set_correction(&mut self, correction: Option<Correction>) {
+        self.taxels.correction = correction;
     }
 }
 

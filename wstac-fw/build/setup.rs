@@ -7,6 +7,7 @@ use wstac_core::green::any::YcbcrMethod;
 use wstac_core::model::Model;
 use wstac_core::model::file::Input;
 use wstac_core::paper::speed::Law;
+use wstac_core::touch::crosstalk::Correction;
 
 use crate::check;
 use crate::pixels::Pixels;
@@ -236,6 +237,28 @@ pub const MODEL: Option<&Kind> = None;
     Ok(types(kind, input, config)? + none)
 }
 
+/// Returns the source of the correction of cross-talk, as a constant.
+fn crosstalk(correction: &Correction) -> String {
+    format!(
+        "static CORRECTION: wstac_core::touch::crosstalk::Correction =
+    match wstac_core::touch::crosstalk::Correction::new({:?}) {{
+        Some(correction) => correction,
+        None => panic!(\"checked by the build script\"),
+    }};
+/// The cross-talk of the configuration's taxels.
+#[derive(Clone, Debug)]
+pub struct Crosstalk;
+impl wstac_core::touch::crosstalk::CorrectionSource for Crosstalk {{
+    const EMPTY: Self = Self;
+    fn correction(&self) -> Option<&wstac_core::touch::crosstalk::Correction> {{
+        Some(&CORRECTION)
+    }}
+}}
+",
+        correction.weights()
+    )
+}
+
 /// Returns the source of the types of a model.
 fn types((module, kind): (&str, &str), input: Input, config: &Config) -> Result<String, String> {
     let sample = match (input, config.speed.law()) {
@@ -248,6 +271,11 @@ fn types((module, kind): (&str, &str), input: Input, config: &Config) -> Result<
         (other, _) => return Err(format!("its sample is {}, expected frames, path or taxel_path", other.name())),
     };
     let taxels = if input == Input::TaxelPath || is_wave(config) { "TaxelRing" } else { "NoTaxels" };
+    let ring = "wstac_core::touch::taxel_ring::";
+    let (taxels, constant) = match config.layout.correction().filter(|_| taxels == "TaxelRing") {
+        Some(correction) => (format!("{ring}Corrected<{ring}{taxels}, Crosstalk>"), crosstalk(&correction)),
+        None => (format!("{ring}{taxels}"), String::new()),
+    };
     let live = if is_wave(config) { "LiveWave" } else { "LiveMotion" };
     Ok(format!(
         "use wstac_core::model::{module}::{kind} as KindOf;
@@ -259,8 +287,8 @@ pub const KIND: wstac_core::wire::ModelKind = wstac_core::wire::ModelKind::{kind
 /// The sample that the texture model takes.
 pub type ModelSample = crate::textures::{sample};
 /// The type of what the pipeline keeps of the taxels: nothing, unless the law or the texture model takes 25 of them.
-pub type Taxels = wstac_core::touch::taxel_ring::{taxels};
-/// The type of what follows whatever slides, frame by frame.
+pub type Taxels = {taxels};
+{constant}/// The type of what follows whatever slides, frame by frame.
 pub type Live = wstac_core::touch::motion::{live};
 /// Whether the law takes 25 taxels.
 pub const IS_WAVE: bool = {};

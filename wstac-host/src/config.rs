@@ -1,6 +1,7 @@
 //! The configuration file: TOML, every key optional, defaults from the sensor's published or decided parameters.
 
 // The path is given because the firmware reads this file, too, from its place here.
+mod crosstalk;
 mod speed;
 
 use std::error::Error as StdError;
@@ -16,6 +17,7 @@ use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::params;
 use wstac_core::rate::FrameRate;
+use wstac_core::touch::crosstalk::Correction;
 use wstac_core::touch::motion::MotionConfig;
 
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
@@ -55,10 +57,13 @@ pub struct LayoutConfig {
     frame: Option<[u16; 2]>,
     taxel: Option<Vec<u16>>,
     corners: Option<Vec<Vec<u16>>>,
+    /// The light of each whisker that each taxel sees, as a fraction of what the whisker's own taxel sees: a row for each
+    /// taxel.
+    crosstalk: Option<Vec<Vec<f64>>>,
 }
 
 impl LayoutConfig {
-    /// Returns whether any key is given. Without one, taxels are where the publication has them.
+    /// Returns whether a key of the taxels' places is given. Without one, they are where the publication has them.
     pub fn is_stated(&self) -> bool {
         self.preset.is_some() || self.frame.is_some() || self.taxel.is_some() || self.corners.is_some()
     }
@@ -242,8 +247,8 @@ impl Config {
         toml::to_string(&full)
     }
 
-    /// Returns this configuration with what a calibration measures, as `calibration` has it: `[layout]`, `[features]`
-    /// floor_levels, `[trigger]` margin, `[speed]` threshold and threshold_on.
+    /// Returns this configuration with what a calibration measures, as `calibration` has it: `[layout]` (with the
+    /// cross-talk of its taxels, or none), `[features]` floor_levels, `[trigger]` margin, `[speed]` threshold and threshold_on.
     #[must_use]
     pub fn calibrated(&self, calibration: &Self) -> Self {
         // It is no file's configuration any more.
@@ -345,7 +350,14 @@ impl LayoutConfig {
         Some((pair(self.taxel.as_ref()?)?, corners))
     }
 
+    /// Returns the correction of cross-talk; `None` if no matrix is stated.
+    pub fn correction(&self) -> Option<Correction> {
+        // It was checked when it was read.
+        self.crosstalk.as_ref().and_then(|matrix| crosstalk::correction(matrix).ok())
+    }
+
     fn check(&self) -> Result<(), String> {
+        self.crosstalk.as_ref().map_or(Ok(()), |matrix| crosstalk::correction(matrix).map(drop))?;
         match (self.preset, &self.taxel, &self.corners) {
             (Some(Preset::Paper) | None, None, None) => Ok(()),
             (Some(_), ..) => Err("[layout] has a preset beside taxel or corners; leave one of them out".into()),
@@ -431,6 +443,12 @@ mod tests {
     #[test]
     fn a_configuration_in_full_is_the_same_again() {
         let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 10 + 6 * (k % 5), 20 + 7 * (k / 5))).collect();
+        let row = |own: usize| {
+            (0..25).map(move |k| ["0", "0.05", "1"][usize::from(k + 1 == own) + 2 * usize::from(k == own)])
+        };
+        let rows: Vec<_> = (0..25).map(|own| format!("[{}]", row(own).collect::<Vec<_>>().join(", "))).collect();
+        let mixed = format!("[layout]\ncrosstalk = [{}]", rows.join(", "));
+        assert!(Config::parse(&mixed).unwrap().layout.correction().is_some());
         let explicit = format!("[layout]\nframe = [1280, 720]\ntaxel = [5, 6]\ncorners = [{}]", corners.join(", "));
         for text in [
             "",
@@ -440,6 +458,7 @@ mod tests {
             "[speed]\nlaw = \"published\"\nslope = 56.123\nthreshold_on = \"above_baseline\"",
             "[trigger]\nfollow = 64\n[speed]\nlaw = \"published\"\nrange_mm_s = [80.1, 212.5]",
             "[sensor]\npitch_mm = 3.5\n[speed]\nestimator = \"edges\"",
+            &mixed,
         ] {
             let config = Config::parse(text).unwrap();
             let full = config.to_toml().unwrap();
@@ -448,6 +467,7 @@ mod tests {
             let frame = FrameSize::new(1280, 720).unwrap();
             assert_eq!(again.layout(frame), config.layout(frame), "{full}");
             assert_eq!(again.layout.frame, config.layout.frame, "{full}");
+            assert_eq!(again.layout.correction(), config.layout.correction(), "{full}");
             assert_eq!(again.trigger(), config.trigger(), "{full}");
             assert_eq!(format!("{:?}", again.following()), format!("{:?}", config.following()), "{full}");
             assert_eq!(config.following().unwrap().is_some(), text.contains("follow"), "{full}");
@@ -506,6 +526,7 @@ mod tests {
             ("[layout]\npreset = \"paper\"\ntaxel = [5, 5]", vec!["preset"]),
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),
+            ("[layout]\ncrosstalk = [[1]]", vec!["[layout] crosstalk has 1 row,", "25 rows of 25 numbers"]),
             ("[layout]\ntaxel = 5", vec!["taxel", "sequence"]),
             ("layout = 5", vec!["layout", "a table"]),
             ("[layout]\nframe = [5]", vec!["frame", "length 1"]),

@@ -180,12 +180,7 @@ impl Textures {
     ///
     /// # Errors
     /// There is no model, the touch is no slide, or no model can answer. The reason is then that of the first model.
-    pub fn of_event(
-        &self,
-        event: &Event<'_>,
-        answer: &Answer,
-        config: MotionConfig,
-    ) -> Result<Texture, NoTexture> {
+    pub fn of_event(&self, event: &Event<'_>, answer: &Answer, config: MotionConfig) -> Result<Texture, NoTexture> {
         if self.models.is_empty() {
             return Err(NoTexture::NoModel);
         }

@@ -3,8 +3,10 @@
 //! | module | content |
 //! | --- | --- |
 //! | [`calibrate`] | the places of the whiskers in the picture |
+//! | [`crosstalk`] | the light of a whisker that other taxels see |
 //! | [`doctor`] | a camera's rate, levels, noise and drift |
 
 pub mod calibrate;
 mod canvas;
+pub mod crosstalk;
 pub mod doctor;

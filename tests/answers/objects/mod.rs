@@ -1,5 +1,6 @@
 //! Objects of any shape: how often their velocity is known and how often it is wrong, by kind and by fault.
 
+mod crosstalk;
 mod extents;
 pub(crate) mod scenes;
 
@@ -15,7 +16,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::{Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
-use wstac_core::touch::taxel_ring::TaxelRing;
+use wstac_core::touch::taxel_ring::ChosenTaxels;
 use wstac_core::touch::wave::{Basis, Extent, Measured, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
@@ -75,7 +76,7 @@ const fn refused(wrong: f64) -> Goal {
 const ROUND: Goal = known([[0.5, 2.0], [0.5, 2.5]], 92.0, 0.2);
 const PAIR: Goal = known([[1.0, 3.0], [1.0, 3.0]], 85.0, 0.3);
 
-const ROWS: [Row; 30] = [
+const ROWS: [Row; 31] = [
     row("wide", "wide block", Kind::Wide, known([[0.4, 1.5], [0.25, 1.0]], 97.0, 0.0)),
     row("rod", "rod of 3 to 15 mm", Kind::Rod, ROUND),
     row("ball", "ball of 5 to 20 mm", Kind::Ball, ROUND),
@@ -111,10 +112,11 @@ const ROWS: [Row; 30] = [
     mix("mix-decay", "mix, half of the light after another touch", Fault::Decay),
     mix("mix-drift", "mix, ambient light that grows by 1 to 4 % per second", Fault::Drift),
     mix("mix-crosstalk", "mix, cross-talk of 5 %", Fault::Crosstalk),
+    mix("mix-matrix", "mix, cross-talk of 5 %, matrix known", Fault::KnownCrosstalk),
 ];
 
 /// Kinds for whoever breaks the estimator; on the page is only the acceleration of the first.
-const BREAKS: [Row; 8] = [
+const BREAKS: [Row; 9] = [
     row("even", "speed that changes by less than 15 %", Kind::Even, PAIR),
     row("any-corner", "corner of 30 to 150°", Kind::AnyCorner, PAIR),
     row("any-fingers", "two round things of any size", Kind::AnyFingers, PAIR),
@@ -123,10 +125,11 @@ const BREAKS: [Row; 8] = [
     row("beyond", "two velocities, 15 to 20 % or ° apart", Kind::Beyond, refused(0.5)),
     row("skewed-rod", "rod of 8 to 24 mm skewed by 3 to 35°", Kind::SkewedRod, PAIR),
     row("locked", "along an axis by a pitch per frame", Kind::Locked, PAIR),
+    mix("mix-measured", "mix, cross-talk of 5 %, matrix measured by pokes", Fault::MeasuredCrosstalk),
 ];
 
 /// What `--fault` calls a fault.
-const FAULTS: [(&str, Fault); 8] = [
+const FAULTS: [(&str, Fault); 9] = [
     ("dead", Fault::Dead),
     ("gains", Fault::Gains),
     ("noise", Fault::Noise),
@@ -134,6 +137,7 @@ const FAULTS: [(&str, Fault); 8] = [
     ("15", Fault::Rate(15)),
     ("unknown", Fault::UnknownReadout),
     ("crosstalk", Fault::Crosstalk),
+    ("matrix", Fault::KnownCrosstalk),
     ("flash", Fault::Flash),
 ];
 
@@ -166,8 +170,10 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool)
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, rate).expect("sums fit 32 bits");
     let trigger = TriggerConfig::default().one_event_per_touch();
-    let builder = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>();
+    let builder = Pipeline::builder(geometry).trigger(trigger).taxels::<ChosenTaxels>();
     let mut pipeline = builder.build().expect("all parameters are defaults");
+    pipeline.keep_taxels();
+    pipeline.set_correction(crosstalk::correction(row.fault));
     let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32).filter(|_| row.fault != Fault::UnknownReadout);
     let readout = Readout::of_layout(time, RowOrder::Down, &layout, rate);
     let config = MotionConfig::published(rate).with_readout(readout);
@@ -417,7 +423,15 @@ struct Options {
 
 impl Options {
     fn new(arguments: &[String]) -> Self {
-        let mut options = Self { count: SLIDES, seed: 1, kinds: None, fault: None, speeds: SPEEDS, is_list: false, is_at_once: false };
+        let mut options = Self {
+            count: SLIDES,
+            seed: 1,
+            kinds: None,
+            fault: None,
+            speeds: SPEEDS,
+            is_list: false,
+            is_at_once: false,
+        };
         let mut arguments = arguments.iter();
         while let Some(argument) = arguments.next() {
             let mut value = || arguments.next().expect("an option has a value");
@@ -514,7 +528,12 @@ pub(crate) fn run(arguments: &[String]) {
             let mut after: Vec<f64> = answered.iter().filter_map(|one| one.after).collect();
             after.sort_by(f64::total_cmp);
             if let Some(median) = after.get(after.len() / 2) {
-                println!("at once {} of {}: {median:.2} s, p90 {:.2} s", after.len(), answered.len(), after[after.len() * 9 / 10]);
+                println!(
+                    "at once {} of {}: {median:.2} s, p90 {:.2} s",
+                    after.len(),
+                    answered.len(),
+                    after[after.len() * 9 / 10]
+                );
             }
             let _ = writeln!(reasons, "{}: {}", row.name, tally.reasons());
         }

@@ -12,6 +12,8 @@ pub(crate) const JUDGE: u64 = 0x00B1_EC75;
 const JUDGE_UNITS: [f64; 2] = [90_000.0, 91_000.0];
 /// Sensors of slides with any other seed.
 const OTHER_UNITS: [f64; 2] = [91_000.0, 99_000.0];
+/// Cross-talk, as a fraction of a whisker's light.
+pub(crate) const CROSSTALK: f64 = 0.05;
 /// Half of the distance between outer whiskers, in mm.
 pub(crate) const HALF_MM: f64 = 8.0;
 
@@ -71,6 +73,9 @@ pub(crate) enum Fault {
     Decay,
     Drift,
     Crosstalk,
+    /// The estimator has its matrix: the true one, or one that was measured.
+    KnownCrosstalk,
+    MeasuredCrosstalk,
     /// Light that goes out within less than a frame.
     Flash,
 }
@@ -495,7 +500,7 @@ pub(crate) fn draw(kind: Kind, fault: Fault, speeds: [f64; 2], seed: u64, number
             script.light.leak = 0.05;
             script.light.leak_per_minute = draw.between(0.03, 0.12);
         }
-        Fault::Crosstalk => script.light.crosstalk = 0.05,
+        Fault::Crosstalk | Fault::KnownCrosstalk | Fault::MeasuredCrosstalk => script.light.crosstalk = CROSSTALK,
         Fault::Flash => script.light.afterglow_ms = draw.between(0.0, 30.0),
     }
     Drawn { script, truth }

@@ -2,6 +2,7 @@
 //! events, answers and ends. Every case of the manifest is run. A missing or empty manifest fails.
 
 mod case;
+mod crosstalk;
 mod extent;
 mod known;
 mod live;

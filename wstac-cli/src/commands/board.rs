@@ -79,8 +79,8 @@ const HELP: &str = r#"What is set:
   [layout] frame, taxel and corners, [features] floor_levels, and
   [trigger] window, multiplier, backtrack, rule and margin of the file,
   as wstac calibrate writes them, and the exposure. What is not given
-  stays as it is. The law and the logarithm are compiled in:
-  WSTAC_CONFIG of the firmware.
+  stays as it is. The law, the logarithm and [layout] crosstalk are
+  compiled in: WSTAC_CONFIG of the firmware.
 
 Output:
   The settings in use after that, as the keys of a configuration. With
@@ -251,6 +251,9 @@ fn wanted(board: &mut SettableBoard, config: Option<&Config>, arguments: &Argume
         if settings.trigger.is_per_touch() != now.trigger.is_per_touch() {
             let message = "has another [speed] law than the board, whose law is compiled in: expected the same";
             return Err(Error::new(ErrorKind::Data, file.display(), message).into());
+        }
+        if config.layout.correction().is_some() {
+            note("[layout] crosstalk is not sent: a board has that which is compiled in");
         }
     }
     settings.exposure = arguments.exposure.or(settings.exposure);

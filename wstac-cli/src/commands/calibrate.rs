@@ -16,7 +16,9 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::pictures::{BoardPictures, port_of};
 use wstac_host::plural::counted;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent, StreamInfo};
+use wstac_host::text_file::file_text;
 use wstac_setup::calibrate::{Calibration, DIM, UNTOUCHED, Watch};
+use wstac_setup::crosstalk::CrosstalkWatch;
 
 /// Find the 25 whiskers in the picture and write a configuration
 ///
@@ -31,9 +33,15 @@ pub(super) struct Arguments {
     /// sends pictures slowly, as told below.
     source: OsString,
 
-    /// The configuration file to write, for --config
+    /// The configuration file to write, for --config; with --crosstalk, the one to change
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
+
+    /// Measure the cross-talk between taxels, through the layout of FILE.toml, and write it there
+    ///
+    /// After the untouched frames, touch each whisker alone with a thin tip, in any order.
+    #[arg(long, conflicts_with = "overlay")]
+    crosstalk: bool,
 
     /// The picture to write: the spots that glowed, and the taxels
     ///
@@ -41,9 +49,9 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
 
-    /// End after this many frames
-    #[arg(long, value_name = "N", default_value_t = 600, value_parser = at_least(30_u64))]
-    frames: u64,
+    /// End after this many frames; 600 by default, 18000 with --crosstalk
+    #[arg(long, value_name = "N", value_parser = at_least(30_u64))]
+    frames: Option<u64>,
 
     /// Overwrite existing files
     #[arg(long)]
@@ -98,6 +106,15 @@ The overlay picture:
   other spots. After a calibration, each taxel has its row and column.
   A dashed orange taxel is the whisker without light.
 
+Cross-talk:
+  A taxel also sees a part of its neighbors' light, which biases speeds.
+  --crosstalk measures it: standard error names each whisker whose light
+  is enough. When all 25 are named, the recording may end, or Ctrl-C.
+  [layout] crosstalk of FILE.toml is written, and nothing else of it is
+  changed. If a whisker was not touched alone, nothing is written. The
+  room's light must not change. A board's pictures are too slow for it.
+  Calibrate again after the camera was moved: first without --crosstalk.
+
 The configuration:
   It has the layout, and keys that follow from the noise of the untouched
   frames, each with a comment: [features] floor_levels, [trigger] margin,
@@ -114,11 +131,14 @@ Output with --json, one object (wrapped here):
   dead is null or [row, column]. off_px is the root mean square distance
   of the bases from a smooth lattice. readout_ms and its deviation are
   null if no presses told them.
+  With --crosstalk: {"kind":"crosstalk","largest":0.05,"taxel":[1,2],
+  "whisker":[1,1]}, the largest fraction and where it is.
 
 Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml
   wstac calibrate /dev/video0 -o wstac.toml
   wstac calibrate /dev/ttyACM0 -o board.toml
+  wstac calibrate /dev/video0 --crosstalk -o wstac.toml
   wstac run /dev/video0 --config wstac.toml
   A scene that is turned needs room at its edges: set rotation_degrees to
   8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
@@ -144,8 +164,20 @@ struct Record<'a> {
     readout_sd_ms: Option<f64>,
 }
 
+/// The output of `--crosstalk --json`.
+#[derive(Serialize)]
+struct CrosstalkRecord {
+    kind: &'static str,
+    largest: f64,
+    taxel: [usize; 2],
+    whisker: [usize; 2],
+}
+
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = arguments.output.as_path();
+    if arguments.crosstalk {
+        return crosstalk(arguments);
+    }
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
@@ -165,7 +197,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     note(&info.about);
     let mut watch = Watch::new(&info)?;
     let is_board = port_of(&arguments.source).is_some();
-    read(source.as_mut(), &mut watch, arguments.frames, is_board)?;
+    let progress = CalibrationLine::new(is_board);
+    let lost = read(source.as_mut(), arguments.frames.unwrap_or(600), |event, frames| match event {
+        SourceEvent::Frame(Frame { bytes, .. }) => {
+            watch.take(bytes);
+            if is_board {
+                // Its pictures are no frames in a row.
+                watch.lose(1);
+            }
+            progress.say(&watch, frames);
+        }
+        SourceEvent::Lost { frames, .. } => watch.lose(*frames),
+        _ => {}
+    })?;
+    drop(progress);
+    note_lost(lost);
     let outcome = watch.calibrate();
     let calibration = match &outcome.result {
         Ok(calibration) => calibration,
@@ -202,36 +248,62 @@ fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
     Ok((Box::new(board), info))
 }
 
-/// Reads until the source ends, `limit` frames have passed or a signal asks for the end.
-fn read(source: &mut dyn Source, watch: &mut Watch, limit: u64, is_board: bool) -> Result<(), Stop> {
-    let progress = CalibrationLine::new(is_board);
+/// Measures the cross-talk, and writes it to the configuration.
+fn crosstalk(arguments: &Arguments) -> Result<(), Stop> {
+    let output = arguments.output.as_path();
+    let config = Config::read_stored(output)?;
+    let outputs = Outputs::new(true).source(&arguments.source);
+    outputs.check([output])?;
+    let (mut source, info) = open(arguments)?;
+    note(&info.about);
+    let mut watch = CrosstalkWatch::new(config.geometry(&info)?);
+    let mut known = 0;
+    let lost = read(source.as_mut(), arguments.frames.unwrap_or(18_000), |event, _| {
+        if let Some(taxel) = watch.take(event) {
+            known += 1;
+            note(format_args!("{known} of 25 whiskers: row {}, column {}", taxel / 5 + 1, taxel % 5 + 1));
+        }
+    })?;
+    note_lost(lost);
+    let found =
+        watch.crosstalk().map_err(|message| Error::new(ErrorKind::Data, arguments.source.display(), message))?;
+    let text = found.written_to(&file_text(output)?).map_err(|error| error.about(output.display()))?;
+    outputs.write(output, text)?;
+    note(format_args!("wrote [layout] crosstalk of {}", output.display()));
+    let mut out = super::output::stdout();
+    if !arguments.json {
+        return Ok(writeln!(out, "{found}")?);
+    }
+    let (largest, taxel, whisker) = found.largest;
+    let [taxel, whisker] = [taxel, whisker].map(|at| [at / 5 + 1, at % 5 + 1]);
+    let line = serde_json::to_string(&CrosstalkRecord { kind: "crosstalk", largest, taxel, whisker })
+        .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
+    Ok(writeln!(out, "{line}")?)
+}
+
+/// Reads until the source ends, `limit` frames have passed or a signal asks for the end. `take` has each event and the number
+/// of frames with it. Returns the number of lost frames.
+fn read(source: &mut dyn Source, limit: u64, mut take: impl FnMut(&SourceEvent<'_>, u64)) -> Result<u64, Stop> {
     let interrupted = finishing(Ending::InTime);
-    let (mut frames, mut lost) = (0_u64, 0);
+    let (mut frames, mut lost) = (0_u64, 0_u64);
     while frames < limit && !interrupted.load(Ordering::Relaxed) {
-        match source.next_event()? {
-            SourceEvent::Frame(Frame { bytes, .. }) => {
-                watch.take(bytes);
-                if is_board {
-                    // Its pictures are no frames in a row.
-                    watch.lose(1);
-                }
-                frames += 1;
-                progress.say(watch, frames);
-            }
-            SourceEvent::Lost { frames: more, .. } => {
-                watch.lose(more);
-                lost = more.saturating_add(lost);
-            }
+        let event = source.next_event()?;
+        match &event {
+            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => frames += 1,
+            SourceEvent::Lost { frames: more, .. } => lost = lost.saturating_add(*more),
             SourceEvent::Fault(fault) => note(format_args!("{}: {fault}", fault.kind)),
             SourceEvent::End => break,
             _ => {}
         }
+        take(&event, frames);
     }
-    drop(progress);
+    Ok(lost)
+}
+
+fn note_lost(lost: u64) {
     if lost > 0 {
         note(format_args!("{} lost", counted(lost, "frame")));
     }
-    Ok(())
 }
 
 /// A line on a terminal that is overwritten: what to do now, and how many spots glowed.

@@ -90,7 +90,8 @@ impl AtOnce {
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
-        let is_certain = !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
+        let is_certain =
+            !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
         if !touch.is_event() && !(answer.reliable && is_certain) {
             return None;
         }

@@ -2,6 +2,7 @@
 //! sums or from 25 taxels in a ring.
 
 pub mod at_once;
+pub mod crosstalk;
 pub mod motion;
 pub(crate) mod onset;
 pub mod path_sample;

@@ -3,11 +3,12 @@
 use crate::green::GreenChannel;
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::taxels::FrameGeometry;
+use crate::touch::crosstalk::{Correction, CorrectionSource};
 
 /// Keeps the taxels of a pipeline's last 70 frames, or none.
 ///
 /// A [`Pipeline`](crate::pipeline::Pipeline) has one of these types as its parameter. So a program whose model and law
-/// take ten sums has no memory for 25 taxels. A host that chooses at run time uses `Option<`[`TaxelRing`]`>`.
+/// take ten sums has no memory for 25 taxels. A host that chooses at run time uses [`ChosenTaxels`].
 pub trait TaxelStore: Sized {
     /// A store before [`TaxelStore::start`]. It is a constant, so that a board makes it in its place, without a copy.
     const EMPTY: Self;
@@ -16,27 +17,54 @@ pub trait TaxelStore: Sized {
     /// what was changed in between.
     const NEEDS_START: bool = true;
 
+    /// Returns the ring, to change it, and the correction of its frames; `None` if there is none.
+    fn parts(&mut self) -> (Option<&mut TaxelRing>, Option<&Correction>);
+
+    /// Returns the ring; `None` if taxels are not kept.
+    fn ring(&self) -> Option<&TaxelRing>;
+
     /// Prepares an empty store for the sums of this geometry.
-    fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>);
+    #[inline(always)]
+    fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>) {
+        if let (Some(ring), _) = self.parts() {
+            let frames = geometry.rate().frames_added();
+            ring.shift = shift_of(geometry.pixels().saturating_mul(geometry.full_scale()).saturating_mul(frames));
+        }
+    }
 
     /// Adds the sums of a camera frame. `is_first` says whether it is the first of its feature frame.
-    fn add(&mut self, sums: &[u32; TAXELS], is_first: bool);
+    #[inline(always)]
+    fn add(&mut self, sums: &[u32; TAXELS], is_first: bool) {
+        if let (Some(ring), _) = self.parts() {
+            ring.add_sums(sums, is_first);
+        }
+    }
 
-    /// Ends the feature frame. `has_missing_frames` says whether some of its camera frames were lost.
-    fn complete(&mut self, has_missing_frames: bool);
+    /// Ends the feature frame, and corrects it. `has_missing_frames` says whether some of its camera frames were lost.
+    #[inline(always)]
+    fn complete(&mut self, has_missing_frames: bool) {
+        let (Some(ring), correction) = self.parts() else { return };
+        if let (Some(correction), Some(frame)) = (correction, ring.frames.get_mut(usize::from(ring.oldest))) {
+            *frame = correction.apply(frame);
+        }
+        ring.advance(has_missing_frames);
+    }
 
     /// Keeps the place of lost feature frames.
+    #[inline(always)]
     fn skip(&mut self, frames: u64) {
-        if frames > 0 {
-            self.lose();
+        if let (Some(ring), _) = self.parts() {
+            ring.fill(frames.min(SAMPLE_FRAMES as u64) as u32);
         }
     }
 
     /// Forgets the frames: those to come do not follow them.
-    fn lose(&mut self);
-
-    /// Returns the ring; `None` if taxels are not kept.
-    fn ring(&self) -> Option<&TaxelRing>;
+    #[inline(always)]
+    fn lose(&mut self) {
+        if let (Some(ring), _) = self.parts() {
+            ring.lost = ALL_LOST;
+        }
+    }
 }
 
 /// Keeps no taxels.
@@ -48,19 +76,9 @@ impl TaxelStore for NoTaxels {
     const NEEDS_START: bool = false;
 
     #[inline(always)]
-    fn start<G: GreenChannel>(&mut self, _: &FrameGeometry<G>) {}
-
-    #[inline(always)]
-    fn add(&mut self, _: &[u32; TAXELS], _: bool) {}
-
-    #[inline(always)]
-    fn complete(&mut self, _: bool) {}
-
-    #[inline(always)]
-    fn skip(&mut self, _: u64) {}
-
-    #[inline(always)]
-    fn lose(&mut self) {}
+    fn parts(&mut self) -> (Option<&mut TaxelRing>, Option<&Correction>) {
+        (None, None)
+    }
 
     #[inline(always)]
     fn ring(&self) -> Option<&TaxelRing> {
@@ -72,38 +90,38 @@ impl TaxelStore for NoTaxels {
 impl TaxelStore for Option<TaxelRing> {
     const EMPTY: Self = None;
 
-    fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>) {
-        if let Some(ring) = self {
-            ring.start(geometry);
-        }
-    }
-
-    fn add(&mut self, sums: &[u32; TAXELS], is_first: bool) {
-        if let Some(ring) = self {
-            ring.add(sums, is_first);
-        }
-    }
-
-    fn complete(&mut self, has_missing_frames: bool) {
-        if let Some(ring) = self {
-            ring.complete(has_missing_frames);
-        }
-    }
-
-    fn skip(&mut self, frames: u64) {
-        if let Some(ring) = self {
-            ring.skip(frames);
-        }
-    }
-
-    fn lose(&mut self) {
-        if let Some(ring) = self {
-            ring.lose();
-        }
+    fn parts(&mut self) -> (Option<&mut TaxelRing>, Option<&Correction>) {
+        (self.as_mut(), None)
     }
 
     fn ring(&self) -> Option<&TaxelRing> {
         self.as_ref()
+    }
+}
+
+/// Corrects the cross-talk in the frames of a store `S` as they are completed, by what `C` holds.
+///
+/// Features, and whatever follows from them alone, are of the light before this correction.
+#[derive(Clone, Debug)]
+pub struct Corrected<S, C> {
+    pub(crate) store: S,
+    pub(crate) correction: C,
+}
+
+/// What a host uses: a ring and a correction, each chosen at run time.
+pub type ChosenTaxels = Corrected<Option<TaxelRing>, Option<Correction>>;
+
+impl<S: TaxelStore, C: CorrectionSource> TaxelStore for Corrected<S, C> {
+    const EMPTY: Self = Self { store: S::EMPTY, correction: C::EMPTY };
+
+    #[inline(always)]
+    fn parts(&mut self) -> (Option<&mut TaxelRing>, Option<&Correction>) {
+        (self.store.parts().0, self.correction.correction())
+    }
+
+    #[inline(always)]
+    fn ring(&self) -> Option<&TaxelRing> {
+        self.store.ring()
     }
 }
 
@@ -225,6 +243,17 @@ impl TaxelRing {
         }
     }
 
+    // A feature frame under way is in the place of the oldest frame, which its last camera frame makes the newest.
+    fn add_sums(&mut self, sums: &[u32; TAXELS], is_first: bool) {
+        let shift = self.shift & 31;
+        if let Some(frame) = self.frames.get_mut(usize::from(self.oldest)) {
+            for (place, sum) in frame.iter_mut().zip(sums) {
+                let sum = (sum >> shift).min(u16::MAX.into()) as u16;
+                *place = if is_first { sum } else { place.saturating_add(sum) };
+            }
+        }
+    }
+
     fn advance(&mut self, is_lost: bool) {
         self.lost = (self.lost << 1 | u128::from(is_lost)) & ALL_LOST;
         self.oldest = if usize::from(self.oldest) + 1 < SAMPLE_FRAMES { self.oldest + 1 } else { 0 };
@@ -244,34 +273,12 @@ impl TaxelRing {
 impl TaxelStore for TaxelRing {
     const EMPTY: Self = Self { frames: [[0; TAXELS]; SAMPLE_FRAMES], oldest: 0, shift: 0, lost: ALL_LOST };
 
-    fn start<G: GreenChannel>(&mut self, geometry: &FrameGeometry<G>) {
-        let frames = geometry.rate().frames_added();
-        self.shift = shift_of(geometry.pixels().saturating_mul(geometry.full_scale()).saturating_mul(frames));
+    #[inline(always)]
+    fn parts(&mut self) -> (Option<&mut Self>, Option<&Correction>) {
+        (Some(self), None)
     }
 
-    // A feature frame under way is in the place of the oldest frame, which its last camera frame makes the newest.
-    fn add(&mut self, sums: &[u32; TAXELS], is_first: bool) {
-        let shift = self.shift & 31;
-        if let Some(frame) = self.frames.get_mut(usize::from(self.oldest)) {
-            for (place, sum) in frame.iter_mut().zip(sums) {
-                let sum = (sum >> shift).min(u16::MAX.into()) as u16;
-                *place = if is_first { sum } else { place.saturating_add(sum) };
-            }
-        }
-    }
-
-    fn complete(&mut self, has_missing_frames: bool) {
-        self.advance(has_missing_frames);
-    }
-
-    fn skip(&mut self, frames: u64) {
-        self.fill(frames.min(SAMPLE_FRAMES as u64) as u32);
-    }
-
-    fn lose(&mut self) {
-        self.lost = ALL_LOST;
-    }
-
+    #[inline(always)]
     fn ring(&self) -> Option<&Self> {
         Some(self)
     }

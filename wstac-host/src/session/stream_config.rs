@@ -12,14 +12,14 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime};
-use wstac_core::touch::taxel_ring::TaxelRing;
+use wstac_core::touch::taxel_ring::ChosenTaxels;
 
-use crate::config::{Config, Kernel};
+use crate::config::{Config, Estimator, Kernel};
 use crate::error::Error;
 use crate::source::{RATE_OFF, StreamInfo};
 
 /// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
-pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>, Option<TaxelRing>>;
+pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>, ChosenTaxels>;
 
 fn kernel(kernel: Kernel) -> AnyLn {
     match kernel {
@@ -93,9 +93,15 @@ impl Config {
         })
     }
 
-    /// Returns the notes for a person about what nothing states of a source, and about its rate.
+    /// Returns a note for a person if the law does not use the matrix of cross-talk that is stated.
+    pub fn crosstalk_note(&self) -> Option<&'static str> {
+        let is_unused = self.layout.correction().is_some() && self.speed.estimator() != Some(Estimator::Wave);
+        is_unused.then_some("[layout] crosstalk corrects no speeds but those of estimator = \"wave\"")
+    }
+
+    /// Returns the notes for a person about what nothing states of a source, about its rate, and about what is not used.
     pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
-        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info));
+        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info)).chain(self.crosstalk_note());
         stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))
     }
 
@@ -181,14 +187,16 @@ impl Config {
         let in_table = |table| move |error| self.does_not_fit(about, table, error);
         let trigger = self.trigger().and_then(|trigger| Ok((trigger, self.following()?)));
         let (trigger, baseline) = trigger.map_err(in_table("[trigger]"))?;
-        Pipeline::builder(geometry)
+        let pipeline = Pipeline::builder(geometry)
             .floor_levels(self.features.floor_levels)
             .ln(kernel(self.features.ln))
             .trigger(trigger)
             .baseline(baseline)
             .taxels()
             .starting_at(first)
-            .build()
-            .map_err(in_table("[features]"))
+            .build();
+        let mut pipeline = pipeline.map_err(in_table("[features]"))?;
+        pipeline.set_correction(self.layout.correction());
+        Ok(pipeline)
     }
 }

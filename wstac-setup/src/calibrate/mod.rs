@@ -271,7 +271,7 @@ fn clear(spots: &[Spot], lattice: &Lattice) -> Result<usize, String> {
 }
 
 /// Returns the name of a taxel in messages.
-fn named(taxel: usize) -> String {
+pub(crate) fn named(taxel: usize) -> String {
     format!("row {}, column {}", taxel / COLUMNS + 1, taxel % COLUMNS + 1)
 }
 

@@ -17,9 +17,12 @@ use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::at_once::AtOnce;
-use wstac_core::touch::motion::{self, Contact, LiveContact, LiveMotion, LiveWave, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::crosstalk::Correction;
+use wstac_core::touch::motion::{
+    self, Contact, LiveContact, LiveMotion, LiveWave, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity,
+};
 use wstac_core::touch::path_sample::PathSample;
-use wstac_core::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
+use wstac_core::touch::taxel_ring::{ChosenTaxels, NoTaxels, TaxelRing, TaxelStore};
 use wstac_core::touch::wave::{self, Basis, Extent, TaxelMotion, Wave};
 
 entries! {
@@ -185,7 +188,14 @@ entries! {
     push_lost_keeping<'a>(pipeline: &'a mut Pipeline<Gray, Fixed, FixedBaseline, TaxelRing>, frames: u64) -> Update<'a> {
         pipeline.push_lost(frames)
     }
-    keep_chosen(pipeline: &mut Pipeline<Gray, Fixed, FixedBaseline, Option<TaxelRing>>) -> () { pipeline.keep_taxels() }
+    keep_chosen(pipeline: &mut Pipeline<Gray, Fixed, FixedBaseline, ChosenTaxels>) -> () { pipeline.keep_taxels() }
+    correct_chosen(pipeline: &mut Pipeline<Gray, Fixed, FixedBaseline, ChosenTaxels>, correction: Option<Correction>) -> () {
+        pipeline.set_correction(correction)
+    }
+    new_correction(weights: [[i16; 25]; 25]) -> Option<Correction> { Correction::new(weights) }
+    weights_of_correction(correction: &Correction) -> &[[i16; 25]; 25] { correction.weights() }
+    correct_light(correction: &Correction, light: &[u16; 25]) -> [u16; 25] { correction.apply(light) }
+    complete_corrected(ring: &mut ChosenTaxels, has_missing_frames: bool) -> () { ring.complete(has_missing_frames) }
     taxels_of_update<'a>(update: &Update<'a>) -> Option<&'a TaxelRing> { update.taxels() }
     fill_from_sums(sample: &mut PathSample, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
         sample.fill_from_sums(event, velocity, config, frames)

@@ -118,7 +118,7 @@ impl<'a> Run<'a> {
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         let (layout, readout) = (config.layout_note(&info), config.readout_note(&info));
-        let rate = config.rate_note(&info);
+        let (rate, unused) = (config.rate_note(&info), config.crosstalk_note());
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
@@ -139,6 +139,9 @@ impl<'a> Run<'a> {
         }
         if let Some(doubt) = doubts_of_textures(&info, files) {
             records.note(doubt);
+        }
+        if let Some(unused) = unused {
+            records.note(unused);
         }
         if let Some(doubt) = readout {
             records.note(format_args!("{doubt}, or give --readout MS"));

@@ -123,7 +123,13 @@ impl PathSample {
     }
 
     /// Fills this sample with that of [`PathSample::of_touch`]. Returns whether there is one.
-    pub fn fill_from_touch(&mut self, touch: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
+    pub fn fill_from_touch(
+        &mut self,
+        touch: &Event<'_>,
+        velocity: &Velocity,
+        config: MotionConfig,
+        frames: u8,
+    ) -> bool {
         let ring = touch.whole_taxels();
         ring.is_some_and(|ring| self.try_taxels(ring, touch.frames, velocity, config, frames).is_some())
     }

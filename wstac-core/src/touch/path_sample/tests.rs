@@ -11,6 +11,7 @@ use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
 use crate::taxels::FrameGeometry;
 use crate::touch::motion::Readout;
+use crate::touch::taxel_ring::ChosenTaxels;
 
 /// Light of a dark taxel, as a fraction of full scale.
 const DARK: f64 = 0.004;
@@ -326,7 +327,7 @@ fn camera_frames_that_are_added_up_are_one_frame_of_taxels() {
 fn taxels_are_kept_only_if_asked_for() {
     let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
-    let mut pipeline = Pipeline::builder(geometry).taxels::<Option<TaxelRing>>().build().unwrap();
+    let mut pipeline = Pipeline::builder(geometry).taxels::<ChosenTaxels>().build().unwrap();
     let keeps =
         |pipeline: &mut Pipeline<_, _, _, _>| (0..70).any(|_| pipeline.push_taxels(&[9; TAXELS]).taxels().is_some());
     assert!(!keeps(&mut pipeline));
