@@ -53,14 +53,14 @@ pub struct AtOnce {
     /// The last reliable velocity of these tries.
     found: Option<Velocity>,
     /// The last slide that was answered, unless the light of its other end has come.
-    slide: Option<Slide>,
+    slide: Option<AnsweredSlide>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
     other_end: [u64; 2],
 }
 
 /// A slide that was answered.
 #[derive(Clone, Copy, Debug)]
-struct Slide {
+struct AnsweredSlide {
     /// The first frame of its sample, and its first lit frame.
     frame: u64,
     touch_frame: u64,
@@ -92,7 +92,7 @@ impl AtOnce {
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
         let is_certain =
             !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
-        if !touch.is_event() && !(answer.reliable && is_certain) {
+        if !(touch.is_event() || answer.reliable && is_certain) {
             return None;
         }
         // An answer that the program did not take comes again.
@@ -104,7 +104,7 @@ impl AtOnce {
             self.other_end = [touch.frame, slide.frame];
             return None;
         }
-        self.slide = found.map(|velocity| Slide { frame: touch.frame, touch_frame, velocity });
+        self.slide = found.map(|velocity| AnsweredSlide { frame: touch.frame, touch_frame, velocity });
         Some(answer)
     }
 
@@ -115,7 +115,7 @@ impl AtOnce {
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
-    fn is_other_end(&self, slide: Slide, touch_frame: u64, velocity: Velocity) -> bool {
+    fn is_other_end(&self, slide: AnsweredSlide, touch_frame: u64, velocity: Velocity) -> bool {
         let frames = touch_frame.saturating_sub(slide.touch_frame) as f32;
         let pitches = frames * slide.velocity.mm_s / self.config.pitch_per_frame();
         pitches * self.config.pitch_mm() <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
