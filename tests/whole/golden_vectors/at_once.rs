@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 use wstac_core::green::gray::Gray;
-use wstac_core::law::{Answer, ByWave, EventLaw};
+use wstac_core::law::{Answer, ByWave};
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, TriggerConfig};
 use wstac_core::params::TAXELS;
 use wstac_core::pipeline::Pipeline;
@@ -61,7 +61,10 @@ impl AtOnceCase {
             Frames::One(sums) => vec![Some(*sums)],
         });
         for sums in frames {
-            let update = sums.map_or_else(|| pipeline.push_lost(1), |sums| pipeline.push_taxels(&sums));
+            let update = match &sums {
+                Some(sums) => pipeline.push_taxels(sums),
+                None => pipeline.push_lost(1),
+            };
             said.incomplete.extend(update.interrupted());
             said.ends.extend(update.contact_end().map(|end| at_once.end(end)));
             let Some(touch) = update.event().or(update.touch()) else { continue };

@@ -334,7 +334,7 @@ Output with --json, one object per line (wrapped here):
               touch, "end_frame" the first dark one behind it, or null
               if the light has not left. "time_s" and "stamp" are the
               time of "touch_frame", "completed_s" and "completed_ns"
-              that of the sample's last frame: seconds from the first
+              that of the answer's last frame: seconds from the first
               frame, nanoseconds of the clock, and UTC where
               the source knows it. "sd" is a standard deviation.
               With the estimator "wave", "basis" is "edge" if an edge

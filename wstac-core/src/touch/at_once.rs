@@ -73,11 +73,12 @@ impl AtOnce {
         Self { config, frame: u64::MAX, frames: 0, found: None, slide: None, other_end: [u64::MAX; 2] }
     }
 
-    /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that agree;
-    /// about one that has ended, if the answer is reliable; about an event in any case.
+    /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that
+    /// agree; about one that has ended, if the answer is reliable; about an event in any case.
     ///
-    /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is the
-    /// same touch: the same velocity, at most 160 mm later.
+    /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
+    /// the same touch: the same velocity, at most 160 mm later. An answer that the program does not take
+    /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next frame.
     ///
     /// Most frames cost nothing; a try costs what the law costs.
     pub fn answer(&mut self, touch: &Event<'_>, law: &impl EventLaw) -> Option<Answer> {
@@ -122,7 +123,8 @@ impl AtOnce {
     }
 }
 
-/// Returns whether two velocities may be one: so many standard deviations apart, or by a fraction of the speed and degrees.
+/// Returns whether two velocities may be one: so many standard deviations apart, or by a fraction of the speed and
+/// degrees.
 fn agree(one: Velocity, other: Velocity, [most, of_speed, of_angle]: [f32; 3]) -> bool {
     let turned = (one.degrees - other.degrees).abs();
     (one.mm_s - other.mm_s).abs() <= (most * one.mm_s_sd).max(of_speed * one.mm_s)
