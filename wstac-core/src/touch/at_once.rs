@@ -80,11 +80,16 @@ impl AtOnce {
     /// the same touch: the same velocity, at most 160 mm later. An answer that the program does not take
     /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next frame.
     ///
-    /// Most frames cost nothing; a try costs what the law costs.
+    /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
+    ///
+    /// A frame without a touch costs nothing; a try costs what the law costs.
     pub fn answer(&mut self, touch: &Event<'_>, law: &impl EventLaw) -> Option<Answer> {
+        if !law.answers_at_once() {
+            return touch.is_event().then(|| law.answer(touch));
+        }
         let is_new = touch.frame != self.frame;
         let is_early = !is_new && touch.frames < self.frames.saturating_add(STEP);
-        if touch.frame == self.other_end[0] || (!touch.is_event() && (is_early || !law.answers_at_once())) {
+        if touch.frame == self.other_end[0] || (!touch.is_event() && is_early) {
             return None;
         }
         let before = self.found.filter(|_| !is_new);
