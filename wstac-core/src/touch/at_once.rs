@@ -3,6 +3,7 @@
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::touch::motion::{MotionConfig, Velocity};
+use crate::touch::wave::Basis;
 
 /// Frames from one try to the next.
 const STEP: u8 = 1;
@@ -50,8 +51,9 @@ pub struct AtOnce {
     /// The first frame of the sample that was tried last, and how many of its frames had arrived.
     frame: u64,
     frames: u8,
-    /// The last reliable velocity of these tries.
+    /// The last reliable velocity of these tries, and how many before it agree.
     found: Option<Velocity>,
+    alike: u8,
     /// The last slide that was answered, unless the light of its other end has come.
     slide: Option<Slide>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
@@ -70,7 +72,7 @@ struct Slide {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, frame: u64::MAX, frames: 0, found: None, slide: None, other_end: [u64::MAX; 2] }
+        Self { config, frame: u64::MAX, frames: 0, found: None, alike: 0, slide: None, other_end: [u64::MAX; 2] }
     }
 
     /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that agree;
@@ -90,8 +92,11 @@ impl AtOnce {
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
-        let is_certain =
-            !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
+        if let Some(found) = found {
+            let is_alike = before.is_some_and(|before| agree(before, found, AGREE));
+            self.alike = if is_alike { self.alike.saturating_add(1) } else { 0 };
+        }
+        let is_certain = !touch.is_under_way() || self.alike > u8::from(answer.basis != Some(Basis::Edge));
         if !touch.is_event() && !(answer.reliable && is_certain) {
             return None;
         }
