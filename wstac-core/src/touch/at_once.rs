@@ -54,7 +54,8 @@ pub struct AtOnce {
     /// The last reliable velocity of these tries, and how many before it agree.
     found: Option<Velocity>,
     alike: u8,
-    /// The last slide that was answered, unless the light of its other end has come.
+    /// The slide of the sample that was answered last, and that of the sample before, unless the light of its other end has come.
+    newest: Option<Slide>,
     slide: Option<Slide>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
     other_end: [u64; 2],
@@ -72,7 +73,7 @@ struct Slide {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, frame: u64::MAX, frames: 0, found: None, alike: 0, slide: None, other_end: [u64::MAX; 2] }
+        Self { config, frame: u64::MAX, frames: 0, found: None, alike: 0, newest: None, slide: None, other_end: [u64::MAX; 2] }
     }
 
     /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that agree;
@@ -88,7 +89,10 @@ impl AtOnce {
         if touch.frame == self.other_end[0] || (!touch.is_event() && (is_early || !law.answers_at_once())) {
             return None;
         }
-        let before = self.found.filter(|_| !is_new);
+        if is_new {
+            (self.slide, self.found, self.alike) = (self.newest.take(), None, 0);
+        }
+        let before = self.found;
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
@@ -100,14 +104,14 @@ impl AtOnce {
         if !touch.is_event() && !(answer.reliable && is_certain) {
             return None;
         }
-        let (slide, touch_frame) = (self.slide.take(), touch.touch_frame.unwrap_or(touch.frame));
-        if let Some((slide, velocity)) = slide.zip(answer.velocity())
+        let touch_frame = touch.touch_frame.unwrap_or(touch.frame);
+        if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
             && self.is_other_end(slide, touch_frame, velocity)
         {
-            self.other_end = [touch.frame, slide.frame];
+            (self.newest, self.other_end) = (None, [touch.frame, slide.frame]);
             return None;
         }
-        self.slide = found.map(|velocity| Slide { frame: touch.frame, touch_frame, velocity });
+        self.newest = found.map(|velocity| Slide { frame: touch.frame, touch_frame, velocity });
         Some(answer)
     }
 
