@@ -29,7 +29,7 @@ def touches() -> dict[str, list[tuple[int, Touch]]]:
     """Every case: touches with the dark frames in front of each."""
     return {
         "rod": [(BEFORE, replace(ROD, fade=6.0))],
-        "rod-fast": [(BEFORE, replace(ROD, mm_s=320.0, fade=6.0, noise=60))],
+        "ball-fast": [(BEFORE, replace(ROD, outline="ball", mm_s=320.0, fade=6.0, noise=60))],
         "rod-rolling": [(BEFORE, replace(ROD, mm_s=60.0, deg=290.0, readout_ms=25.0))],
         "rod-lost": [(BEFORE, replace(ROD, mm_s=60.0, lost=(15, 18)))],
         "rod-gap-behind": [(BEFORE, replace(ROD, fade=8.0, lost=tuple(range(31, 42))))],

@@ -10,6 +10,8 @@ from .trigger import ContactEnd, Sample, Trigger
 from .wave import WaveAnswer, light_of, measure_wave, span_of
 
 OF_CUT = 1.25
+TRIES = (2, 3)
+"""Tries that agree, by an edge and by an outline."""
 AGREE, ALIKE = (2.0, 0.02, 1.2), (3.0, 0.03, 3.0)
 """Standard deviations, a fraction of the speed, and degrees: of two tries, and of a block's two ends."""
 LONGEST_MM = 160.0
@@ -49,8 +51,12 @@ class AtOnce:
         self.trigger, self.fps, self.readout_ms = trigger, fps, readout_ms
         self.limits = Limits()
         self.sums: list[list[int] | None] = []
-        self.found: tuple[int, WaveAnswer] | None = None
+        self.frame: int | None = None
+        self.found: list[WaveAnswer] = []
+        """The velocities of this sample's tries that agree one by one, the last one at the end."""
         self.before: tuple[Sample, WaveAnswer] | None = None
+        self.answered: tuple[Sample, WaveAnswer] | None = None
+        """The touches of the sample before and of this one, if they were answered by a velocity."""
         self.same: dict[int, int] = {}
         """The samples of other ends, each with that of the touch that was answered."""
 
@@ -76,20 +82,20 @@ class AtOnce:
         is_whole = frames == SAMPLE_FRAMES
         if sample.frame in self.same or not (sample.reliable or is_whole):
             return None
+        if sample.frame != self.frame:
+            self.frame, self.found, self.before, self.answered = sample.frame, [], self.answered, None
         wave = self.measure(self.sums[sample.frame : sample.frame + frames], is_whole)
         has_velocity = wave.why is None
-        before = self.found[1] if self.found is not None and self.found[0] == sample.frame else None
         if has_velocity:
-            self.found = (sample.frame, wave)
-        is_certain = sample.end_frame is not None
-        if has_velocity and before is not None:
-            is_certain = is_certain or agrees(before, wave, self.limits.agree)
+            is_alike = bool(self.found) and agrees(self.found[-1], wave, self.limits.agree)
+            self.found = [*self.found, wave] if is_alike else [wave]
+        is_certain = sample.end_frame is not None or len(self.found) >= TRIES[wave.basis == "outline"]
         if not is_whole and not (has_velocity and is_certain):
             return None
-        touch, self.before = self.before, (sample, wave) if has_velocity else None
-        if touch is not None and has_velocity and self.is_other_end(*touch, sample, wave):
-            self.same[sample.frame], self.before = touch[0].frame, None
+        if self.before is not None and has_velocity and self.is_other_end(*self.before, sample, wave):
+            self.same[sample.frame], self.answered = self.before[0].frame, None
             return None
+        self.answered = (sample, wave) if has_velocity else None
         if not is_whole:
             self.trigger.answer()
         return Answered(sample.frame + frames - 1, sample.frame, frames, wave)

@@ -3,6 +3,7 @@
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::touch::motion::{MotionConfig, Velocity};
+use crate::touch::wave::Basis;
 
 /// Frames from one try to the next.
 const STEP: u8 = 1;
@@ -50,9 +51,12 @@ pub struct AtOnce {
     /// The first frame of the sample that was tried last, and how many of its frames had arrived.
     frame: u64,
     frames: u8,
-    /// The last reliable velocity of these tries.
+    /// The last reliable velocity of these tries, and how many before it agree.
     found: Option<Velocity>,
-    /// The last slide that was answered, unless the light of its other end has come.
+    alike: u8,
+    /// The slide of the sample that was tried last, if it was answered, and that of the sample before, unless the light of
+    /// its other end has come.
+    newest: Option<AnsweredSlide>,
     slide: Option<AnsweredSlide>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
     other_end: [u64; 2],
@@ -70,11 +74,12 @@ struct AnsweredSlide {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, frame: u64::MAX, frames: 0, found: None, slide: None, other_end: [u64::MAX; 2] }
+        let (found, newest, slide) = (None, None, None);
+        Self { config, frame: u64::MAX, frames: 0, found, alike: 0, newest, slide, other_end: [u64::MAX; 2] }
     }
 
     /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that
-    /// agree; about one that has ended, if the answer is reliable; about an event in any case.
+    /// agree, or three by an outline; about one that has ended, if the answer is reliable; about an event in any case.
     ///
     /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
     /// the same touch: the same velocity, at most 160 mm later. An answer that the program does not take
@@ -92,25 +97,29 @@ impl AtOnce {
         if touch.frame == self.other_end[0] || (!touch.is_event() && is_early) {
             return None;
         }
-        let before = self.found.filter(|_| !is_new);
+        if is_new {
+            (self.slide, self.found, self.alike) = (self.newest.take(), None, 0);
+        }
+        let before = self.found;
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
-        let is_certain =
-            !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
+        if let Some(found) = found {
+            let is_alike = before.is_some_and(|before| agree(before, found, AGREE));
+            self.alike = if is_alike { self.alike.saturating_add(1) } else { 0 };
+        }
+        let is_certain = !touch.is_under_way() || self.alike > u8::from(answer.basis != Some(Basis::Edge));
         if !(touch.is_event() || answer.reliable && is_certain) {
             return None;
         }
-        // An answer that the program did not take comes again.
-        let slide = self.slide.take().filter(|slide| slide.frame != touch.frame);
         let touch_frame = touch.touch_frame.unwrap_or(touch.frame);
-        if let Some((slide, velocity)) = slide.zip(answer.velocity())
+        if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
             && self.is_other_end(slide, touch_frame, velocity)
         {
-            self.other_end = [touch.frame, slide.frame];
+            (self.newest, self.other_end) = (None, [touch.frame, slide.frame]);
             return None;
         }
-        self.slide = found.map(|velocity| AnsweredSlide { frame: touch.frame, touch_frame, velocity });
+        self.newest = found.map(|velocity| AnsweredSlide { frame: touch.frame, touch_frame, velocity });
         Some(answer)
     }
 
