@@ -55,15 +55,15 @@ pub struct AtOnce {
     found: Option<Velocity>,
     alike: u8,
     /// The slide of the sample that was answered last, and that of the sample before, unless the light of its other end has come.
-    newest: Option<Slide>,
-    slide: Option<Slide>,
+    newest: Option<Answered>,
+    slide: Option<Answered>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
     other_end: [u64; 2],
 }
 
 /// A slide that was answered.
 #[derive(Clone, Copy, Debug)]
-struct Slide {
+struct Answered {
     /// The first frame of its sample, and its first lit frame.
     frame: u64,
     touch_frame: u64,
@@ -73,7 +73,16 @@ struct Slide {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, frame: u64::MAX, frames: 0, found: None, alike: 0, newest: None, slide: None, other_end: [u64::MAX; 2] }
+        Self {
+            config,
+            frame: u64::MAX,
+            frames: 0,
+            found: None,
+            alike: 0,
+            newest: None,
+            slide: None,
+            other_end: [u64::MAX; 2],
+        }
     }
 
     /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that agree;
@@ -111,7 +120,7 @@ impl AtOnce {
             (self.newest, self.other_end) = (None, [touch.frame, slide.frame]);
             return None;
         }
-        self.newest = found.map(|velocity| Slide { frame: touch.frame, touch_frame, velocity });
+        self.newest = found.map(|velocity| Answered { frame: touch.frame, touch_frame, velocity });
         Some(answer)
     }
 
@@ -122,7 +131,7 @@ impl AtOnce {
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
-    fn is_other_end(&self, slide: Slide, touch_frame: u64, velocity: Velocity) -> bool {
+    fn is_other_end(&self, slide: Answered, touch_frame: u64, velocity: Velocity) -> bool {
         let frames = touch_frame.saturating_sub(slide.touch_frame) as f32;
         let pitches = frames * slide.velocity.mm_s / self.config.pitch_per_frame();
         pitches * self.config.pitch_mm() <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
