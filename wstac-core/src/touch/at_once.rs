@@ -3,10 +3,9 @@
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::touch::motion::{MotionConfig, Velocity};
-use crate::touch::wave::Basis;
 
 /// Frames from one try to the next.
-const STEP: u8 = 1;
+const STEP: u8 = 2;
 /// Two tries agree if they differ by at most so many standard deviations, or by a fraction of the speed and degrees.
 const AGREE: [f32; 3] = [2.0, 0.02, 1.2];
 /// So do the velocities of a block's two ends.
@@ -51,9 +50,8 @@ pub struct AtOnce {
     /// The first frame of the sample that was tried last, and how many of its frames had arrived.
     frame: u64,
     frames: u8,
-    /// The last reliable velocity of these tries, and how many before it agree.
+    /// The last reliable velocity of these tries.
     found: Option<Velocity>,
-    alike: u8,
     /// The slide of the sample that was answered last, and that of the sample before, unless the light of its other end has come.
     newest: Option<Answered>,
     slide: Option<Answered>,
@@ -73,16 +71,7 @@ struct Answered {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        Self {
-            config,
-            frame: u64::MAX,
-            frames: 0,
-            found: None,
-            alike: 0,
-            newest: None,
-            slide: None,
-            other_end: [u64::MAX; 2],
-        }
+        Self { config, frame: u64::MAX, frames: 0, found: None, newest: None, slide: None, other_end: [u64::MAX; 2] }
     }
 
     /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that agree;
@@ -99,17 +88,14 @@ impl AtOnce {
             return None;
         }
         if is_new {
-            (self.slide, self.found, self.alike) = (self.newest.take(), None, 0);
+            (self.slide, self.found) = (self.newest.take(), None);
         }
         let before = self.found;
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
-        if let Some(found) = found {
-            let is_alike = before.is_some_and(|before| agree(before, found, AGREE));
-            self.alike = if is_alike { self.alike.saturating_add(1) } else { 0 };
-        }
-        let is_certain = !touch.is_under_way() || self.alike > u8::from(answer.basis != Some(Basis::Edge));
+        let is_certain =
+            !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
         if !touch.is_event() && !(answer.reliable && is_certain) {
             return None;
         }
