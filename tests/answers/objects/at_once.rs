@@ -12,8 +12,8 @@ use wstac_scene::specimen::Specimen;
 use wstac_scene::{SceneConfig, Slide, Touch};
 
 use super::{
-    Answered, FrameGeometry, Gray, JUDGE, Layout, MotionConfig, Pipeline, ROWS, Readout, Scene, SimulatedFrame, SLIDES,
-    SPEEDS, Tally, TriggerConfig, answer, each, percentile,
+    Answered, FrameGeometry, Gray, JUDGE, Layout, MotionConfig, Pipeline, ROWS, Readout, SLIDES, SPEEDS, Scene,
+    SimulatedFrame, Tally, TriggerConfig, answer, each, percentile,
 };
 use crate::share;
 

@@ -1,7 +1,7 @@
 //! Objects of any shape: how often their velocity is known and how often it is wrong, by kind and by fault.
 
-mod crosstalk;
 pub(crate) mod at_once;
+mod crosstalk;
 mod extents;
 pub(crate) mod scenes;
 

@@ -10,8 +10,8 @@ from .trigger import ContactEnd, Sample, Trigger
 from .wave import WaveAnswer, light_of, measure_wave, span_of
 
 OF_CUT = 1.25
-TRIES = (2, 3)
-"""Tries that agree, by an edge and by an outline."""
+STEP = 2
+"""Frames from one try to the next."""
 AGREE, ALIKE = (2.0, 0.02, 1.2), (3.0, 0.03, 3.0)
 """Standard deviations, a fraction of the speed, and degrees: of two tries, and of a block's two ends."""
 LONGEST_MM = 160.0
@@ -52,8 +52,9 @@ class AtOnce:
         self.limits = Limits()
         self.sums: list[list[int] | None] = []
         self.frame: int | None = None
-        self.found: list[WaveAnswer] = []
-        """The velocities of this sample's tries that agree one by one, the last one at the end."""
+        self.tried = 0
+        """The frames of this sample at the last try."""
+        self.found: WaveAnswer | None = None
         self.before: tuple[Sample, WaveAnswer] | None = None
         self.answered: tuple[Sample, WaveAnswer] | None = None
         """The touches of the sample before and of this one, if they were answered by a velocity."""
@@ -83,13 +84,19 @@ class AtOnce:
         if sample.frame in self.same or not (sample.reliable or is_whole):
             return None
         if sample.frame != self.frame:
-            self.frame, self.found, self.before, self.answered = sample.frame, [], self.answered, None
+            self.frame, self.tried, self.found = sample.frame, 0, None
+            self.before, self.answered = self.answered, None
+        if self.tried and frames < self.tried + STEP and not is_whole:
+            return None
+        self.tried = frames
         wave = self.measure(self.sums[sample.frame : sample.frame + frames], is_whole)
         has_velocity = wave.why is None
+        before = self.found
         if has_velocity:
-            is_alike = bool(self.found) and agrees(self.found[-1], wave, self.limits.agree)
-            self.found = [*self.found, wave] if is_alike else [wave]
-        is_certain = sample.end_frame is not None or len(self.found) >= TRIES[wave.basis == "outline"]
+            self.found = wave
+        is_certain = sample.end_frame is not None
+        if has_velocity and before is not None:
+            is_certain = is_certain or agrees(before, wave, self.limits.agree)
         if not is_whole and not (has_velocity and is_certain):
             return None
         if self.before is not None and has_velocity and self.is_other_end(*self.before, sample, wave):

@@ -3,10 +3,9 @@
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::touch::motion::{MotionConfig, Velocity};
-use crate::touch::wave::Basis;
 
 /// Frames from one try to the next.
-const STEP: u8 = 1;
+const STEP: u8 = 2;
 /// Two tries agree if they differ by at most so many standard deviations, or by a fraction of the speed and degrees.
 const AGREE: [f32; 3] = [2.0, 0.02, 1.2];
 /// So do the velocities of a block's two ends.
@@ -51,20 +50,19 @@ pub struct AtOnce {
     /// The first frame of the sample that was tried last, and how many of its frames had arrived.
     frame: u64,
     frames: u8,
-    /// The last reliable velocity of these tries, and how many before it agree.
+    /// The last reliable velocity of these tries.
     found: Option<Velocity>,
-    alike: u8,
     /// The slide of the sample that was tried last, if it was answered, and that of the sample before, unless the light of
     /// its other end has come.
-    newest: Option<AnsweredSlide>,
-    slide: Option<AnsweredSlide>,
+    newest: Option<Answered>,
+    slide: Option<Answered>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
     other_end: [u64; 2],
 }
 
 /// A slide that was answered.
 #[derive(Clone, Copy, Debug)]
-struct AnsweredSlide {
+struct Answered {
     /// The first frame of its sample, and its first lit frame.
     frame: u64,
     touch_frame: u64,
@@ -74,20 +72,19 @@ struct AnsweredSlide {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        let (found, newest, slide) = (None, None, None);
-        Self { config, frame: u64::MAX, frames: 0, found, alike: 0, newest, slide, other_end: [u64::MAX; 2] }
+        Self { config, frame: u64::MAX, frames: 0, found: None, newest: None, slide: None, other_end: [u64::MAX; 2] }
     }
 
     /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that
-    /// agree, or three by an outline; about one that has ended, if the answer is reliable; about an event in any case.
+    /// agree; about one that has ended, if the answer is reliable; about an event in any case.
     ///
     /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
     /// the same touch: the same velocity, at most 160 mm later. An answer that the program does not take
-    /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next frame.
+    /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next try.
     ///
     /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
     ///
-    /// A frame without a touch costs nothing; a try costs what the law costs.
+    /// Most frames cost nothing; a try costs what the law costs.
     pub fn answer(&mut self, touch: &Event<'_>, law: &impl EventLaw) -> Option<Answer> {
         if !law.answers_at_once() {
             return touch.is_event().then(|| law.answer(touch));
@@ -98,17 +95,14 @@ impl AtOnce {
             return None;
         }
         if is_new {
-            (self.slide, self.found, self.alike) = (self.newest.take(), None, 0);
+            (self.slide, self.found) = (self.newest.take(), None);
         }
         let before = self.found;
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
-        if let Some(found) = found {
-            let is_alike = before.is_some_and(|before| agree(before, found, AGREE));
-            self.alike = if is_alike { self.alike.saturating_add(1) } else { 0 };
-        }
-        let is_certain = !touch.is_under_way() || self.alike > u8::from(answer.basis != Some(Basis::Edge));
+        let is_certain =
+            !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
         if !(touch.is_event() || answer.reliable && is_certain) {
             return None;
         }
@@ -119,7 +113,7 @@ impl AtOnce {
             (self.newest, self.other_end) = (None, [touch.frame, slide.frame]);
             return None;
         }
-        self.newest = found.map(|velocity| AnsweredSlide { frame: touch.frame, touch_frame, velocity });
+        self.newest = found.map(|velocity| Answered { frame: touch.frame, touch_frame, velocity });
         Some(answer)
     }
 
@@ -130,7 +124,7 @@ impl AtOnce {
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
-    fn is_other_end(&self, slide: AnsweredSlide, touch_frame: u64, velocity: Velocity) -> bool {
+    fn is_other_end(&self, slide: Answered, touch_frame: u64, velocity: Velocity) -> bool {
         let frames = touch_frame.saturating_sub(slide.touch_frame) as f32;
         let pitches = frames * slide.velocity.mm_s / self.config.pitch_per_frame();
         pitches * self.config.pitch_mm() <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)

@@ -280,7 +280,9 @@ impl AtOnceOf {
 
 #[test]
 fn a_touch_is_answered_while_it_slides_and_its_end_follows() {
-    let rod = slide(60.0, 30.0, rod);
+    let flash = slide(60.0, 30.0, rod);
+    // Light that lasts.
+    let rod = |t: f64, x: f64, y: f64| (0..8).map(|age| 0.3 * flash(t - f64::from(age), x, y)).sum();
     let found = AtOnceOf::new(&rod, &[]);
     let (frame, frames, answer) = found.one();
     check(answer, 60.0, 30.0, Basis::Outline);
