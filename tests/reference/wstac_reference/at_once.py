@@ -14,7 +14,8 @@ STEP = 2
 """Frames from one try to the next."""
 AGREE, ALIKE = (2.0, 0.02, 1.2), (3.0, 0.03, 3.0)
 """Standard deviations, a fraction of the speed, and degrees: of two tries, and of a block's two ends."""
-LONGEST_MM = 160.0
+LONGEST_MM, OF_END_MM = 120.0, 40.0
+"""The longest block whose two ends are one touch, and the most path on which one end gives light."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +86,7 @@ class AtOnce:
             return None
         if sample.frame != self.frame:
             self.frame, self.tried, self.found = sample.frame, 0, None
-            self.before, self.answered = self.answered, None
+            self.before, self.answered = self.one_end(), None
         if self.tried and frames < self.tried + STEP and not is_whole:
             return None
         self.tried = frames
@@ -102,10 +103,19 @@ class AtOnce:
         if self.before is not None and has_velocity and self.is_other_end(*self.before, sample, wave):
             self.same[sample.frame], self.answered = self.before[0].frame, None
             return None
-        self.answered = (sample, wave) if has_velocity else None
+        self.answered = (sample, wave) if has_velocity and wave.basis == "edge" else None
         if not is_whole:
             self.trigger.answer()
         return Answered(sample.frame + frames - 1, sample.frame, frames, wave)
+
+    def one_end(self) -> tuple[Sample, WaveAnswer] | None:
+        """The last touch, if it was an edge of which only one end has passed."""
+        if self.answered is None:
+            return None
+        sample, wave = self.answered
+        ends = [end.frame for end in self.trigger.contact_ends if end.event_frame == sample.frame]
+        lasted = [(end - sample.touch_frame) / self.fps * wave.mm_s for end in ends]
+        return None if any(mm > OF_END_MM for mm in lasted) else self.answered
 
     def is_other_end(self, first: Sample, of_first: WaveAnswer, sample: Sample, wave: WaveAnswer) -> bool:
         """Whether this is the light of the other end of what slid before."""

@@ -3,6 +3,7 @@
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::touch::motion::{MotionConfig, Velocity};
+use crate::touch::wave::Basis;
 
 /// Frames from one try to the next.
 const STEP: u8 = 2;
@@ -10,8 +11,9 @@ const STEP: u8 = 2;
 const AGREE: [f32; 3] = [2.0, 0.02, 1.2];
 /// So do the velocities of a block's two ends.
 const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
-/// The longest block whose two ends are one touch.
-const LONGEST_MM: f32 = 160.0;
+/// The longest block whose two ends are one touch, and the most path on which one end gives light.
+const LONGEST_MM: f32 = 120.0;
+const OF_END_MM: f32 = 40.0;
 
 /// Tries to answer the touch under way. The answers are the same on every processor.
 ///
@@ -79,7 +81,7 @@ impl AtOnce {
     /// agree; about one that has ended, if the answer is reliable; about an event in any case.
     ///
     /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
-    /// the same touch: the same velocity, at most 160 mm later. An answer that the program does not take
+    /// the same touch: an edge, the same velocity, at most 120 mm later. An answer that the program does not take
     /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next try.
     ///
     /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
@@ -113,21 +115,31 @@ impl AtOnce {
             (self.newest, self.other_end) = (None, [touch.frame, slide.frame]);
             return None;
         }
-        self.newest = found.map(|velocity| Answered { frame: touch.frame, touch_frame, velocity });
+        let edge = found.filter(|_| answer.basis == Some(Basis::Edge));
+        self.newest = edge.map(|velocity| Answered { frame: touch.frame, touch_frame, velocity });
         Some(answer)
     }
 
     /// Returns the end of a touch, as that of the event that was answered.
-    pub fn end(&self, end: ContactEnd) -> ContactEnd {
+    pub fn end(&mut self, end: ContactEnd) -> ContactEnd {
+        // Both ends have passed if light lasts longer.
+        let slide = self.newest.filter(|slide| slide.frame == end.event_frame);
+        if slide.is_some_and(|slide| self.path_mm(slide, end.frame) > OF_END_MM) {
+            self.newest = None;
+        }
         let [of_end, of_slide] = self.other_end;
         if end.event_frame == of_end { ContactEnd { event_frame: of_slide, ..end } } else { end }
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
     fn is_other_end(&self, slide: Answered, touch_frame: u64, velocity: Velocity) -> bool {
-        let frames = touch_frame.saturating_sub(slide.touch_frame) as f32;
-        let pitches = frames * slide.velocity.mm_s / self.config.pitch_per_frame();
-        pitches * self.config.pitch_mm() <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
+        self.path_mm(slide, touch_frame) <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
+    }
+
+    /// Returns how far something has slid up to a frame.
+    fn path_mm(&self, slide: Answered, frame: u64) -> f32 {
+        let frames = frame.saturating_sub(slide.touch_frame) as f32;
+        frames * slide.velocity.mm_s / self.config.pitch_per_frame() * self.config.pitch_mm()
     }
 }
 
