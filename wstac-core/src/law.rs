@@ -65,7 +65,7 @@ impl Answer {
 
     /// Returns whether the touch has a texture: whether it slides, as far as the law tells.
     pub fn has_texture(&self) -> bool {
-        has_texture(self.contact, self.doubt)
+        has_texture(self.contact)
     }
 }
 
@@ -75,10 +75,8 @@ pub(crate) fn velocity(speed: Result<Speed, Reason>, direction: &Direction) -> O
     Some(Velocity { mm_s: speed.mm_s, mm_s_sd: speed.sd?, degrees, degrees_sd: direction.sd? })
 }
 
-/// A touch that turns or changes its speed slides, although its kind is unclear.
-pub(crate) fn has_texture(contact: Option<Contact>, doubt: Option<Reason>) -> bool {
-    let moves = matches!(doubt, Some(Reason::SpeedChanges | Reason::Turning));
-    matches!(contact, None | Some(Contact::Slide)) || (contact == Some(Contact::Unclear) && moves)
+pub(crate) fn has_texture(contact: Option<Contact>) -> bool {
+    matches!(contact, None | Some(Contact::Slide))
 }
 
 /// A law from an event to its answers.
@@ -250,6 +248,10 @@ impl EventLaw for AnyLaw {
         }
     }
 
+    fn path_velocity(&self, event: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> {
+        if let Self::Wave(law) = self { law.path_velocity(event, of_answer) } else { of_answer }
+    }
+
     fn is_per_touch(&self) -> bool {
         match self {
             Self::Wave(law) => law.is_per_touch(),
@@ -282,7 +284,9 @@ impl AnyLaw {
 }
 
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
-    let none = Reason::NoSlide(motion.contact);
+    // A slide that turns or changes its speed has none.
+    let doubt = motion.doubt.filter(|_| motion.contact == Contact::Slide);
+    let none = doubt.unwrap_or(Reason::NoSlide(motion.contact));
     let (speed, direction) = match motion.velocity {
         Some(velocity) => {
             (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))

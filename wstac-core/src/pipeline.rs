@@ -344,6 +344,12 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         self.lose(loss)
     }
 
+    /// Returns how many frames of the sample that is being captured have arrived, whether its touch is answered or not;
+    /// `None` if none is.
+    pub fn captured_frames(&self) -> Option<u8> {
+        self.trigger.state().captured_frames()
+    }
+
     /// Takes note that the touch under way is answered ([`Update::touch`]): no event of it follows, only its end.
     pub fn answer_touch(&mut self) {
         self.trigger.answer_touch();

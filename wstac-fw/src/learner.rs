@@ -137,6 +137,11 @@ impl Learner {
         self.names?.iter().position(has_name).map(|place| place as u8)
     }
 
+    /// Returns whether textures are being learned, which takes whole samples.
+    pub fn are_learned(&self) -> bool {
+        self.course.is_some()
+    }
+
     /// Looks at an event before its sample: whether it can be learned from.
     pub fn look(&mut self, answers: &Answers<'_>, now: u32) {
         let Some(course) = &mut self.course else { return };

@@ -11,10 +11,21 @@ static WORK: AtomicPtr<&mut (dyn FnMut() + Send)> = AtomicPtr::new(ptr::null_mut
 /// Returns what `main` returns. Until then, [`interrupt`] does `work`.
 ///
 /// `work` is also done before, for what is there already.
+#[allow(unsafe_code)]
 pub fn meanwhile<T>(work: &mut (dyn FnMut() + Send), main: impl FnOnce() -> T) -> T {
-    work();
     let mut work = work;
-    WORK.store((&raw mut work).cast(), Ordering::Release);
+    // What becomes complete in between is taken, too.
+    #[cfg(feature = "node")]
+    critical_section::with(|_| {
+        WORK.store((&raw mut work).cast(), Ordering::Release);
+        // SAFETY: no interrupt comes meanwhile.
+        unsafe { interrupt() };
+    });
+    #[cfg(not(feature = "node"))]
+    {
+        work();
+        WORK.store((&raw mut work).cast(), Ordering::Release);
+    }
     let result = main();
     // An interrupt has ended before this goes on, and nothing that it wrote was read before.
     WORK.store(ptr::null_mut(), Ordering::Release);

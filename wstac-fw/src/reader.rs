@@ -391,6 +391,7 @@ impl Reader {
             self.sender.event(&event, out);
         }
         if let Some(end) = contact_end {
+            let end = self.sender.at_once.end(end);
             self.sender.contact_end(end, out);
         }
         while self.send_held(out) {}
@@ -433,6 +434,7 @@ impl Sender {
             out.send(&Message::Features { frame: frame.number, features: frame.features });
         }
         if let Some(interrupted) = update.interrupted() {
+            self.at_once = AtOnce::new(self.motion);
             out.send(&Message::InterruptedSample(interrupted));
         }
         let event = update.event();
@@ -444,6 +446,8 @@ impl Sender {
         }
         // Samples over time, and those of ten sums, are of whole events.
         if !self.wants_samples
+            && self.held.is_none()
+            && !self.textures.are_learned()
             && (self.model().is_none() || <setup::ModelSample as ModelSample>::INPUT == Input::TaxelPath)
             && let Some(touch) = update.touch()
             && self.event(&touch, out)
@@ -577,7 +581,7 @@ fn add_texture(
                 texture.known = Some(false);
             }
             held.answers = held.answers.with_texture(texture);
-        } else if event.is_under_way() {
+        } else if event.is_under_way() && event.whole_taxels().is_some() {
             return false;
         }
     }

@@ -24,6 +24,12 @@ pub struct TrainedTextures;
 
 #[cfg(not(feature = "learn"))]
 impl TrainedTextures {
+    /// Returns whether textures are being learned, which takes whole samples.
+    #[inline(always)]
+    pub fn are_learned(&self) -> bool {
+        false
+    }
+
     /// Looks at an event before its sample.
     #[inline(always)]
     pub fn look(&mut self, _: &Answers<'_>, _: u32) {}

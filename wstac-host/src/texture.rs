@@ -173,6 +173,15 @@ impl Textures {
         self.models.iter().all(|model| model.get().input() == Input::TaxelPath)
     }
 
+    /// Returns whether a model needs more of the path of a touch under way than has arrived.
+    pub(crate) fn lack_path(&self, touch: &Event<'_>, answer: &Answer, config: MotionConfig) -> bool {
+        let Some(velocity) = answer.velocity().filter(|_| touch.whole_taxels().is_some()) else { return false };
+        self.models.iter().map(|model| model.get().frames()).any(|frames| {
+            let path = PathSample::of_touch(touch, &velocity, config, frames);
+            path.is_none_or(|path| !path.covers(frames))
+        })
+    }
+
     /// Returns the answer of all models to an event, or a touch under way, of this answer.
     ///
     /// A model that takes the sample along the path needs the velocity. If the law does not give one, it is computed by

@@ -83,7 +83,7 @@ fn first_event(event: &Event<'_>, taxels: Option<&TaxelRing>, law: &AnyLaw, moti
     let answer = law.answer(event);
     // A model of fewer frames reads the first numbers of these samples.
     let whole = SAMPLE_FRAMES as u8;
-    let path = answer.velocity().map(|velocity| {
+    let path = law.path_velocity(event, answer.velocity()).map(|velocity| {
         let taxels = taxels.and_then(|taxels| PathSample::of_taxels(taxels, &velocity, motion, whole));
         [PathSample::of_sums(event, &velocity, motion, whole), taxels].map(|sample| sample.map(Box::new))
     });

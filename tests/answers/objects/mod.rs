@@ -190,7 +190,10 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool)
         let touch = update.touch().filter(|touch| is_at_once && touch.frame + 60 > start);
         if let Some(touch) = touch {
             let Some(found) = at_once.answer(&touch, &law) else { continue };
-            after = Some((touch.last_frame() + 1 - start) as f64 / rate.per_second() * f64::from(rate.frames_added()));
+            after = Some(
+                (touch.last_frame() + 1).saturating_sub(start) as f64 / rate.per_second()
+                    * f64::from(rate.frames_added()),
+            );
             answer = Ok((found.velocity().expect("it is reliable"), found.basis.expect("it is reliable")));
             (extent, acceleration) = (found.extent, found.acceleration);
             break;

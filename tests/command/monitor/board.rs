@@ -185,6 +185,7 @@ impl Board<'_> {
             self.event(&event);
         }
         if let Some(end) = finished.contact_end() {
+            let end = self.at_once.end(end);
             self.sent.push(&Message::ContactEnd(end));
         }
         if let Some(sample) = finished.interrupted() {

@@ -55,6 +55,8 @@ class AtOnce:
         self.frame: int | None = None
         self.tried = 0
         """The frames of this sample at the last try."""
+        self.is_over = False
+        """Whether the touch had ended at that try: its light stays as it is."""
         self.found: WaveAnswer | None = None
         self.before: tuple[Sample, WaveAnswer] | None = None
         self.answered: tuple[Sample, WaveAnswer] | None = None
@@ -87,9 +89,10 @@ class AtOnce:
         if sample.frame != self.frame:
             self.frame, self.tried, self.found = sample.frame, 0, None
             self.before, self.answered = self.one_end(), None
-        if self.tried and frames < self.tried + STEP and not is_whole:
+        is_early = frames < self.tried + STEP or (self.is_over and sample.end_frame is not None)
+        if self.tried and is_early and not is_whole:
             return None
-        self.tried = frames
+        self.tried, self.is_over = frames, sample.end_frame is not None
         wave = self.measure(self.sums[sample.frame : sample.frame + frames], is_whole)
         has_velocity = wave.why is None
         before = self.found

@@ -343,7 +343,7 @@ impl<B: BaselinePolicy> Trigger<B> {
     /// Takes note that the touch under way is answered: its sample is no event any more.
     pub(crate) fn answer_touch(&mut self) {
         if let Phase::Capture { is_answered, .. } = &mut self.state.phase {
-            *is_answered = true;
+            *is_answered = self.state.config.is_per_touch();
         }
     }
 
@@ -373,6 +373,7 @@ impl<B: BaselinePolicy> Trigger<B> {
                 complete = self.fill();
             }
         }
+        self.state.hold_answered();
         complete
     }
 
@@ -613,7 +614,8 @@ impl TriggerState {
 
     /// Returns the touch whose sample is being captured, if there is one event per touch, and it is not answered.
     pub(crate) fn touch(&self) -> Option<Event<'_>> {
-        let InterruptedSample { frame, frames } = self.under_way().filter(|_| self.config.is_per_touch())?;
+        let is_asked = self.config.is_per_touch() && self.lost == 0;
+        let InterruptedSample { frame, frames } = self.under_way().filter(|_| is_asked)?;
         Some(self.event_of(frame, frames))
     }
 
@@ -668,11 +670,21 @@ impl TriggerState {
         self.touch.advance(now, is_lit, is_captured);
     }
 
-    /// Moves time on by `left` frames of a long gap after the baseline.
-    fn skip_windows(&mut self, left: u64) {
+    /// Holds a touch that is answered, until its light has left.
+    fn hold_answered(&mut self) {
         if let Phase::Capture { first, is_answered: true, .. } = self.phase {
             self.touch.hold(first);
         }
+    }
+
+    /// Returns how many frames of the sample that is being captured have arrived, answered or not.
+    pub(crate) fn captured_frames(&self) -> Option<u8> {
+        if let Phase::Capture { left, .. } = self.phase { Some(SAMPLE_FRAMES as u8 - left) } else { None }
+    }
+
+    /// Moves time on by `left` frames of a long gap after the baseline.
+    fn skip_windows(&mut self, left: u64) {
+        self.hold_answered();
         // If there are more frames than the ring holds, only the last of them can be seen again.
         for _ in 0..left.min(SAMPLE_FRAMES as u64) {
             if let Some(&last) = self.ring.back() {

@@ -52,6 +52,8 @@ pub struct AtOnce {
     /// The first frame of the sample that was tried last, and how many of its frames had arrived.
     frame: u64,
     frames: u8,
+    /// Whether the touch had ended at that try.
+    is_over: bool,
     /// The last reliable velocity of these tries.
     found: Option<Velocity>,
     /// The slide of the sample that was tried last, if it was answered, and that of the sample before, unless the light of
@@ -74,7 +76,16 @@ struct Answered {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, frame: u64::MAX, frames: 0, found: None, newest: None, slide: None, other_end: [u64::MAX; 2] }
+        Self {
+            config,
+            frame: u64::MAX,
+            frames: 0,
+            is_over: false,
+            found: None,
+            newest: None,
+            slide: None,
+            other_end: [u64::MAX; 2],
+        }
     }
 
     /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that
@@ -92,7 +103,9 @@ impl AtOnce {
             return touch.is_event().then(|| law.answer(touch));
         }
         let is_new = touch.frame != self.frame;
-        let is_early = !is_new && touch.frames < self.frames.saturating_add(STEP);
+        // The light of a touch that has ended stays as it is.
+        let is_early =
+            !is_new && (touch.frames < self.frames.saturating_add(STEP) || (self.is_over && !touch.is_under_way()));
         if touch.frame == self.other_end[0] || (!touch.is_event() && is_early) {
             return None;
         }
@@ -103,6 +116,7 @@ impl AtOnce {
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
+        self.is_over = !touch.is_under_way();
         let is_certain =
             !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
         if !(touch.is_event() || answer.reliable && is_certain) {

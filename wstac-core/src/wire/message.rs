@@ -355,7 +355,7 @@ impl<'a> Answers<'a> {
 
     /// Returns whether the touch has a texture: whether it slides, as far as the law tells.
     pub fn has_texture(&self) -> bool {
-        has_texture(self.contact, self.doubt)
+        has_texture(self.contact)
     }
 
     /// Returns the answers with the texture that a model names, which was trained at these speeds: of a slide at another

@@ -198,7 +198,7 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     ensure(
         match answers.contact {
             None => true,
-            Some(Contact::Slide) => answers.speed.is_ok() && angle.is_ok(),
+            Some(Contact::Slide) => answers.speed.is_ok() == angle.is_ok(),
             Some(_) => answers.speed.is_err() && angle.is_err(),
         },
         Quantity::Contact,

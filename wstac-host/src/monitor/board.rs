@@ -231,7 +231,7 @@ impl BoardState {
         if !is_new {
             return Ok(());
         }
-        self.contact(answers.frame.saturating_add(SAMPLE_FRAMES as u64), None);
+        self.contact(answers.last_frame().saturating_add(1), None);
         let in_words = |answer: &TextureAnswer<'_>| (answer.task, texture_of(answer));
         let texture = Texture::of_all(answers.textures.iter().flatten().map(in_words).collect());
         let sample = self.sample.of(answers.frame).filter(|_| self.wanted.samples);

@@ -22,7 +22,7 @@ use crate::output::{
     MotionReport, Output, OutputOptions, ReadoutUsed, RecordTimes, StreamSummary, TactileEvent,
 };
 use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
-use crate::texture::{NoTexture, Textures};
+use crate::texture::Textures;
 
 /// Turns source events into typed outputs.
 ///
@@ -323,7 +323,9 @@ impl Processor {
         let finished = pipeline.finish();
         if let Some(event) = finished.event() {
             // The end of a stream completes a sample only with lost frames.
-            emit(answers.event(&event, answers.law.answer(&event)))?;
+            if let Some(answer) = answers.answer(&event) {
+                emit(answers.event(&event, answer))?;
+            }
         }
         if let Some(end) = finished.contact_end() {
             emit(answers.contact_end(end))?;
@@ -368,12 +370,12 @@ impl Processor {
 
     /// Returns the state of the trigger.
     pub fn phase(&self) -> Phase {
-        match (self.pipeline.baseline(), self.pipeline.end().incomplete) {
+        match (self.pipeline.baseline(), self.pipeline.captured_frames()) {
             (None, _) => {
                 let of = u64::from(self.pipeline.trigger_config().baseline_frames());
                 Phase::Baseline { frames: self.pipeline.next_frame().saturating_sub(self.zero).min(of), of }
             }
-            (_, Some(sample)) => Phase::Capturing { frames: sample.frames },
+            (_, Some(frames)) => Phase::Capturing { frames },
             _ => Phase::Watching,
         }
     }
@@ -493,6 +495,7 @@ impl Processor {
     }
 
     fn forget_motion(&mut self) {
+        self.at_once = AtOnce::new(self.motion);
         if let Some(live) = &mut self.live {
             live.reset();
         }
@@ -556,16 +559,29 @@ impl Answers<'_> {
         Output::Event(Box::new(doubts.of(event, motion)))
     }
 
+    /// Returns whether all events have their whole samples, and so are those of a data set.
+    fn waits(&self) -> bool {
+        self.options.samples || self.options.paths || !self.textures.answer_at_once()
+    }
+
+    /// Returns the answer about a whole sample, if it is an event of its own.
+    fn answer(&mut self, event: &Event<'_>) -> Option<Answer> {
+        if self.waits() { Some(self.law.answer(event)) } else { self.at_once.answer(event, self.law) }
+    }
+
     /// Returns the event of a touch under way, as soon as its motion is certain and its models have their path.
     fn at_once(&mut self, touch: &Event<'_>) -> Option<Output> {
-        let waits = self.options.samples
-            || self.options.paths
-            || !self.textures.answer_at_once()
-            || !self.clock.is_in_time(touch.touch_frame.unwrap_or(touch.frame), touch.last_frame());
-        let answer = if waits { None } else { self.at_once.answer(touch, self.law) };
-        let output = self.event(touch, answer?);
-        let lacks_path = matches!(&output, Output::Event(event) if event.texture == Err(NoTexture::TooShort));
-        (!lacks_path || !touch.is_under_way()).then_some(output)
+        let first = touch.touch_frame.unwrap_or(touch.frame);
+        if self.waits() || !self.clock.is_in_time(first, touch.last_frame()) {
+            return None;
+        }
+        let answer = self.at_once.answer(touch, self.law)?;
+        if touch.is_under_way() && self.textures.lack_path(touch, &answer, self.motion) {
+            return None;
+        }
+        // What is doubted is judged by the whole sample.
+        let output = self.event(touch, answer);
+        matches!(&output, Output::Event(event) if event.reliable).then_some(output)
     }
 
     fn times(&self, frame: u64) -> RecordTimes {
@@ -588,10 +604,11 @@ impl Answers<'_> {
             emit(Output::Features(FrameFeatures { frame, time_ns, stamp, features }))?;
         }
         if let Some(sample) = update.interrupted() {
+            *self.at_once = AtOnce::new(self.motion);
             emit(self.interrupted(sample))?;
         }
         if let Some(event) = update.event()
-            && let Some(answer) = self.at_once.answer(&event, self.law)
+            && let Some(answer) = self.answer(&event)
         {
             emit(self.event(&event, answer))?;
         }

@@ -116,7 +116,9 @@ fn open<'a>(
     let records = Records::new(Form::json_if(arguments.json)).of_sensor(sensor.name);
     let (source, info, config) =
         arguments.options.open_configured(sensor.source, FramePolicy::Every, arguments.config.as_deref())?;
-    let wanted = OutputOptions { features: true, ..OutputOptions::default() };
+    // A recording that ends with an event has the whole sample of it.
+    let samples = arguments.events.is_some();
+    let wanted = OutputOptions { features: true, samples, ..OutputOptions::default() };
     let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
         .info(info.clone())
         .config(config.clone())

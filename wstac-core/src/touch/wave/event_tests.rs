@@ -173,8 +173,8 @@ fn a_slide_that_changes_its_speed_has_no_velocity_and_taps_are_pokes() {
     let slower = |t: f64, x: f64, _: f64| flash(t - MIDDLE - 1.1 * x - 0.15 * x * x, 3.0);
     let found = kept(&slower, &[]);
     assert_eq!((found.refused, found.wave.doubt), (Some(Reason::SpeedChanges), Some(Reason::SpeedChanges)));
-    assert_eq!((found.wave.contact, found.wave.reliable, found.wave.basis), (Some(Contact::Unclear), false, None));
-    assert_eq!(found.wave.speed.err(), Some(Reason::NoSlide(Contact::Unclear)));
+    assert_eq!((found.wave.contact, found.wave.reliable, found.wave.basis), (Some(Contact::Slide), false, None));
+    assert_eq!(found.wave.speed.err(), Some(Reason::SpeedChanges));
     assert_eq!((found.wave.velocity(), found.path), (None, found.coherence.velocity()));
     assert!(found.path.is_some());
     // One whisker is lit eight times.

@@ -382,7 +382,7 @@ pub struct TaxelMotion {
 /// which the wave sees only a part, if it lights all whiskers with at most six flashes. More look like stick-slip
 /// ([`Reason::SpeedChanges`]), even if they are those of a steady slow edge at an angle.
 ///
-/// A touch that turns or changes its speed in the wave is unclear, and has no velocity.
+/// A slide that turns or changes its speed in the wave has no velocity.
 ///
 /// It takes at most 12 KiB of stack.
 #[inline(never)]
@@ -426,9 +426,9 @@ fn is_of_part(reason: Reason) -> bool {
 fn by_fit(taxels: &TaxelRing, frames: u8, config: MotionConfig) -> Result<TaxelMotion, Reason> {
     let mut wave = Wave::EMPTY;
     let (mut velocity, basis) = match wave.found(taxels.last(frames), config) {
-        // It moves, but no one velocity is right: coherence has none to tell.
+        // It slides, but no one velocity is right: coherence has none to tell.
         Err(doubt @ (Reason::SpeedChanges | Reason::Turning)) => {
-            let (contact, doubt) = (Contact::Unclear, Some(doubt));
+            let (contact, doubt) = (Contact::Slide, Some(doubt));
             let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt };
             return Ok(TaxelMotion { motion, basis: None, extent: None, acceleration: None });
         }
