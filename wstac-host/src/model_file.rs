@@ -21,6 +21,12 @@ pub const MOST_BYTES: u64 = 256 << 20;
 /// The prefix of the names of models that come with the program.
 pub const BUILT_IN: &str = "builtin:";
 
+/// The name of the best model that comes with the program, [`BEST_OF_ALL`].
+pub const BEST: &str = "builtin";
+
+/// The name of the best model among all: none is more accurate beyond doubt, and it is the smallest of its equals.
+pub const BEST_OF_ALL: &str = "taxel-path-svm";
+
 /// The models that this build comes with.
 #[cfg(not(feature = "builtin-models"))]
 const MODELS: &[(&str, &[u8])] = &[];
@@ -59,12 +65,13 @@ impl ModelFile {
         names.iter().map(|name| Self::open(name)).collect()
     }
 
-    /// Reads `builtin:NAME`, or the file of that name. [`ModelFile::model`] checks the content.
+    /// Reads `builtin` ([`BEST`]), `builtin:NAME`, or the file of that name. [`ModelFile::model`] checks the content.
     ///
     /// # Errors
     /// There is no such model, the file cannot be read, or it is too large.
     pub fn open(name: &Path) -> Result<Self, Error> {
-        let about = name.display().to_string();
+        let is_best = name == Path::new(BEST);
+        let about = if is_best { format!("{BUILT_IN}{BEST_OF_ALL}") } else { name.display().to_string() };
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
             let is_known = MODELS.iter().any(|(known, _)| *known == about);
             return match file_bytes(name) {

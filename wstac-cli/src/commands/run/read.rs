@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::doubts_of_textures;
+use super::super::source_arguments::{doubts_of_textures, models_of};
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -31,7 +31,7 @@ use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
 use wstac_host::source::names::SensorSpec;
 use wstac_host::source::{FaultKind, FramePolicy, Lag, SourceEvent};
-use wstac_host::texture::Textures;
+use wstac_host::texture::{NoTexture, Textures};
 
 /// The settings that all sensors of a run share.
 #[derive(Clone, Copy)]
@@ -41,7 +41,8 @@ pub(super) struct Run<'a> {
     pub(super) form: Form,
     pub(super) table: Table,
     pub(super) destination: &'a Destination,
-    pub(super) files: &'a [ModelFile],
+    /// The models of `--model`, if there are any.
+    pub(super) given: Option<&'a [ModelFile]>,
     /// Requests the end.
     pub(super) interrupted: &'a AtomicBool,
     /// Whether the sensors are those of one recording, which their names choose.
@@ -61,6 +62,7 @@ pub(super) struct OpenFrames<'a> {
     records: Records<'a>,
     raw: Option<RawFile>,
     range: Range,
+    hint: Option<&'static str>,
     interrupted: &'a AtomicBool,
 }
 
@@ -107,7 +109,7 @@ impl<'a> Run<'a> {
     }
 
     fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<OpenFrames<'a>, Stop> {
-        let Self { arguments, files, interrupted, is_recorded, .. } = self;
+        let Self { arguments, given, interrupted, is_recorded, .. } = self;
         let records = self.records(sensor);
         if arguments.baseline_at.is_some() && !can_be_read_again(sensor.source) {
             let message = "can be read only once, expected a file, a folder or a scene with --baseline-at";
@@ -117,13 +119,14 @@ impl<'a> Run<'a> {
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
+        let files = models_of(given, sensor.source, &info, &config)?;
         let (layout, readout) = (config.layout_note(&info), config.readout_note(&info));
         let (rate, unused) = (config.rate_note(&info), config.crosstalk_note());
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
             .outputs(self.wanted())
-            .textures(Textures::new(files)?);
+            .textures(Textures::new(&files)?);
         if let Some(seconds) = arguments.baseline_at {
             session = session.baseline_from(options.open(sensor.source, delivery)?.0, seconds);
         }
@@ -137,7 +140,9 @@ impl<'a> Run<'a> {
         if let Some(doubt) = rate {
             records.notice("rate", &doubt);
         }
-        if let Some(doubt) = doubts_of_textures(&info, files) {
+        let doubt = doubts_of_textures(&info, &files);
+        let hint = (given.is_none() && doubt.is_none()).then_some("no model was given: --model builtin names textures");
+        if let Some(doubt) = doubt {
             records.note(doubt);
         }
         if let Some(unused) = unused {
@@ -159,7 +164,7 @@ impl<'a> Run<'a> {
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         let range = Range::new(arguments.since, arguments.until);
-        Ok(OpenFrames { session, records, raw, range, interrupted })
+        Ok(OpenFrames { session, records, raw, range, hint, interrupted })
     }
 
     /// Reads all sensors, after all of them were opened. Each continues to its own end if others fail.
@@ -267,12 +272,12 @@ struct Reading<'a> {
 
 impl<'a> Reading<'a> {
     fn new(frames: OpenFrames<'a>) -> Self {
-        let OpenFrames { session, records, raw, range, interrupted } = frames;
+        let OpenFrames { session, records, raw, range, hint, interrupted } = frames;
         let (losses, no_event) = (LossReport::default(), NoEvent::default());
         let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
         let (uneven, unreliable) = (None, 0);
         let printer =
-            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, read_ns, printed_ns };
+            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, hint, read_ns, printed_ns };
         Self { session, printer, interrupted, ended: None }
     }
 
@@ -360,6 +365,8 @@ struct Printer<'a> {
     /// not reliable and have such frames.
     uneven: Option<String>,
     unreliable: u64,
+    /// What to say at the first slide without a texture because there is no model.
+    hint: Option<&'static str>,
     /// The time of the last frame that was read, in nanoseconds.
     read_ns: u64,
     /// The latest time of what was printed.
@@ -406,6 +413,11 @@ impl Observer for Printer<'_> {
             };
             self.unreliable += u64::from(!event.reliable && has_gap);
         }
+        if lacks_model(&output)
+            && let Some(hint) = self.hint.take()
+        {
+            self.records.note(hint);
+        }
         self.outputs.push_back(output);
         Ok(())
     }
@@ -419,6 +431,11 @@ impl Observer for Printer<'_> {
         }
         true
     }
+}
+
+/// Returns whether an event has a speed, but no texture because there is no model.
+pub(super) fn lacks_model(output: &Output) -> bool {
+    matches!(output, Output::Event(event) if event.speed.is_ok() && event.texture == Err(NoTexture::NoModel))
 }
 
 /// Returns whether a source gives the same frames again if it is opened again.
