@@ -95,7 +95,9 @@ impl AtOnce {
         if !touch.is_event() && !(answer.reliable && is_certain) {
             return None;
         }
-        let (slide, touch_frame) = (self.slide.take(), touch.touch_frame.unwrap_or(touch.frame));
+        // A caller that waits for more of a touch asks again: it is not its own other end.
+        let slide = self.slide.take().filter(|slide| slide.frame != touch.frame);
+        let touch_frame = touch.touch_frame.unwrap_or(touch.frame);
         if let Some((slide, velocity)) = slide.zip(answer.velocity())
             && self.is_other_end(slide, touch_frame, velocity)
         {
