@@ -46,7 +46,7 @@ fn a_scene_that_the_wave_answers_has_the_best_model() {
         assert_eq!(of(&arguments)[0]["why"]["texture"], "no model was given", "{arguments:?}");
     }
     // Too slow for an answer before 70 frames have shown the path.
-    let slow = records(&["run", "scene:Saw3@60,90deg", "--json"]);
+    let slow = records(&["run", "scene:Saw3@55,90deg", "--json"]);
     assert_eq!((&slow[0]["kind"], &slow[0]["texture"]["specimen"]), (&"event".into(), &"Saw3".into()));
 }
 
