@@ -93,7 +93,7 @@ impl ModelFile {
             }
             let expected = nearest(built_in, Self::names()).map_or_else(
                 || {
-                    let names: Vec<_> = Self::names().map(|name| format!("{BUILT_IN}{name}")).collect();
+                    let names: Vec<_> = Self::full_names().collect();
                     format!(", expected {}", names.join(", "))
                 },
                 |name| format!("; did you mean {BUILT_IN}{name}?"),
@@ -119,6 +119,11 @@ impl ModelFile {
     /// Returns the names of all models that come with the program.
     pub fn names() -> impl Iterator<Item = &'static str> {
         MODELS.iter().map(|&(name, _)| name)
+    }
+
+    /// Returns the names by which the models that come with the program are opened: [`BEST`] first.
+    pub fn full_names() -> impl Iterator<Item = String> {
+        std::iter::once(BEST.to_owned()).chain(Self::names().map(|name| format!("{BUILT_IN}{name}")))
     }
 
     /// Takes the bytes of a model file; `about` is its name for messages. [`ModelFile::model`] checks the content.

@@ -110,7 +110,7 @@ fn as_by_link(records: &str) -> String {
 /// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features,
 /// samples and motion.
 fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
-    let lines = as_by_link(&good(&[&["run", scene][..], &WANTED].concat()));
+    let lines = as_by_link(&good(&[&["run", scene, "--model", "none"][..], &WANTED].concat()));
     (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true, false).frames)
 }
 
@@ -128,7 +128,7 @@ fn every_line_is_that_of_run() {
     let (early, late) = (model(&folder, "early", 30, 29, "Fla,Saw"), Path::new("builtin:svm").to_owned());
     let files = [&late, &early].map(|file| ModelFile::open(file).unwrap());
     let with_models = ["--model", path(&late), "--model", path(&early)];
-    for (files, models) in [(&[][..], &[][..]), (&files, &with_models)] {
+    for (files, models) in [(&[][..], &["--model", "none"][..]), (&files, &with_models)] {
         for (all, wanted) in [(false, &["--json"][..]), (true, &WANTED), (false, &[]), (true, &["--features"])] {
             let expected = as_by_link(&good(&[&["run", &scene], models, wanted].concat())).replace(MODEL_DOUBT, "");
             let at_once = !wanted.contains(&"--samples");

@@ -2,13 +2,12 @@
 
 use std::fmt::Write as _;
 use std::io::Write;
-use std::iter::once;
 
 use clap::CommandFactory;
 use clap_complete::Shell;
 
 use super::output::Stop;
-use wstac_host::model_file::{BEST, ModelFile};
+use wstac_host::model_file::ModelFile;
 
 /// Print a completion script for a shell
 ///
@@ -77,8 +76,7 @@ const SPECIMENS: [&str; 10] = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut super::Arguments::command(), "wstac", &mut script);
-    let models: Vec<_> =
-        once(BEST.to_owned()).chain(ModelFile::names().map(|name| format!("builtin:{name}"))).collect();
+    let models: Vec<_> = ModelFile::full_names().collect();
     let scenes = SPECIMENS.map(|specimen| format!("scene:{specimen}@150"));
     let script = with_names(arguments.shell, String::from_utf8_lossy(&script).into_owned(), &models, &scenes);
     Ok(std::io::stdout().write_all(script.as_bytes())?)

@@ -199,11 +199,8 @@ impl SourceArguments {
 
 /// Opens the models of `--model`; `None` without the option. `none` alone is no model.
 pub(super) fn open_models(given: &[PathBuf]) -> Result<Option<Vec<ModelFile>>, Error> {
-    match given {
-        [] => Ok(None),
-        [only] if only == Path::new(NONE) => Ok(Some(Vec::new())),
-        _ => ModelFile::open_all(given).map(Some),
-    }
+    let named = if given == [Path::new(NONE)] { &[] } else { given };
+    (!given.is_empty()).then(|| ModelFile::open_all(named)).transpose()
 }
 
 /// Returns the models of a source: those that are given, or else `builtin` for a scene with a motion and a rate for
@@ -214,13 +211,10 @@ pub(super) fn models_of(
     info: &StreamInfo,
     config: &Config,
 ) -> Result<Vec<ModelFile>, Error> {
-    let is_scene = source.as_bytes().starts_with(b"scene:");
     let is_by_wave = config.speed.estimator() == Some(Estimator::Wave);
-    match given {
-        Some(given) => Ok(given.to_vec()),
-        None if is_scene && is_by_wave && is_of_training(info) => Ok(vec![ModelFile::open(Path::new(BEST))?]),
-        None => Ok(Vec::new()),
-    }
+    let has_best = source.as_bytes().starts_with(b"scene:") && is_by_wave && is_of_training(info);
+    let best = has_best.then(|| BEST.into());
+    given.map_or_else(|| ModelFile::open_all(best.as_slice()), |given| Ok(given.to_vec()))
 }
 
 /// Returns doubts about textures: if a recording was made with models and none is given now, or if frames come at

@@ -1,7 +1,6 @@
 //! `wstac model list` lists the models that come with the program.
 
 use std::io::Write;
-use std::iter::once;
 use std::path::Path;
 
 use super::super::output::Stop;
@@ -24,22 +23,18 @@ pub(super) fn run() -> Result<(), Stop> {
     let (rows, prices) = (map::kept()?, Prices::kept()?);
     let mut out = super::super::output::stdout();
     writeln!(out, "{:28}input      accuracy, %   bytes       M0      M4F", "model")?;
-    for name in once(BEST.to_owned()).chain(ModelFile::names().map(|name| format!("{BUILT_IN}{name}"))) {
+    for name in ModelFile::full_names() {
         let file = ModelFile::open(Path::new(&name))?;
         let (setting, input) = match file.model()?.input() {
             Input::Frames => (Setting::PUBLISHED, "over time"),
             Input::Path => (Setting::DEFAULT, "path"),
             _ => (Setting::DEFAULT, "25 taxels"),
         };
-        let is_it = |of: Option<&str>| of == Some(file.about());
-        let row = rows.iter().find(|row| row.setting == setting && is_it(row.model.as_deref()));
-        let accuracy = row.and_then(|row| row.found.accuracy[0]).map(|found| format!("{:.1}", found.mean));
-        let known = |found: Option<String>| found.unwrap_or_else(|| "–".to_owned());
-        let [m0, m4f] = [Core::M0, Core::M4F].map(|core| {
-            let price = prices.of(core, &setting, Some(file.about()));
-            known(price.and_then(|price| price.texture).map(grouped))
-        });
-        let (bytes, accuracy) = (4 * file.words().len(), known(accuracy));
+        let about = Some(file.about());
+        let row = rows.iter().find(|row| row.setting == setting && row.model.as_deref() == about);
+        let accuracy = row.and_then(|row| row.found.accuracy[0]).map_or("–".into(), |of| format!("{:.1}", of.mean));
+        let cost = |core| prices.of(core, &setting, about).and_then(|price| price.texture).map_or("–".into(), grouped);
+        let (bytes, m0, m4f) = (4 * file.words().len(), cost(Core::M0), cost(Core::M4F));
         writeln!(out, "{name:28}{input:9} {accuracy:>12} {bytes:>7} {m0:>8} {m4f:>8}")?;
     }
     Ok(writeln!(out, "{BEST} is {BUILT_IN}{BEST_OF_ALL}")?)

@@ -51,19 +51,9 @@ pub(super) struct Run<'a> {
 
 /// A sensor that is ready for reading.
 pub(super) enum Opened<'a> {
-    Frames(Box<OpenFrames<'a>>),
+    Frames(Box<Reading<'a>>),
     /// A board, which finds its events itself.
     Board(Box<OpenBoard<'a>>),
-}
-
-/// A source of frames that is ready for reading.
-pub(super) struct OpenFrames<'a> {
-    session: Session,
-    records: Records<'a>,
-    raw: Option<RawFile>,
-    range: Range,
-    hint: Option<&'static str>,
-    interrupted: &'a AtomicBool,
 }
 
 impl<'a> Run<'a> {
@@ -108,7 +98,7 @@ impl<'a> Run<'a> {
         Ok(OpenBoard { line, records: self.records(sensor), has_status: arguments.status, interrupted })
     }
 
-    fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<OpenFrames<'a>, Stop> {
+    fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<Reading<'a>, Stop> {
         let Self { arguments, given, interrupted, is_recorded, .. } = self;
         let records = self.records(sensor);
         if arguments.baseline_at.is_some() && !can_be_read_again(sensor.source) {
@@ -164,7 +154,11 @@ impl<'a> Run<'a> {
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         let range = Range::new(arguments.since, arguments.until);
-        Ok(OpenFrames { session, records, raw, range, hint, interrupted })
+        let (losses, no_event, outputs) = Default::default();
+        let (uneven, unreliable, read_ns, printed_ns) = Default::default();
+        let printer =
+            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, hint, read_ns, printed_ns };
+        Ok(Reading { session, printer, interrupted, ended: None })
     }
 
     /// Reads all sensors, after all of them were opened. Each continues to its own end if others fail.
@@ -188,7 +182,7 @@ impl<'a> Run<'a> {
             let failed = opened.into_iter().filter(|(sensor, open)| !self.has_read(sensor, open.as_ref().map(drop)));
             return failed.count();
         }
-        let readings = opened.into_iter().filter_map(|(sensor, open)| Some((sensor, Reading::new(open.ok()?))));
+        let readings = opened.into_iter().filter_map(|(sensor, open)| Some((sensor, open.ok()?)));
         let mut readings: Vec<_> = readings.collect();
         let mut failures = 0;
         while let Some(at) = (0..readings.len()).min_by_key(|at| readings[*at].1.next_ns()) {
@@ -250,7 +244,7 @@ impl Opened<'_> {
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
         let mut reading = match self {
-            Self::Frames(frames) => Reading::new(*frames),
+            Self::Frames(reading) => *reading,
             Self::Board(board) => return board.read(),
         };
         loop {
@@ -261,8 +255,8 @@ impl Opened<'_> {
     }
 }
 
-/// A sensor that is being read.
-struct Reading<'a> {
+/// A source of frames that is ready for reading, or is being read.
+pub(super) struct Reading<'a> {
     session: Session,
     printer: Printer<'a>,
     interrupted: &'a AtomicBool,
@@ -270,17 +264,7 @@ struct Reading<'a> {
     ended: Option<Result<(), Stop>>,
 }
 
-impl<'a> Reading<'a> {
-    fn new(frames: OpenFrames<'a>) -> Self {
-        let OpenFrames { session, records, raw, range, hint, interrupted } = frames;
-        let (losses, no_event) = (LossReport::default(), NoEvent::default());
-        let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
-        let (uneven, unreliable) = (None, 0);
-        let printer =
-            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, hint, read_ns, printed_ns };
-        Self { session, printer, interrupted, ended: None }
-    }
-
+impl Reading<'_> {
     /// Returns the time of what it does next: of the output that it prints, or up to which it has read. No output that
     /// follows is about an earlier frame, apart from answers about a touch that is over.
     fn next_ns(&self) -> u64 {
