@@ -55,17 +55,14 @@ fn a_source_without_a_model_is_told_of_one_once() {
     let folder = Folder::new("hint");
     let scene = folder.scene(
         "two.toml",
-        "[[touch]]\nspecimen = \"Saw3\"\nspeed = 150\n[[touch]]\nspecimen = \"Sin3\"\nspeed = 150\n",
+        "[[slide]]\nspecimen = \"Saw3\"\nspeed = 150\n[[slide]]\nspecimen = \"Sin3\"\nspeed = 150\n",
     );
     let recording = folder.0.join("two.mcap").display().to_string();
     good(&["record", &scene, "--size", "160x160", "-o", &recording, "--features-only"]);
     let hints = |arguments: &[&str]| {
         let done = run(&[&["run"], arguments].concat());
-        assert_eq!(
-            String::from_utf8_lossy(&done.stdout).matches("event at").count(),
-            3,
-            "two, and an end of contact each"
-        );
+        let printed = String::from_utf8_lossy(&done.stdout).into_owned();
+        assert_eq!(printed.lines().filter(|line| line.starts_with("event at")).count(), 2, "{printed}");
         String::from_utf8_lossy(&done.stderr).matches("no model was given: --model builtin names textures").count()
     };
     assert_eq!(hints(&[&recording]), 1);

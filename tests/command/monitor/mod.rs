@@ -135,8 +135,10 @@ fn every_line_is_that_of_run() {
             let file = folder.file("board.bin", board::sent(&scene, files, all, at_once).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // A board is a source of wstac run, too.
-            let of_run = good(&[&["run", &format!("board:{}", path(&file))], wanted].concat());
-            assert_eq!(of_run, expected);
+            let of_run = run(&[&["run", &format!("board:{}", path(&file))], wanted].concat());
+            assert_eq!(printed(&of_run), expected);
+            let hints = said(&of_run).matches("no model was given: wstac board --model builtin sends one").count();
+            assert_eq!(hints, usize::from(files.is_empty()), "{}", said(&of_run));
             // Output that was not requested is not printed, even if the board sends it.
             let file = folder.file("board.bin", board::sent(&scene, files, true, at_once).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
@@ -149,7 +151,7 @@ fn every_line_is_that_of_run() {
             );
             let has_motion = expected.contains(r#""kind":"motion""#);
             assert_eq!(has_motion, wanted.contains(&"--motion"), "{expected}");
-            assert_eq!(json && expected.contains(r#""kind":"texture""#), json && !models.is_empty(), "{expected}");
+            assert_eq!(json && expected.contains(r#""kind":"texture""#), json && !files.is_empty(), "{expected}");
         }
     }
 }

@@ -81,8 +81,8 @@ fn frames_of_all_sensors_are_in_the_order_of_their_times() {
 fn each_sensor_replays_as_it_was_and_all_at_once() {
     let folder = Folder::new("recording-several");
     let (sources, file) = recorded(&folder);
-    let live = good(&["run", &sources[0], &sources[1], "--json", "--features"]);
     let asked = ["--json", "--features", "--model", "builtin"];
+    let live = good(&[&["run", &sources[0], &sources[1]], &asked[..]].concat());
     let replayed = good(&[&["run", &file], &asked[..]].concat());
     for (name, source) in SCENES.map(|(name, _)| name).iter().zip(&sources) {
         let expected = of(&live, name);
@@ -91,7 +91,7 @@ fn each_sensor_replays_as_it_was_and_all_at_once() {
         // A single sensor has the same records without the name.
         let alone = good(&[&["run", &file, "--sensor", name], &asked[..]].concat());
         let plain = source.split_once('=').unwrap().1;
-        assert_eq!(alone, good(&["run", plain, "--json", "--features"]));
+        assert_eq!(alone, good(&[&["run", plain], &asked[..]].concat()));
     }
     // In the order of their times, and so the same lines every time.
     let times: Vec<_> = replayed.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()).collect();
