@@ -85,7 +85,7 @@ pub(super) struct Arguments {
 
     /// Name textures with this model; can be given several times
     ///
-    /// Models are those of wstac run. A scene has builtin without this option.
+    /// Names are those of wstac run; a scene has builtin by default.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 

@@ -11,7 +11,7 @@ use clap::Subcommand;
 
 use super::output::Stop;
 
-/// List, import, learn, calibrate, inspect or evaluate a texture model
+/// List, import, learn, calibrate, inspect or evaluate models
 ///
 /// A model file (.wsm) names the texture of a sample. A host loads it, and a board compiles it in. Train with
 /// scikit-learn or XGBoost on a data set of wstac dataset, save the model as described below, and import that.
