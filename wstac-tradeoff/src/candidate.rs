@@ -57,10 +57,9 @@ impl Candidate {
         let text = name.to_str().filter(|text| *text != NONE && !text.contains([',', '"', '\n', '\r']));
         let refused =
             "a map cannot hold this path, expected UTF-8 without comma, quotation mark or end of line, and not none";
-        let text = text.ok_or_else(|| Error::new(ErrorKind::Usage, name.display(), refused))?;
+        text.ok_or_else(|| Error::new(ErrorKind::Usage, name.display(), refused))?;
         let file = ModelFile::open(name)?;
-        let name = if text == BEST { file.about() } else { text };
-        Self::new(name.to_owned(), file)
+        Self::new(file.about().to_owned(), file)
     }
 
     /// Creates a candidate from the model of a file.
