@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from vectors import SEED
+from vectors.at_once_cases import at_once_cases
 from vectors.case import Case
 from vectors.crosstalk_cases import crosstalk_cases
 from vectors.event_cases import event_cases
@@ -62,6 +63,7 @@ def made_files() -> dict[str, bytes]:
         "manifest.json": lines_of({"version": VERSION, "seed": SEED, "cases": listed}).encode(),
         "expected.json": f"{{{results}}}\n".encode(),
         "frames.raw": bytes(frames),
+        "at_once.json": lines_of({"cases": at_once_cases()}).encode(),
         "crosstalk.json": lines_of({"cases": crosstalk_cases()}).encode(),
         "extent.json": lines_of({"cases": extent_cases()}).encode(),
         "known.json": lines_of({"cases": known_cases()}).encode(),

@@ -83,9 +83,11 @@ fn lost_frames_leave_a_model_of_25_taxels_without_an_answer() {
     let at = whole.frame as usize;
     let with = |models: &[&str], lost: &[usize]| on_host(&info, &frames, models, lost).texture;
     let texture = whole.texture.unwrap();
-    // Before the sample, at its first frames, in its middle, and at its last frame.
-    assert_eq!(with(&["builtin:taxel-path-svm"], &[at - 5]), Ok(texture.clone()));
-    for lost in [&[at + 1][..], &[at + 30], &[at + 30, at + 31], &[at + 69]] {
+    // Before the sample, behind the answer, at its first frames, and in its middle.
+    for lost in [at - 5, at + 60] {
+        assert_eq!(with(&["builtin:taxel-path-svm"], &[lost]), Ok(texture.clone()));
+    }
+    for lost in [&[at + 1][..], &[at + 15], &[at + 15, at + 16]] {
         assert_eq!(with(&["builtin:taxel-path-svm"], lost), Err(NoTexture::LostFrames), "{lost:?}");
     }
     // A model of ten sums has filled frames.

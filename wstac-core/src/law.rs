@@ -161,13 +161,14 @@ pub struct ByEdges(pub MotionConfig);
 
 impl EventLaw for ByWave {
     fn answer(&self, event: &Event<'_>) -> Answer {
-        let Some(taxels) = event.taxels() else {
-            let answer = ByCoherence(self.0).answer(event);
-            let is_trusted = answer.doubt.is_some() || answer.contact != Some(Contact::Slide);
-            let doubt = if is_trusted { answer.doubt } else { Some(Reason::LostFrames) };
-            return Answer { reliable: doubt.is_none(), doubt, ..answer };
+        let TaxelMotion { motion, basis, extent, acceleration } = if let Some(taxels) = event.taxels() {
+            wave::by_wave(event, taxels, self.0)
+        } else {
+            let motion = motion::by_coherence(event, self.0);
+            let lost = (motion.contact == Contact::Slide).then_some(Reason::LostFrames);
+            let motion = Motion { doubt: motion.doubt.or(lost), ..motion };
+            TaxelMotion { motion, basis: None, extent: None, acceleration: None }
         };
-        let TaxelMotion { motion, basis, extent, acceleration } = wave::by_wave(event, taxels, self.0);
         Answer { basis, extent, acceleration, ..by_arrival(event, &motion) }
     }
 
@@ -281,9 +282,13 @@ impl AnyLaw {
 }
 
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
-    let velocity = motion.velocity.ok_or(Reason::NoSlide(motion.contact));
-    let speed = velocity.map(|velocity| Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd));
-    let direction = velocity.map(|velocity| [velocity.degrees, velocity.degrees_sd]);
+    let none = Reason::NoSlide(motion.contact);
+    let (speed, direction) = match motion.velocity {
+        Some(velocity) => {
+            (Ok(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)), Ok([velocity.degrees, velocity.degrees_sd]))
+        }
+        None => (Err(none), Err(none)),
+    };
     Answer {
         contact: Some(motion.contact),
         duration: event.lit_frames(),

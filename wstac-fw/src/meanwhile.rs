@@ -3,7 +3,7 @@
 //! An event takes longer on a Cortex-M0 than a camera needs for a stripe, and a ring of two stripes is full then.
 
 use core::ptr;
-use core::sync::atomic::{AtomicPtr, Ordering};
+use core::sync::atomic::{AtomicPtr, Ordering, compiler_fence};
 
 /// The present work: it is a pointer to one, so that a word holds it.
 static WORK: AtomicPtr<&mut (dyn FnMut() + Send)> = AtomicPtr::new(ptr::null_mut());
@@ -16,8 +16,9 @@ pub fn meanwhile<T>(work: &mut (dyn FnMut() + Send), main: impl FnOnce() -> T) -
     let mut work = work;
     WORK.store((&raw mut work).cast(), Ordering::Release);
     let result = main();
-    // An interrupt has ended before this goes on.
+    // An interrupt has ended before this goes on, and nothing that it wrote was read before.
     WORK.store(ptr::null_mut(), Ordering::Release);
+    compiler_fence(Ordering::SeqCst);
     result
 }
 

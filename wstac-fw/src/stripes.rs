@@ -15,6 +15,8 @@
 //! once that is full, it continues in this one. So rows are trusted only when [`Stripes::release`] has counted again
 //! after they were read.
 //!
+//! While the core uses a frame, an interrupt takes the next one's rows ([`Stripes::early_rows`]).
+//!
 //! | fault | how it is detected | when |
 //! | --- | --- | --- |
 //! | overrun | the interface reports it, or the next stripe was complete before this one was read | at once |

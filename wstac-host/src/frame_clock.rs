@@ -246,7 +246,6 @@ impl FrameClock {
         }
     }
 
-    /// Returns the time of so many frames by the frame rate, in nanoseconds.
     /// Returns whether these frames came as fast as agreed on, within 3 %.
     pub(crate) fn is_in_time(&self, first: u64, last: u64) -> bool {
         let span = self.span(last.saturating_sub(first));
@@ -254,6 +253,7 @@ impl FrameClock {
         of(first).zip(of(last)).is_none_or(|(first, last)| 100 * (last - first - span).abs() <= 3 * span)
     }
 
+    /// Returns the time of so many frames by the frame rate, in nanoseconds.
     fn span(&self, frames: u64) -> i128 {
         i128::from(frames).saturating_mul(self.period.0) / self.period.1
     }

@@ -133,7 +133,7 @@ class Event:
     time_ns: int
     """Time of `touch_frame`, or by a law of durations of `frame`, in nanoseconds by the clock of the end record."""
     completed_ns: int
-    """Time of the sample's last frame in nanoseconds by the same clock."""
+    """Time of the frame with which the answer was complete, in nanoseconds by the same clock."""
     touch_frame: Optional[int]
     """Number of the first lit frame of the touch; None by a law of durations."""
     end_frame: Optional[int]
@@ -141,7 +141,7 @@ class Event:
     time_s: Optional[float]
     """Time of `touch_frame` in seconds from the first frame; None by a law of durations."""
     completed_s: Optional[float]
-    """Time of the sample's last frame in seconds from the first frame; None by a law of durations."""
+    """Time of the frame with which the answer was complete, in seconds from the first frame; None by a law of durations."""
     stamp: Optional[datetime]
     """Wall-clock time of `time_ns`, with the time zone UTC; None where the source knows none."""
     stamp_within_ms: Optional[float]

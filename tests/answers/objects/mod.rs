@@ -1,5 +1,6 @@
 //! Objects of any shape: how often their velocity is known and how often it is wrong, by kind and by fault.
 
+pub(crate) mod at_once;
 mod crosstalk;
 mod extents;
 pub(crate) mod scenes;

@@ -162,7 +162,7 @@ class Trigger:
     that did (*decided*).
 
     With `per_touch`, no window is watched from a sample's end until five dark frames in a row have followed the last
-    lit one (*decided*). Frames of a long gap are neither.
+    lit one (*decided*). Frames of a long gap are neither. A touch that is answered at once has no sample, only an end.
     """
 
     def __init__(self, config: TriggerConfig) -> None:
@@ -181,6 +181,7 @@ class Trigger:
         self._lit: list[tuple[int, bool]] = []
         self._fired_at = 0
         self._held: int | None = None
+        self._is_answered = False
 
     @property
     def frames(self) -> int:
@@ -193,6 +194,14 @@ class Trigger:
         if self._sample_start is None:
             return None
         return Incomplete(self._sample_start, self.frames - self._sample_start)
+
+    def under_way(self) -> Sample | None:
+        """Returns the frames so far of the touch that is being captured, unless it is answered."""
+        return None if self._sample_start is None or self._is_answered else self._sample(self._sample_start)
+
+    def answer(self) -> None:
+        """Takes note that the touch that is being captured is answered."""
+        self._is_answered = True
 
     def frame(self, features: Sequence[int], filled: bool = False) -> Sample | None:
         """Takes one feature frame. `filled` marks one that is not wholly measured."""
@@ -219,7 +228,10 @@ class Trigger:
             samples = [self.frame(last, filled=True) for _ in range(count)]
             return [sample for sample in samples if sample is not None]
         if self.open_sample is not None:
-            self.interrupted.append(self.open_sample)
+            if self._is_answered:
+                self._hold(self.open_sample.frame)
+            else:
+                self.interrupted.append(self.open_sample)
             self._sample_start = None
             self._window_start = 0
         self._baseline_gap = self._baseline_gap or self.baseline is None
@@ -258,18 +270,26 @@ class Trigger:
         elif self._drift is not None:
             self.baseline = self._drift.after(self.baseline, sums)
 
-    def _emit(self, start: int) -> Sample:
-        assert self.baseline is not None
+    def _emit(self, start: int) -> Sample | None:
+        sample = self.under_way()
         self._sample_start = None
+        if self.config.per_touch:
+            self._hold(start)
+        return sample
+
+    def _hold(self, start: int) -> None:
+        """Waits for the end of a touch that has its answer."""
+        self._held, self._is_answered = start, False
+        self._release()
+
+    def _sample(self, start: int) -> Sample:
+        assert self.baseline is not None
         filled = sum(self._filled[start:])
         trusted = self.baseline.quiet and not self.baseline.long_gap and filled <= SHORT_GAP
         features = tuple(self._features[start:])
         if not self.config.per_touch:
             return Sample(start, features, filled, trusted)
-        touch, end = self._touch_frame(), self._dark_since()
-        self._held = start
-        self._release()
-        return Sample(start, features, filled, trusted, touch, end)
+        return Sample(start, features, filled, trusted, self._touch_frame(), self._dark_since())
 
     def _touch_frame(self) -> int:
         """Returns the first lit frame of the touch that fired: before it come five dark frames, or no frame."""

@@ -1,6 +1,7 @@
 //! Tests the golden vectors of the independent reference (`tests/reference`), case by case: sums, features, thresholds,
 //! events, answers and ends. Every case of the manifest is run. A missing or empty manifest fails.
 
+mod at_once;
 mod case;
 mod crosstalk;
 mod extent;

@@ -24,8 +24,8 @@ use wstac_host::source::names::{SensorSpec, sensors};
 
 /// Print the tactile events of a source
 ///
-/// Frames become 25 taxel sums, ten features and events. An event is a sample of 70 frames around a touch, with the kind
-/// of touch, and speed and direction of what slides. The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may
+/// Frames become 25 taxel sums, ten features and events. An event has the kind of a touch, and speed and direction of what
+/// slides, as soon as they are certain: often half a second after the first light, at the latest after 70 frames. The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may
 /// touch the sensor during them. Ctrl-C ends a camera.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = help())]
@@ -285,10 +285,10 @@ Output with --json, one object per line (wrapped here):
    "contact":"slide","speed":{"mm_s":148.0,"sd":6.1},
    "direction":{"deg":90.8,"sd":2.4}}
   {"kind":"event","frame":35,"frames":70,"time_ns":1533333333,
-   "completed_ns":3466666666,"touch_frame":46,"end_frame":75,
-   "time_s":1.5333,"completed_s":3.4667,
+   "completed_ns":2066666666,"touch_frame":46,"end_frame":null,
+   "time_s":1.5333,"completed_s":2.0667,
    "stamp":"2026-11-22T10:00:01.500Z","contact":"slide",
-   "duration_frames":28,"speed":{"mm_s":150.2,"sd":1.3},
+   "duration_frames":null,"speed":{"mm_s":150.2,"sd":1.3},
    "direction":{"deg":90.5,"sd":0.5},"basis":"edge","contacts":1,
    "texture":{"specimen":"Saw3",…,"confidence":0.97,"known":true},
    "frames_filled":0,"reliable":true}
@@ -334,9 +334,11 @@ Output with --json, one object per line (wrapped here):
               touch, "end_frame" the first dark one behind it, or null
               if the light has not left. "time_s" and "stamp" are the
               time of "touch_frame", "completed_s" and "completed_ns"
-              that of the sample's last frame: seconds from the first
-              frame, nanoseconds of the clock, and UTC where
-              the source knows it. "sd" is a standard deviation.
+              that of the frame with which the answer was complete:
+              seconds from the first frame, nanoseconds of the clock,
+              and UTC where the source knows it. What only the end of
+              the touch tells is null if that was before it. Its sample
+              has 70 "frames". "sd" is a standard deviation.
               With the estimator "wave", "basis" is "edge" if an edge
               covers the sensor, so that only the motion across it is
               known, or else "outline". If 25 taxels tell the velocity,

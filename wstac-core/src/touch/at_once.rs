@@ -3,15 +3,17 @@
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::touch::motion::{MotionConfig, Velocity};
+use crate::touch::wave::Basis;
 
 /// Frames from one try to the next.
-const STEP: u8 = 1;
+const STEP: u8 = 2;
 /// Two tries agree if they differ by at most so many standard deviations, or by a fraction of the speed and degrees.
 const AGREE: [f32; 3] = [2.0, 0.02, 1.2];
 /// So do the velocities of a block's two ends.
 const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
-/// The longest block whose two ends are one touch.
-const LONGEST_MM: f32 = 160.0;
+/// The longest block whose two ends are one touch, and the most path on which one end gives light.
+const LONGEST_MM: f32 = 120.0;
+const OF_END_MM: f32 = 40.0;
 
 /// Tries to answer the touch under way. The answers are the same on every processor.
 ///
@@ -52,15 +54,17 @@ pub struct AtOnce {
     frames: u8,
     /// The last reliable velocity of these tries.
     found: Option<Velocity>,
-    /// The last slide that was answered, unless the light of its other end has come.
-    slide: Option<Slide>,
+    /// The slide of the sample that was tried last, if it was answered, and that of the sample before, unless the light of
+    /// its other end has come.
+    newest: Option<Answered>,
+    slide: Option<Answered>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
     other_end: [u64; 2],
 }
 
 /// A slide that was answered.
 #[derive(Clone, Copy, Debug)]
-struct Slide {
+struct Answered {
     /// The first frame of its sample, and its first lit frame.
     frame: u64,
     touch_frame: u64,
@@ -70,59 +74,77 @@ struct Slide {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
-        Self { config, frame: u64::MAX, frames: 0, found: None, slide: None, other_end: [u64::MAX; 2] }
+        Self { config, frame: u64::MAX, frames: 0, found: None, newest: None, slide: None, other_end: [u64::MAX; 2] }
     }
 
-    /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that agree;
-    /// about one that has ended, if the answer is reliable; about an event in any case.
+    /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that
+    /// agree; about one that has ended, if the answer is reliable; about an event in any case.
     ///
-    /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is the
-    /// same touch: the same velocity, at most 160 mm later.
+    /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
+    /// the same touch: an edge, the same velocity, at most 120 mm later. An answer that the program does not take
+    /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next try.
+    ///
+    /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
     ///
     /// Most frames cost nothing; a try costs what the law costs.
     pub fn answer(&mut self, touch: &Event<'_>, law: &impl EventLaw) -> Option<Answer> {
+        if !law.answers_at_once() {
+            return touch.is_event().then(|| law.answer(touch));
+        }
         let is_new = touch.frame != self.frame;
         let is_early = !is_new && touch.frames < self.frames.saturating_add(STEP);
-        if touch.frame == self.other_end[0] || (!touch.is_event() && (is_early || !law.answers_at_once())) {
+        if touch.frame == self.other_end[0] || (!touch.is_event() && is_early) {
             return None;
         }
-        let before = self.found.filter(|_| !is_new);
+        if is_new {
+            (self.slide, self.found) = (self.newest.take(), None);
+        }
+        let before = self.found;
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
         let is_certain =
             !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
-        if !touch.is_event() && !(answer.reliable && is_certain) {
+        if !(touch.is_event() || answer.reliable && is_certain) {
             return None;
         }
-        // A caller that waits for more of a touch asks again: it is not its own other end.
-        let slide = self.slide.take().filter(|slide| slide.frame != touch.frame);
         let touch_frame = touch.touch_frame.unwrap_or(touch.frame);
-        if let Some((slide, velocity)) = slide.zip(answer.velocity())
+        if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
             && self.is_other_end(slide, touch_frame, velocity)
         {
-            self.other_end = [touch.frame, slide.frame];
+            (self.newest, self.other_end) = (None, [touch.frame, slide.frame]);
             return None;
         }
-        self.slide = found.map(|velocity| Slide { frame: touch.frame, touch_frame, velocity });
+        let edge = found.filter(|_| answer.basis == Some(Basis::Edge));
+        self.newest = edge.map(|velocity| Answered { frame: touch.frame, touch_frame, velocity });
         Some(answer)
     }
 
     /// Returns the end of a touch, as that of the event that was answered.
-    pub fn end(&self, end: ContactEnd) -> ContactEnd {
+    pub fn end(&mut self, end: ContactEnd) -> ContactEnd {
+        // Both ends have passed if light lasts longer.
+        let slide = self.newest.filter(|slide| slide.frame == end.event_frame);
+        if slide.is_some_and(|slide| self.path_mm(slide, end.frame) > OF_END_MM) {
+            self.newest = None;
+        }
         let [of_end, of_slide] = self.other_end;
         if end.event_frame == of_end { ContactEnd { event_frame: of_slide, ..end } } else { end }
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
-    fn is_other_end(&self, slide: Slide, touch_frame: u64, velocity: Velocity) -> bool {
-        let frames = touch_frame.saturating_sub(slide.touch_frame) as f32;
-        let pitches = frames * slide.velocity.mm_s / self.config.pitch_per_frame();
-        pitches * self.config.pitch_mm() <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
+    fn is_other_end(&self, slide: Answered, touch_frame: u64, velocity: Velocity) -> bool {
+        self.path_mm(slide, touch_frame) <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
+    }
+
+    /// Returns how far something has slid up to a frame.
+    fn path_mm(&self, slide: Answered, frame: u64) -> f32 {
+        let frames = frame.saturating_sub(slide.touch_frame) as f32;
+        frames * slide.velocity.mm_s / self.config.pitch_per_frame() * self.config.pitch_mm()
     }
 }
 
-/// Returns whether two velocities may be one: so many standard deviations apart, or by a fraction of the speed and degrees.
+/// Returns whether two velocities may be one: so many standard deviations apart, or by a fraction of the speed and
+/// degrees.
 fn agree(one: Velocity, other: Velocity, [most, of_speed, of_angle]: [f32; 3]) -> bool {
     let turned = (one.degrees - other.degrees).abs();
     (one.mm_s - other.mm_s).abs() <= (most * one.mm_s_sd).max(of_speed * one.mm_s)

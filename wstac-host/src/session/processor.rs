@@ -319,7 +319,7 @@ impl Processor {
     /// # Errors
     /// `emit` returns an error.
     pub fn finish<E>(&mut self, mut emit: impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
-        let (pipeline, answers) = self.parts();
+        let (pipeline, mut answers) = self.parts();
         let finished = pipeline.finish();
         if let Some(event) = finished.event() {
             // The end of a stream completes a sample only with lost frames.
@@ -576,7 +576,7 @@ impl Answers<'_> {
         Output::Interrupted(InterruptedReport::new(sample, Some(self.clock)))
     }
 
-    fn contact_end(&self, end: ContactEnd) -> Output {
+    fn contact_end(&mut self, end: ContactEnd) -> Output {
         Output::ContactEnd(ContactEndReport::new(self.at_once.end(end), Some(self.clock)))
     }
 

@@ -107,7 +107,7 @@ impl Health {
 }
 
 fn of_event(event: &TactileEvent, header: Header<'_>) -> Cdr {
-    // Without a time of its own, it is that of the sample's last frame, and the touch was before it.
+    // Without a time of its own, it is that of the answer's last frame, and the touch was before it.
     let since = event.completed_ns.zip(event.time_ns).map(|(completed, touch)| completed.saturating_sub(touch));
     let since = Duration::from_nanos(since.filter(|_| event.stamp.is_none()).unwrap_or_default());
     let stamp = header.stamp.checked_sub(since).unwrap_or(header.stamp);

@@ -223,7 +223,7 @@ entries! {
     answer_by_wave(law: &ByWave, event: &Event<'_>) -> Answer { law.answer(event) }
     path_velocity(law: &ByWave, event: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> { law.path_velocity(event, of_answer) }
     answer_at_once(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave) -> Option<Answer> { at_once.answer(touch, law) }
-    end_at_once(at_once: &AtOnce, end: ContactEnd) -> ContactEnd { at_once.end(end) }
+    end_at_once(at_once: &mut AtOnce, end: ContactEnd) -> ContactEnd { at_once.end(end) }
     new_at_once(config: MotionConfig) -> AtOnce { AtOnce::new(config) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
     by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion { wave::by_wave(event, taxels, config) }

@@ -344,3 +344,22 @@ fn inputs_have_steps() {
     assert_eq!(Input::Path.steps(), Some((2.0, 24)));
     assert_eq!(Input::TaxelPath.steps(), Some((1.0, 8)));
 }
+
+#[test]
+fn light_before_a_touch_under_way_is_not_its_own() {
+    let light = taxels(120.0, 30.0, |_| 1.0);
+    let of = |before: f64| {
+        let mut ring = TaxelRing::new(FULL as u32);
+        (0..SAMPLE_FRAMES).for_each(|_| ring.push(&[(before * FULL) as u32; TAXELS]));
+        light[..50].iter().for_each(|frame| ring.push(&frame.map(|light| (light * FULL) as u32)));
+        let baseline = Baseline::new([0; FEATURES], 25);
+        let frames = features(&light);
+        let mut touch = Event::new(0, Sample::from_frames(&frames), &baseline).with_taxels(&ring);
+        touch.frames = 50;
+        PathSample::of_touch(&touch, &velocity(120.0, 30.0), config(), 40).unwrap()
+    };
+    let dark = of(DARK);
+    assert!(dark.covers(40) && dark == of(0.5) && dark == of(1.0));
+    let whole = PathSample::of_taxels(&ring(&light), &velocity(120.0, 30.0), config(), 40).unwrap();
+    assert_eq!(dark.numbers()[..100], whole.numbers()[..100]);
+}

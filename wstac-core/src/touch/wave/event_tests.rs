@@ -4,14 +4,20 @@ use super::{Basis, Wave};
 use crate::green::gray::Gray;
 use crate::law::{Answer, ByCoherence, ByWave, EventLaw};
 use crate::layout::{FrameSize, Layout};
-use crate::paper::trigger::TriggerConfig;
+use crate::ln::fixed::Fixed;
+use crate::paper::baseline_policy::FixedBaseline;
+use crate::paper::speed::SpeedConfig;
+use crate::paper::trigger::{ContactEnd, InterruptedSample, TriggerConfig};
 use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::taxels::FrameGeometry;
+use crate::touch::at_once::AtOnce;
 use crate::touch::motion::{Contact, MotionConfig, Readout, Velocity};
 use crate::touch::taxel_ring::{TaxelRing, TaxelStore};
 
+/// Full scale of a taxel's sum.
+const FULL: f64 = 637_500.0;
 /// The frame in which a touch's light reaches the middle.
 const MIDDLE: f64 = 60.0;
 
@@ -31,14 +37,29 @@ struct Found {
     last: usize,
 }
 
-/// Returns the first event of 200 frames of which some are lost. The stream ends in front of frame `end`.
-fn found<T: TaxelStore>(light: Light<'_>, lost: &[usize], end: usize) -> Found {
+/// Returns the sums of a frame of this light.
+fn sums(light: Light<'_>, frame: usize) -> [u32; 25] {
+    core::array::from_fn(|taxel| {
+        let (x, y) = ((taxel % 5) as f64 - 2.0, 2.0 - (taxel / 5) as f64);
+        let noise = ((frame * 7 + taxel * 3) % 5) as f64 * 1e-6;
+        (FULL * (0.004 + 0.3 * light(frame as f64, x, y) + noise)) as u32
+    })
+}
+
+fn pipeline<T: TaxelStore>(trigger: TriggerConfig) -> Pipeline<Gray, Fixed, FixedBaseline, T> {
     let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
     let geometry = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
-    let full = f64::from(geometry.pixels() * geometry.full_scale());
-    let trigger = TriggerConfig::default().one_event_per_touch();
-    let mut pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<T>().build().unwrap();
-    let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
+    Pipeline::builder(geometry).trigger(trigger).taxels::<T>().build().unwrap()
+}
+
+fn config() -> MotionConfig {
+    MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL)
+}
+
+/// Returns the first event of 200 frames of which some are lost. The stream ends in front of frame `end`.
+fn found<T: TaxelStore>(light: Light<'_>, lost: &[usize], end: usize) -> Found {
+    let mut pipeline = pipeline::<T>(TriggerConfig::default().one_event_per_touch());
+    let config = config();
     let of = |event: crate::paper::trigger::Event<'_>| Found {
         wave: ByWave(config).answer(&event),
         coherence: ByCoherence(config).answer(&event),
@@ -48,15 +69,8 @@ fn found<T: TaxelStore>(light: Light<'_>, lost: &[usize], end: usize) -> Found {
         last: event.frame as usize + 69,
     };
     for frame in 0..end {
-        let update = if lost.contains(&frame) {
-            pipeline.push_lost(1)
-        } else {
-            pipeline.push_taxels(&core::array::from_fn(|taxel| {
-                let (x, y) = ((taxel % 5) as f64 - 2.0, 2.0 - (taxel / 5) as f64);
-                let noise = ((frame * 7 + taxel * 3) % 5) as f64 * 1e-6;
-                (full * (0.004 + 0.3 * light(frame as f64, x, y) + noise)) as u32
-            }))
-        };
+        let is_lost = lost.contains(&frame);
+        let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums(light, frame)) };
         if let Some(event) = update.event() {
             return of(event);
         }
@@ -159,8 +173,8 @@ fn a_slide_that_changes_its_speed_has_no_velocity_and_taps_are_pokes() {
     let slower = |t: f64, x: f64, _: f64| flash(t - MIDDLE - 1.1 * x - 0.15 * x * x, 3.0);
     let found = kept(&slower, &[]);
     assert_eq!((found.refused, found.wave.doubt), (Some(Reason::SpeedChanges), Some(Reason::SpeedChanges)));
-    assert_eq!((found.wave.contact, found.wave.reliable, found.wave.basis), (Some(Contact::Slide), false, None));
-    assert_eq!(found.wave.speed.err(), Some(Reason::SpeedChanges));
+    assert_eq!((found.wave.contact, found.wave.reliable, found.wave.basis), (Some(Contact::Unclear), false, None));
+    assert_eq!(found.wave.speed.err(), Some(Reason::NoSlide(Contact::Unclear)));
     assert_eq!((found.wave.velocity(), found.path), (None, found.coherence.velocity()));
     assert!(found.path.is_some());
     // One whisker is lit eight times.
@@ -222,4 +236,135 @@ fn without_taxels_no_slide_is_reliable() {
     assert_eq!((wave.reliable, wave.doubt, wave.basis), (false, Some(Reason::LostFrames), None));
     let press = found(&|t, _, _| flash(t - MIDDLE, 3.0)).wave;
     assert_eq!((press.contact, press.reliable, press.doubt), (Some(Contact::Press), true, None));
+}
+
+/// What a program that answers at once has of 320 frames.
+#[derive(Default)]
+struct AtOnceOf {
+    /// Each answer, the frame in which it came, and the frames of its sample.
+    answers: std::vec::Vec<(u64, u8, Answer)>,
+    ends: std::vec::Vec<ContactEnd>,
+    interrupted: std::vec::Vec<InterruptedSample>,
+}
+
+impl AtOnceOf {
+    fn new(light: Light<'_>, lost: &[u64]) -> Self {
+        Self::of(|frame| sums(light, frame as usize), lost, |_| true)
+    }
+
+    /// Follows frames of these sums. `takes` says whether the program takes an answer in this frame.
+    fn of(sums: impl Fn(u64) -> [u32; 25], lost: &[u64], takes: impl Fn(u64) -> bool) -> Self {
+        let mut pipeline = pipeline::<TaxelRing>(TriggerConfig::default().one_event_per_touch());
+        let (law, mut at_once, mut found) = (ByWave(config()), AtOnce::new(config()), Self::default());
+        for frame in 0..320 {
+            let is_lost = lost.contains(&frame);
+            let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums(frame)) };
+            found.interrupted.extend(update.interrupted());
+            found.ends.extend(update.contact_end().map(|end| at_once.end(end)));
+            let Some(touch) = update.event().or(update.touch()) else { continue };
+            let Some(answer) = at_once.answer(&touch, &law).filter(|_| takes(frame)) else { continue };
+            assert_eq!(touch.lit_frames().is_none(), touch.is_under_way());
+            assert_eq!(answer.duration, touch.lit_frames());
+            found.answers.push((frame, touch.frames, answer));
+            pipeline.answer_touch();
+        }
+        found
+    }
+
+    /// Returns the only answer.
+    fn one(&self) -> (u64, u8, &Answer) {
+        let [(frame, frames, answer)] = &self.answers[..] else { panic!("{:?}", self.answers) };
+        (*frame, *frames, answer)
+    }
+}
+
+#[test]
+fn a_touch_is_answered_while_it_slides_and_its_end_follows() {
+    let flash = slide(60.0, 30.0, rod);
+    // Light that lasts.
+    let rod = |t: f64, x: f64, y: f64| (0..8).map(|age| 0.3 * flash(t - f64::from(age), x, y)).sum();
+    let found = AtOnceOf::new(&rod, &[]);
+    let (frame, frames, answer) = found.one();
+    check(answer, 60.0, 30.0, Basis::Outline);
+    assert!(frames < 40 && answer.duration.is_none(), "{frames} frames");
+    assert_eq!((found.ends.len(), found.interrupted.len()), (1, 0));
+    assert_eq!(found.ends[0].event_frame + u64::from(frames) - 1, frame);
+    // A long gap behind the answer ends the touch, and no sample.
+    let gap: std::vec::Vec<_> = (frame + 1..frame + 12).collect();
+    let lost = AtOnceOf::new(&rod, &gap);
+    assert_eq!((lost.one().0, lost.interrupted.len()), (frame, 0));
+    let [end] = lost.ends[..] else { panic!("{:?}", lost.ends) };
+    assert!(end.event_frame == found.ends[0].event_frame && end.frame > frame, "{end:?}");
+    // Before it, it ends the sample. What is left of the touch is no slide.
+    let early = AtOnceOf::new(&rod, &(frame - 1..frame + 12).collect::<std::vec::Vec<_>>());
+    assert_eq!((early.answers.len(), early.interrupted.len()), (0, 1));
+    // The first frames of the touch are lost.
+    let begun = AtOnceOf::new(&rod, &(48..53).collect::<std::vec::Vec<_>>());
+    check(begun.one().2, 60.0, 30.0, Basis::Outline);
+    assert!(begun.one().1 < 45);
+}
+
+#[test]
+fn an_answer_that_is_not_taken_comes_again() {
+    let rod = slide(60.0, 30.0, rod);
+    let first = AtOnceOf::new(&rod, &[]).one().0;
+    let found = AtOnceOf::of(|frame| sums(&rod, frame as usize), &[], |frame| frame > first + 3);
+    assert_eq!(found.one().0, first + 4);
+    check(found.one().2, 60.0, 30.0, Basis::Outline);
+}
+
+#[test]
+fn two_strokes_are_two_events_and_two_ends_of_a_block_one() {
+    let rod = slide(60.0, 30.0, rod);
+    // 3 s, and so 180 mm apart.
+    let strokes = AtOnceOf::new(&|t, x, y| rod(t, x, y) + rod(t - 90.0, x, y), &[]);
+    assert_eq!((strokes.answers.len(), strokes.ends.len()), (2, 2));
+    strokes.answers.iter().for_each(|(_, _, answer)| check(answer, 60.0, 30.0, Basis::Outline));
+    // Of 120 mm.
+    let block = AtOnceOf::new(&|t, x, y| rod(t, x, y) + rod(t - 60.0, x, y), &[]);
+    check(block.one().2, 60.0, 30.0, Basis::Outline);
+    assert!(block.ends.iter().all(|end| end.event_frame == block.ends[0].event_frame), "{:?}", block.ends);
+}
+
+/// Checks that this law answers both of two strokes, 147 mm apart, as it does without [`AtOnce`].
+fn check_law(law: &impl EventLaw, trigger: TriggerConfig) {
+    let edge = slide(40.0, 30.0, |_| 1.0);
+    let light: Light<'_> = &|t, x, y| edge(t, x, y) + edge(t - 110.0, x, y);
+    let (mut pipeline, mut at_once, mut events) = (pipeline::<TaxelRing>(trigger), AtOnce::new(config()), 0);
+    for frame in 0..300 {
+        let update = pipeline.push_taxels(&sums(light, frame));
+        assert!(update.touch().is_none_or(|touch| at_once.answer(&touch, law).is_none()));
+        if let Some(event) = update.event() {
+            assert_eq!(at_once.answer(&event, law), Some(law.answer(&event)));
+            events += 1;
+        }
+    }
+    assert_eq!(events, 2);
+}
+
+#[test]
+fn events_by_other_laws_are_as_without() {
+    check_law(&SpeedConfig::published(FrameRate::NOMINAL), TriggerConfig::default());
+    check_law(&ByCoherence(config()), TriggerConfig::default().one_event_per_touch());
+}
+
+/// Black, saturated, a lit whisker, and sums beyond full scale: there is no velocity, and nothing before 70 frames.
+#[test]
+fn extremes_are_not_answered_before_their_events() {
+    let lit = |light, of: fn(usize) -> bool| core::array::from_fn(|taxel| if of(taxel) { light } else { 2550 });
+    let all = |_| true;
+    for (bright, events) in [
+        (lit(0, all), 0),
+        (lit(FULL as u32, all), 1),
+        (lit(FULL as u32, |taxel| taxel == 12), 1),
+        (lit(u32::MAX, all), 1),
+        (lit(u32::MAX, |taxel| taxel % 2 == 0), 1),
+    ] {
+        for until in [61, 75, 320] {
+            let found =
+                AtOnceOf::of(|frame| if (60..until).contains(&frame) { bright } else { lit(2550, all) }, &[], |_| true);
+            assert_eq!(found.answers.len(), events, "{bright:?} until {until}");
+            assert!(found.answers.iter().all(|(_, frames, answer)| *frames == 70 && answer.velocity().is_none()));
+        }
+    }
 }

@@ -1,0 +1,106 @@
+//! Answers before 70 frames have arrived: how early they come, and what they are worth beside those of whole samples.
+
+use std::fmt::Write as _;
+
+use wstac_core::law::ByWave;
+use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::taxel_ring::TaxelRing;
+use wstac_host::model_file::ModelFile;
+use wstac_host::texture::{NoTexture, Textures};
+use wstac_scene::rng::Rng;
+use wstac_scene::specimen::Specimen;
+use wstac_scene::{SceneConfig, Slide, Touch};
+
+use super::{
+    Answered, FrameGeometry, Gray, JUDGE, Layout, MotionConfig, Pipeline, ROWS, Readout, SLIDES, SPEEDS, Scene,
+    SimulatedFrame, Tally, TriggerConfig, answer, each, percentile,
+};
+use crate::share;
+
+/// Slides of a texture of the row by texture.
+const OF_TEXTURE: u64 = 50;
+/// The first sensor of textures. No other part of the project uses it or those behind it.
+const FIRST_SENSOR: u32 = 95_000;
+/// A block of 60 mm at 150 mm/s should have speed, direction and texture within this time after the first touch.
+const GOAL_S: f64 = 0.6;
+
+/// Returns the seconds from the first touch to the answer of speed, direction and texture, and whether the texture is right;
+/// `None` if the answer came with the whole sample, or not at all.
+fn of_texture(number: u64) -> Option<(f64, bool)> {
+    let mut rng = Rng::new(JUDGE, 3 << 48 | number);
+    let specimen = Specimen { length_mm: 60.0, ..Specimen::ALL[number as usize % Specimen::ALL.len()] };
+    let mut script = SceneConfig::new(vec![Touch::Slide(Slide::new(specimen, 150.0, 360.0 * rng.uniform()))]);
+    script.light.unit = FIRST_SENSOR + number as u32;
+    script.seed = JUDGE + number;
+    let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
+    let geometry = FrameGeometry::new(Gray, layout, script.sensor.rate).expect("sums fit 32 bits");
+    let builder = Pipeline::builder(geometry).trigger(TriggerConfig::default().one_event_per_touch());
+    let mut pipeline = builder.taxels::<TaxelRing>().build().expect("all parameters are defaults");
+    let config = MotionConfig::published(script.sensor.rate).with_readout(Readout::GLOBAL);
+    let model = ModelFile::open("builtin:taxel-path-svm".as_ref()).expect("it comes with the program");
+    let textures = Textures::new(&[model]).expect("it is one model of textures");
+    let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
+    let start = scene.truth()[0].start_frame();
+    let (law, mut at_once) = (ByWave(config), AtOnce::new(config));
+    while let Some(shot) = scene.next_shot() {
+        let update = match shot {
+            SimulatedFrame::Taxels(sums) => pipeline.push_taxels(&sums),
+            SimulatedFrame::Frame(bytes) => pipeline.push_frame(bytes).expect("it is a whole frame"),
+            _ => continue,
+        };
+        let Some(touch) = update.touch() else { continue };
+        let Some(found) = at_once.answer(&touch, &law) else { continue };
+        let texture = textures.of_event(&touch, &found, config);
+        if texture == Err(NoTexture::TooShort) && touch.is_under_way() {
+            continue;
+        }
+        let name = format!("{}{}", specimen.pattern.name(), specimen.depth_mm);
+        let is_right = texture.is_ok_and(|texture| texture.specimen == Some(name));
+        return Some(((touch.last_frame() + 1 - start) as f64 / 30.0, is_right));
+    }
+    None
+}
+
+/// Writes the section of the page.
+pub(crate) fn section(page: &mut String) {
+    page.push_str(include_str!("../at_once.txt"));
+    let _ = writeln!(
+        page,
+        "| touch | before the whole sample, % of reliable | after the first touch, s: median, p95 | reliable, % | wrong, % | speed \
+         within 1, 2 sd, % | direction |\n| --- | --- | --- | --- | --- | --- | --- |"
+    );
+    for row in &ROWS {
+        let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number, true));
+        let tally = Tally::new(&answered);
+        let after: Vec<f64> = answered.iter().filter_map(|one: &Answered| one.after).collect();
+        let second = |fraction| percentile(after.clone(), fraction).map_or("–".into(), |time| format!("{time:.2}"));
+        let within = |of: usize| tally.within[of].map(|count| share(count, tally.reliable)).join(", ");
+        let _ = writeln!(
+            page,
+            "| {} | {} | {}, {} | {} | {} | {} | {} |",
+            row.touch,
+            share(after.len(), tally.reliable),
+            second(0.5),
+            second(0.95),
+            share(tally.reliable, tally.count),
+            share(tally.wrong, tally.count),
+            within(0),
+            within(1),
+        );
+    }
+    let count = OF_TEXTURE * Specimen::ALL.len() as u64;
+    let found: Vec<(f64, bool)> = each(count, of_texture).into_iter().flatten().collect();
+    let within = |limit: f64| found.iter().filter(|(time, _)| *time <= limit).count();
+    let second = |fraction| percentile(found.iter().map(|(time, _)| *time).collect(), fraction).unwrap_or(f64::NAN);
+    let _ = writeln!(
+        page,
+        "\nBlocks of 60 mm with the ten textures, at 150 mm/s in any direction, {OF_TEXTURE} of each: {} % have speed, direction and \
+         texture within {GOAL_S} s of the first touch (goal: all), {} % before the whole sample, after {:.2} s (median) and {:.2} s \
+         (p95); {} % of these textures are right.\n",
+        share(within(GOAL_S), count as usize),
+        share(found.len(), count as usize),
+        second(0.5),
+        second(0.95),
+        share(found.iter().filter(|(_, is_right)| *is_right).count(), found.len()),
+    );
+}
