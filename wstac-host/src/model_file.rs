@@ -92,10 +92,7 @@ impl ModelFile {
                 );
             }
             let expected = nearest(built_in, Self::names()).map_or_else(
-                || {
-                    let names: Vec<_> = Self::full_names().collect();
-                    format!(", expected {}", names.join(", "))
-                },
+                || format!(", expected {}", Self::full_names().collect::<Vec<_>>().join(", ")),
                 |name| format!("; did you mean {BUILT_IN}{name}?"),
             );
             Error::new(ErrorKind::NotFound, &about, format_args!("is no model that comes with wstac{expected}"))
