@@ -16,12 +16,13 @@ fn records_are_as_documented_to_the_letter() {
     assert!(lines[0].starts_with(r#"{"kind":"features","frame":0,"time_ns":0,"f":[-"#), "{}", lines[0]);
     assert_eq!(lines[0].matches(',').count(), 3 + 9);
     let event = concat!(
-        r#"{"kind":"event","frame":35,"frames":70,"time_ns":1533333333,"completed_ns":2066666666,"#,
+        r#"{"kind":"event","frame":35,"frames":70,"time_ns":1533333333,"completed_ns":2100000000,"#,
         r#""touch_frame":46,"end_frame":null,"#,
-        r#""time_s":1.5333,"completed_s":2.0667,"stamp":null,"contact":"slide","duration_frames":null,"#,
-        r#""speed":{"mm_s":150.1,"sd":1.068},"direction":{"deg":90.1,"sd":0.09},"#,
-        r#""basis":"edge","contacts":1,"acceleration":{"mm_s2":-46.4,"sd":38.6},"#,
-        r#""texture":null,"frames_filled":0,"reliable":true,"why":{"texture":"no model was given"}}"#
+        r#""time_s":1.5333,"completed_s":2.1,"stamp":null,"contact":"slide","duration_frames":null,"#,
+        r#""speed":{"mm_s":150.2,"sd":1.064},"direction":{"deg":90.1,"sd":0.09},"#,
+        r#""basis":"edge","contacts":1,"acceleration":{"mm_s2":-86.19,"sd":37.32},"#,
+        r#""texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0,"confidence":0.99625,"known":true},"#,
+        r#""frames_filled":0,"reliable":true}"#
     );
     let contact_end = r#"{"kind":"contact_end","frame":74,"event_frame":35,"time_ns":2466666666,"time_s":2.4667}"#;
     for line in [event, contact_end] {

@@ -34,7 +34,7 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
     let y4m = folder.file("s.y4m", "");
     let y4m = y4m.to_str().unwrap();
     run(&["scene", "render", scene, "-o", y4m, "--force"]);
-    let live = good(&["run", &format!("scene:{scene}"), "--json", "--features"]);
+    let live = good(&["run", &format!("scene:{scene}"), "--json", "--features", "--model", "none"]);
     // A file says first that it has no layout.
     let found = good(&["run", y4m, "--json", "--features", "--readout", "0"]);
     assert_eq!(

@@ -30,6 +30,82 @@ fn models_that_come_with_the_program_name_specimens() {
 }
 
 #[test]
+fn a_scene_that_the_wave_answers_has_the_best_model() {
+    let folder = Folder::new("best");
+    let of = |arguments: &[&str]| records(&[&["run", SCENE, "--json"], arguments].concat());
+    let best = of(&["--model", "builtin"]);
+    assert_eq!(best[0]["texture"]["specimen"], "Saw3", "{best:?}");
+    assert_eq!((of(&[]), of(&["--model", "builtin:taxel-path-svm"])), (best.clone(), best));
+    let mut without = vec![vec!["--model", "none"], vec!["--fps", "15"]];
+    let laws = ["law = \"published\"", "estimator = \"edges\"", "estimator = \"coherence\""].map(|key| {
+        let name = format!("{}.toml", key.len());
+        folder.file(&name, format!("[speed]\n{key}\n")).display().to_string()
+    });
+    without.extend(laws.iter().map(|law| vec!["--config", law]));
+    for arguments in without {
+        assert_eq!(of(&arguments)[0]["why"]["texture"], "no model was given", "{arguments:?}");
+    }
+    // Too slow for an answer before 70 frames have shown the path.
+    let slow = records(&["run", "scene:Saw3@55,90deg", "--json"]);
+    assert_eq!((&slow[0]["kind"], &slow[0]["texture"]["specimen"]), (&"event".into(), &"Saw3".into()));
+}
+
+#[test]
+fn a_source_without_a_model_is_told_of_one_once() {
+    let folder = Folder::new("hint");
+    let scene = folder.scene(
+        "two.toml",
+        "[[slide]]\nspecimen = \"Saw3\"\nspeed = 150\n[[slide]]\nspecimen = \"Sin3\"\nspeed = 150\n",
+    );
+    let recording = folder.0.join("two.mcap").display().to_string();
+    good(&["record", &scene, "--size", "160x160", "-o", &recording, "--features-only"]);
+    let hints = |arguments: &[&str]| {
+        let done = run(&[&["run"], arguments].concat());
+        let printed = String::from_utf8_lossy(&done.stdout).into_owned();
+        assert_eq!(printed.lines().filter(|line| line.starts_with("event at")).count(), 2, "{printed}");
+        String::from_utf8_lossy(&done.stderr).matches("no model was given: --model builtin names textures").count()
+    };
+    assert_eq!(hints(&[&recording]), 1);
+    for arguments in
+        [[&recording, "--model", "none"], [&recording, "--model", "builtin"], [&scene, "--size", "160x160"]]
+    {
+        assert_eq!(hints(&arguments), 0, "{arguments:?}");
+    }
+}
+
+#[test]
+fn the_list_has_every_model_and_the_best_is_the_smallest_of_its_equals() {
+    let list = good(&["model", "list"]);
+    let map = include_str!("../../wstac-tradeoff/data/map.csv");
+    let measured = |name: &str| {
+        let is_it = |line: &&str| {
+            let ["GREY", "1", "fixed", "wave" | "published", model, ..] = line.split(',').collect::<Vec<_>>()[..]
+            else {
+                return false;
+            };
+            model == name
+        };
+        let line = map.lines().find(is_it)?;
+        Some([7, 8].map(|column| line.split(',').nth(column).unwrap().parse::<f64>().unwrap()))
+    };
+    let mut all = Vec::new();
+    for line in list.lines().filter(|line| line.starts_with("builtin:")) {
+        let name = line.split_whitespace().next().unwrap();
+        let numbers: Vec<&str> = line[38..].split_whitespace().collect();
+        let inspected: Value = serde_json::from_str(&good(&["model", "inspect", name, "--json"])).unwrap();
+        assert_eq!(inspected["bytes"].to_string(), numbers[1], "{line}");
+        let accuracy = measured(name).map_or("–".to_owned(), |[mean, _]| format!("{mean:.1}"));
+        assert_eq!((accuracy.as_str(), numbers.len()), (numbers[0], 4), "{line}");
+        all.extend(measured(name).map(|found| (name.to_owned(), found, numbers[1].parse::<u32>().unwrap())));
+    }
+    assert_eq!(all.len() + 2, wstac_host::model_file::ModelFile::names().count(), "all but the embeddings: {list}");
+    let [_, low] = all.iter().map(|(_, found, _)| *found).max_by(|one, other| one[0].total_cmp(&other[0])).unwrap();
+    let equals = all.iter().filter(|(_, [mean, _], _)| *mean >= low);
+    let best = &equals.min_by_key(|(_, _, bytes)| *bytes).unwrap().0;
+    assert!(list.ends_with(&format!("builtin is {best}\n")), "{best}: {list}");
+}
+
+#[test]
 fn an_unknown_texture_has_no_names() {
     let folder = Folder::new("unknown");
     let texts = ["period = 16.0\n", ""].map(|period| format!("specimen = \"Saw3\"\nspeed = 150\n{period}"));

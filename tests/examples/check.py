@@ -91,7 +91,7 @@ def main() -> None:
         recording = folder / "slides.mcap"
         (folder / "slides.toml").write_text(SLIDES)
         subprocess.run([wstac, "record", f"scene:{folder / 'slides.toml'}", "-o", recording], check=True, capture_output=True)
-        command = [wstac, "run", recording, "--json", "--model", "builtin:svm"]
+        command = [wstac, "run", recording, "--json", "--model", "builtin"]
         said = subprocess.run(command, check=True, capture_output=True, text=True).stdout.splitlines()
         expected = [line_of(record) for record in map(json.loads, said) if record["kind"] == "event"]
         moving = sum("speed=-" not in line for line in expected)

@@ -95,7 +95,7 @@ class Counter:
         """Returns the events and features that the host prints for a scene."""
         asked, place = self.scene(pixels)
         (place / "host.toml").write_text(toml)
-        asked += [] if model is None else ["--model", model]
+        asked += ["--model", "none" if model is None else model]
         lines = host(self.wstac, "run", *asked, "--json", "--features", "--config", place / "host.toml")
         numbers = [record["f"] for record in map(json.loads, lines) if record["kind"] == "features"]
         if not any('"kind":"event"' in line for line in lines):

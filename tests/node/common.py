@@ -120,8 +120,8 @@ class Programs:
         return f"scene:{file}"
 
     def run(self, source, *options):
-        """Returns what `wstac run` prints."""
-        command = [self.wstac, "run", source, "--json", "--features", "--motion", *options]
+        """Returns what `wstac run` prints; without a model, as the node has none by itself."""
+        command = [self.wstac, "run", source, "--json", "--features", "--motion", *(options or ("--model", "none"))]
         done = subprocess.run(command, capture_output=True, check=True, text=True, timeout=PATIENCE)
         return [json.loads(line) for line in done.stdout.splitlines()]
 

@@ -66,7 +66,7 @@ class Slide:
         side = min(WIDTH, HEIGHT)
         axis = lambda size: [((size - side) // 2 + (15 + 80 * number) * side // 400, side // 8) for number in range(5)]
         self.columns, self.rows = [[(at, at + taxel) for at, taxel in axis(size)] for size in (WIDTH, HEIGHT)]
-        lines = [json.loads(line) for line in run("run", SCENE, "--json", "--features", "--model", "builtin:path-svm").splitlines()]
+        lines = [json.loads(line) for line in run("run", SCENE, "--json", "--features").splitlines()]
         self.features = [line["f"] for line in lines if line["kind"] == "features"]
         (self.event,) = [line for line in lines if line["kind"] == "event"]
 
@@ -148,7 +148,7 @@ def slide(wstac):
     hidden = ["0"] * (len(frames) - 1) + ["1"]
     lines = "".join(text(720, 90 + number * 30, content, size) for number, (content, size) in enumerate(answer))
     parts.append(f"<g>{film('opacity', hidden)}{lines}</g>")
-    parts.append(text(20, 258, f"wstac run {SCENE} --model builtin:path-svm", 12, fill=CALM))
+    parts.append(text(20, 258, f"wstac run {SCENE}", 12, fill=CALM))
     parts.append(text(940, 258, f"frames {FIRST} to {LAST - 1} of 140, three times slower", 12, "end", CALM))
     truth = "a simulated slide of a saw-shaped specimen at 150 mm/s, upward"
     return svg(960, 274, f"From camera frames to an answer: {truth}", parts)

@@ -37,7 +37,7 @@ def test_what_a_wave_tells_of_a_ball(tmp_path: Path) -> None:
     scene.write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n')
     config.write_text(GLOBAL)
     [event] = wstac.open(f"scene:{scene}", config=wstac.Config.read(config))
-    [line] = [line for line in command("run", f"scene:{scene}", "--json", "--config", str(config)) if line["kind"] == "event"]
+    [line] = [line for line in command("run", f"scene:{scene}", "--json", "--model", "none", "--config", str(config)) if line["kind"] == "event"]
     assert event.record == line
     assert event.basis == "outline" and event.contacts == 1 and event.reliable
     row = event.to_dict()

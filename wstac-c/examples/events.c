@@ -10,7 +10,7 @@ static void print(const char *name, int decimals, double number)
 
 int main(int argc, char **argv)
 {
-    const char *models[] = {"builtin:svm", NULL};
+    const char *models[] = {"builtin", NULL};
     WstacOptions options = {.models = models};
     Wstac *sensor;
     WstacRecord record = {0};

@@ -93,7 +93,7 @@ typedef struct Wstac Wstac;
 typedef struct WstacOptions {
   /// Path of a configuration file (TOML). Null: the source's own configuration, or else the default.
   const char *config;
-  /// Texture models: paths of .wsm files, or names such as "builtin:svm". The last one is null. Null: no model.
+  /// Texture models: paths of .wsm files, or names such as "builtin". The last one is null. Null: no model.
   const char *const *models;
   /// Frames per second, numerator: requested from a camera, and assumed of a file. 0 and 0: no request.
   uint32_t fps_numerator;

@@ -29,7 +29,7 @@ fn choice(name: &str, byte: WstacBool) -> Result<bool, Failure> {
 pub struct WstacOptions {
     /// Path of a configuration file (TOML). Null: the source's own configuration, or else the default.
     pub config: *const c_char,
-    /// Texture models: paths of .wsm files, or names such as "builtin:svm". The last one is null. Null: no model.
+    /// Texture models: paths of .wsm files, or names such as "builtin". The last one is null. Null: no model.
     pub models: *const *const c_char,
     /// Frames per second, numerator: requested from a camera, and assumed of a file. 0 and 0: no request.
     pub fps_numerator: u32,

@@ -32,7 +32,7 @@ fn main() -> Result<(), Error> {
     } else {
         given
     };
-    let models = [ModelFile::open(Path::new("builtin:forest"))?];
+    let models = [ModelFile::open(Path::new("builtin"))?];
     // Set this to end the threads. Each of them then prints how its stream ended.
     let stop = AtomicBool::new(false);
     let (sender, receiver) = channel();

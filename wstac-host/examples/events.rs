@@ -15,7 +15,7 @@ fn main() -> Result<(), error::Error> {
     let file = std::env::args_os().nth(1).ok_or_else(missing)?;
     let source = open(&file, &OpenOptions::default(), &[])?;
     // Without another configuration, the recording's own holds.
-    for output in Session::builder(source).models([ModelFile::open(Path::new("builtin:svm"))?]).build()? {
+    for output in Session::builder(source).models([ModelFile::open(Path::new("builtin"))?]).build()? {
         let Output::Event(event) = output? else { continue };
         let speed = event.speed.map_or("-".to_owned(), |speed| format!("{:.2}", rounded(speed.mm_s)));
         let direction = event.direction.degrees.map_or("-".to_owned(), |degrees| format!("{:.1}", angle(degrees)));

@@ -21,6 +21,12 @@ pub const MOST_BYTES: u64 = 256 << 20;
 /// The prefix of the names of models that come with the program.
 pub const BUILT_IN: &str = "builtin:";
 
+/// The name of the best model that comes with the program, [`BEST_OF_ALL`].
+pub const BEST: &str = "builtin";
+
+/// The name of the best model among all: none is more accurate beyond doubt, and it is the smallest of its equals.
+pub const BEST_OF_ALL: &str = "taxel-path-svm";
+
 /// The models that this build comes with.
 #[cfg(not(feature = "builtin-models"))]
 const MODELS: &[(&str, &[u8])] = &[];
@@ -59,12 +65,13 @@ impl ModelFile {
         names.iter().map(|name| Self::open(name)).collect()
     }
 
-    /// Reads `builtin:NAME`, or the file of that name. [`ModelFile::model`] checks the content.
+    /// Reads `builtin` ([`BEST`]), `builtin:NAME`, or the file of that name. [`ModelFile::model`] checks the content.
     ///
     /// # Errors
     /// There is no such model, the file cannot be read, or it is too large.
     pub fn open(name: &Path) -> Result<Self, Error> {
-        let about = name.display().to_string();
+        let is_best = name == Path::new(BEST);
+        let about = if is_best { format!("{BUILT_IN}{BEST_OF_ALL}") } else { name.display().to_string() };
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
             let is_known = MODELS.iter().any(|(known, _)| *known == about);
             return match file_bytes(name) {
@@ -85,10 +92,7 @@ impl ModelFile {
                 );
             }
             let expected = nearest(built_in, Self::names()).map_or_else(
-                || {
-                    let names: Vec<_> = Self::names().map(|name| format!("{BUILT_IN}{name}")).collect();
-                    format!(", expected {}", names.join(", "))
-                },
+                || format!(", expected {}", Self::full_names().collect::<Vec<_>>().join(", ")),
                 |name| format!("; did you mean {BUILT_IN}{name}?"),
             );
             Error::new(ErrorKind::NotFound, &about, format_args!("is no model that comes with wstac{expected}"))
@@ -112,6 +116,11 @@ impl ModelFile {
     /// Returns the names of all models that come with the program.
     pub fn names() -> impl Iterator<Item = &'static str> {
         MODELS.iter().map(|&(name, _)| name)
+    }
+
+    /// Returns the names by which the models that come with the program are opened: [`BEST`] first.
+    pub fn full_names() -> impl Iterator<Item = String> {
+        std::iter::once(BEST.to_owned()).chain(Self::names().map(|name| format!("{BUILT_IN}{name}")))
     }
 
     /// Takes the bytes of a model file; `about` is its name for messages. [`ModelFile::model`] checks the content.

@@ -4,7 +4,7 @@ import sys
 
 import wstac
 
-for event in wstac.open(sys.argv[1], models="builtin:svm"):
+for event in wstac.open(sys.argv[1], models="builtin"):
     speed = f"{event.speed.mm_s:.2f}" if event.speed else "-"
     degrees = event.direction and event.direction.deg
     direction = "-" if degrees is None else f"{degrees:.1f}"

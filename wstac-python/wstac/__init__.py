@@ -4,7 +4,7 @@ The arithmetic is that of the command `wstac` and of the firmware, bit for bit: 
 natural logarithm, and a model gives the same answer here as on a board.
 
 >>> import wstac
->>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400), models="builtin:svm")
+>>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400), models="builtin")
 >>> scene.frames.shape, scene.frames.dtype, scene.features.shape
 ((141, 400, 400), dtype('uint8'), (141, 10))
 >>> [event] = scene.events

@@ -92,7 +92,7 @@ class Texture:
     """The answer of texture models; None for what no model answers.
 
     >>> import wstac
-    >>> [event] = wstac.open("scene:Saw3@150,90deg", models="builtin:path-svm")
+    >>> [event] = wstac.open("scene:Saw3@150,90deg", models="builtin")
     >>> event.texture.specimen, event.texture.pattern, event.texture.depth_mm, event.texture.known
     ('Saw3', 'Saw', 3.0, True)
     """

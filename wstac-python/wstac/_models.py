@@ -115,9 +115,9 @@ class Model:
 
     @classmethod
     def load(cls, path: Path) -> Model:
-        """Loads a model file, or a model that comes with wstac.
+        """Loads a model file, or a model that comes with wstac: "builtin" is the best one, "builtin:taxel-path-svm".
 
-        Those are, for any speed, direction and length:
+        They are, for any speed, direction and length:
 
         - "builtin:path-svm", "builtin:path-forest" and "builtin:path-boosted", of ten sums;
         - "builtin:taxel-path-svm", "builtin:taxel-path-forest" and "builtin:taxel-path-boosted", of 25 taxels;

@@ -292,7 +292,7 @@ def open(
     """Opens any source of the command, to iterate over its events as they come.
 
     `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
-    `models` is one or several of "builtin:svm", paths and `Model`s; without it, events have no texture.
+    `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also those of scenes.
 
     The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
     or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
@@ -302,7 +302,7 @@ def open(
     slower. `sensor` is the name of one sensor of a recording of several. Raises `Error` if the source cannot be used.
 
     >>> import wstac
-    >>> with wstac.open("scene:Saw3@150,180deg", models="builtin:forest") as stream:
+    >>> with wstac.open("scene:Saw3@150,180deg", models="builtin") as stream:
     ...     for event in stream:
     ...         print(event.direction.deg, event.texture.pattern)
     180.0 Saw

@@ -6,16 +6,16 @@ use wstac_core::model::Model;
 use wstac_core::model::file::{Input, Task};
 
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::model_file::{BUILT_IN, ModelFile};
+use wstac_host::model_file::{BEST, BEST_OF_ALL, BUILT_IN, ModelFile};
 use wstac_host::texture::Texture;
 use wstac_train::model::inspect::{Inspected, inspect};
 
 /// The name for no model.
 pub const NONE: &str = "none";
 
-/// Returns a model's name without the prefix of all built-in models.
+/// Returns a model's name without the prefix of all built-in models; that of the best one if it is `builtin`.
 pub fn short(name: &str) -> &str {
-    name.strip_prefix(BUILT_IN).unwrap_or(name)
+    if name == BEST { BEST_OF_ALL } else { name.strip_prefix(BUILT_IN).unwrap_or(name) }
 }
 
 /// A model and the facts about it.
@@ -57,8 +57,9 @@ impl Candidate {
         let text = name.to_str().filter(|text| *text != NONE && !text.contains([',', '"', '\n', '\r']));
         let refused =
             "a map cannot hold this path, expected UTF-8 without comma, quotation mark or end of line, and not none";
-        let text = text.ok_or_else(|| Error::new(ErrorKind::Usage, name.display(), refused))?;
-        Self::new(text.to_owned(), ModelFile::open(name)?)
+        text.ok_or_else(|| Error::new(ErrorKind::Usage, name.display(), refused))?;
+        let file = ModelFile::open(name)?;
+        Self::new(file.about().to_owned(), file)
     }
 
     /// Creates a candidate from the model of a file.

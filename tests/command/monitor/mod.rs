@@ -110,7 +110,7 @@ fn as_by_link(records: &str) -> String {
 /// Returns the lines of `wstac run`, and every message that a board sends for the same scene, with features,
 /// samples and motion.
 fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
-    let lines = as_by_link(&good(&[&["run", scene][..], &WANTED].concat()));
+    let lines = as_by_link(&good(&[&["run", scene, "--model", "none"][..], &WANTED].concat()));
     (lines.lines().map(str::to_owned).collect(), board::sent(scene, &[], true, false).frames)
 }
 
@@ -128,15 +128,17 @@ fn every_line_is_that_of_run() {
     let (early, late) = (model(&folder, "early", 30, 29, "Fla,Saw"), Path::new("builtin:svm").to_owned());
     let files = [&late, &early].map(|file| ModelFile::open(file).unwrap());
     let with_models = ["--model", path(&late), "--model", path(&early)];
-    for (files, models) in [(&[][..], &[][..]), (&files, &with_models)] {
+    for (files, models) in [(&[][..], &["--model", "none"][..]), (&files, &with_models)] {
         for (all, wanted) in [(false, &["--json"][..]), (true, &WANTED), (false, &[]), (true, &["--features"])] {
             let expected = as_by_link(&good(&[&["run", &scene], models, wanted].concat())).replace(MODEL_DOUBT, "");
             let at_once = !wanted.contains(&"--samples");
             let file = folder.file("board.bin", board::sent(&scene, files, all, at_once).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // A board is a source of wstac run, too.
-            let of_run = good(&[&["run", &format!("board:{}", path(&file))], wanted].concat());
-            assert_eq!(of_run, expected);
+            let of_run = run(&[&["run", &format!("board:{}", path(&file))], wanted].concat());
+            assert_eq!(printed(&of_run), expected);
+            let hints = said(&of_run).matches("no model was given: wstac board --model builtin sends one").count();
+            assert_eq!(hints, usize::from(files.is_empty()), "{}", said(&of_run));
             // Output that was not requested is not printed, even if the board sends it.
             let file = folder.file("board.bin", board::sent(&scene, files, true, at_once).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
@@ -149,7 +151,7 @@ fn every_line_is_that_of_run() {
             );
             let has_motion = expected.contains(r#""kind":"motion""#);
             assert_eq!(has_motion, wanted.contains(&"--motion"), "{expected}");
-            assert_eq!(json && expected.contains(r#""kind":"texture""#), json && !models.is_empty(), "{expected}");
+            assert_eq!(json && expected.contains(r#""kind":"texture""#), json && !files.is_empty(), "{expected}");
         }
     }
 }

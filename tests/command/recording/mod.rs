@@ -69,7 +69,7 @@ fn the_configuration_is_the_recordings_own_unless_another_is_given() {
     fs::write(&config, "[trigger]\nwindow = 8\nbacktrack = 12\n[features]\nln = \"libm\"\n").unwrap();
     let config = config.to_str().unwrap();
     good(&["record", &scene, "-o", file, "--config", config]);
-    let live = |more: &[&str]| good(&[&["run", &scene, "--json", "--features"], more].concat());
+    let live = |more: &[&str]| good(&[&["run", &scene, "--json", "--features", "--model", "none"], more].concat());
     assert_eq!(good(&["run", file, "--json", "--features"]), live(&["--config", config]));
     fs::write(config, "").unwrap();
     assert_eq!(good(&["run", file, "--json", "--features", "--config", config]), live(&[]));

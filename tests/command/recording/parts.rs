@@ -162,7 +162,7 @@ fn what_needs_other_pixels_is_refused() {
     let taxels = config("x.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n");
     let taxels = format!("scene:{taxels}");
     let file = recorded(&folder, &taxels, "taxels.mcap", &["--features-only"]);
-    let live = good(&["run", &taxels, "--json", "--features"]);
+    let live = good(&["run", &taxels, "--json", "--features", "--model", "none"]);
     assert!(live.contains(r#""kind":"event""#) && good(&["run", &file, "--json", "--features"]) == live);
 }
 

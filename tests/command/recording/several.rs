@@ -81,23 +81,24 @@ fn frames_of_all_sensors_are_in_the_order_of_their_times() {
 fn each_sensor_replays_as_it_was_and_all_at_once() {
     let folder = Folder::new("recording-several");
     let (sources, file) = recorded(&folder);
-    let live = good(&["run", &sources[0], &sources[1], "--json", "--features"]);
-    let replayed = good(&["run", &file, "--json", "--features"]);
+    let asked = ["--json", "--features", "--model", "builtin"];
+    let live = good(&[&["run", &sources[0], &sources[1]], &asked[..]].concat());
+    let replayed = good(&[&["run", &file], &asked[..]].concat());
     for (name, source) in SCENES.map(|(name, _)| name).iter().zip(&sources) {
         let expected = of(&live, name);
         assert!(expected.iter().any(|line| line["kind"] == "event"), "{live}");
         assert_eq!(of(&replayed, name), expected);
         // A single sensor has the same records without the name.
-        let alone = good(&["run", &file, "--sensor", name, "--json", "--features"]);
+        let alone = good(&[&["run", &file, "--sensor", name], &asked[..]].concat());
         let plain = source.split_once('=').unwrap().1;
-        assert_eq!(alone, good(&["run", plain, "--json", "--features"]));
+        assert_eq!(alone, good(&[&["run", plain], &asked[..]].concat()));
     }
     // In the order of their times, and so the same lines every time.
     let times: Vec<_> = replayed.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()).collect();
     let features = times.iter().filter(|line| line["kind"] == "features");
     let times: Vec<_> = features.map(|line| line["time_ns"].as_u64().unwrap()).collect();
     assert!(times.is_sorted(), "{times:?}");
-    assert_eq!(good(&["run", &file, "--json", "--features"]), replayed);
+    assert_eq!(good(&[&["run", &file], &asked[..]].concat()), replayed);
     let whole = folder.0.join("whole.mcap");
     good(&["recover", &file, "-o", whole.to_str().unwrap()]);
     assert_eq!(of(&good(&["run", whole.to_str().unwrap(), "--json"]), "right").len(), 3);

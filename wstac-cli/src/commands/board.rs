@@ -54,7 +54,7 @@ pub(super) struct Arguments {
 
     /// Send a texture model, which the board keeps and uses
     ///
-    /// A model file, or builtin:NAME. Its kind and sample must be those of the firmware.
+    /// A model file, builtin or builtin:NAME. Its kind and sample must be those of the firmware.
     #[arg(long, value_name = "FILE.wsm", conflicts_with_all = ["set", "exposure", "forget", "learn", "unlearn"])]
     model: Option<PathBuf>,
 
@@ -120,7 +120,7 @@ Examples:
   wstac board /dev/ttyACM0 --set my.toml
   wstac board /dev/ttyACM0 --exposure 240
   wstac board /dev/ttyACM0 --learn carpet
-  wstac board /dev/ttyACM0 --model builtin:svm
+  wstac board /dev/ttyACM0 --model builtin
   wstac board /dev/ttyACM0
 "#;
 

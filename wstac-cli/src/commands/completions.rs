@@ -76,7 +76,7 @@ const SPECIMENS: [&str; 10] = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut super::Arguments::command(), "wstac", &mut script);
-    let models: Vec<_> = ModelFile::names().map(|name| format!("builtin:{name}")).collect();
+    let models: Vec<_> = ModelFile::full_names().collect();
     let scenes = SPECIMENS.map(|specimen| format!("scene:{specimen}@150"));
     let script = with_names(arguments.shell, String::from_utf8_lossy(&script).into_owned(), &models, &scenes);
     Ok(std::io::stdout().write_all(script.as_bytes())?)

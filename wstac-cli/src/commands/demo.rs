@@ -30,7 +30,7 @@ pub(super) struct Arguments {
     seed: u64,
 
     /// Texture model
-    #[arg(long, value_name = "FILE.wsm", default_value = "builtin:path-svm")]
+    #[arg(long, value_name = "FILE.wsm", default_value = "builtin")]
     model: PathBuf,
 }
 

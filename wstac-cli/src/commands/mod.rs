@@ -73,7 +73,7 @@ Start here:
       print the events of a USB camera
   wstac run --help
       list every key of the configuration file with its default
-  wstac run /dev/video0 --model builtin:path-svm
+  wstac run /dev/video0 --model builtin
       name textures, too
 
 Texture models of your own:

@@ -5,8 +5,7 @@ use std::path::PathBuf;
 
 use super::files::Outputs;
 use super::output::{Stop, note};
-use super::source_arguments::{SourceArguments, at_least};
-use wstac_host::model_file::ModelFile;
+use super::source_arguments::{SourceArguments, at_least, models_of, open_models};
 use wstac_host::output::OutputOptions;
 use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
@@ -38,6 +37,8 @@ pub(super) struct Arguments {
     config: Option<PathBuf>,
 
     /// Name textures with this model; can be given several times
+    ///
+    /// Names are those of wstac run; a scene has builtin by default.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -67,8 +68,8 @@ The figure:
   Exit code: 1 also if the source has no such event.
 
 Examples:
-  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.svg
-  wstac plot scene:Saw3@150,90deg --model builtin:path-svm -o event.pdf
+  wstac plot scene:Saw3@150,90deg -o event.svg
+  wstac plot /dev/video0 --model builtin -o event.pdf
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
@@ -79,7 +80,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     note(&info.about);
-    let files = ModelFile::open_all(&arguments.models)?;
+    let given = open_models(&arguments.models)?;
+    let files = models_of(given.as_deref(), &arguments.source, &info, &config)?;
     let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;

@@ -201,7 +201,7 @@ Examples:
   wstac record scene:Saw3@150 -o scene.mcap --label specimen=Saw3
   wstac record /dev/video0 --guide plan.toml -o session
   wstac record left=/dev/video0 right=/dev/video2 -o both.mcap
-  wstac run saw3.mcap --model builtin:svm
+  wstac run saw3.mcap --model builtin
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {

@@ -16,9 +16,8 @@ use super::files::{Outputs, check_ending};
 use super::output::{Stop, note};
 use super::records::{Destination, Form};
 use super::signals;
-use super::source_arguments::{SourceArguments, at_least};
+use super::source_arguments::{SourceArguments, at_least, open_models};
 use wstac_host::error::{Error, ErrorKind as Kind};
-use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::pictures::port_of;
 use wstac_host::plural::counted;
 use wstac_host::source::names::{SensorSpec, sensors};
@@ -45,9 +44,9 @@ pub(super) struct Arguments {
 
     /// Name textures with this model; can be given several times
     ///
-    /// It is a file (see wstac model --help), or a model that was trained on simulated slides: builtin:path-svm,
-    /// builtin:path-forest or builtin:path-boosted; builtin:taxel-path-svm, -forest or -boosted; or builtin:svm,
-    /// builtin:forest or builtin:boosted for the slides of the publication. Give one for each of specimens, patterns and depths if they have models of their own.
+    /// It is builtin, the best of those that were trained on simulated slides, another name of wstac model list, a file
+    /// (see wstac model --help), or none. Give one for each of specimens, patterns and depths if they have models of their
+    /// own. By default, a scene has builtin if [speed] estimator is "wave", at about 30 processed frames per second.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -249,6 +248,7 @@ Meaning of the answers:
   those that end in -16mm need 16 mm.
   builtin:taxel-path-… are right more often: they take 25 taxels instead
   of ten sums. They give no answer if a frame of the sample was lost.
+  builtin is builtin:taxel-path-svm.
   builtin:svm, forest and boosted take the sample over time: they hold
   from 100 to 200 mm/s in four directions, and are often wrong elsewhere.
   With law = "published" under [speed], speed and direction are those of
@@ -416,7 +416,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(file) = arguments.file() {
         outputs.check([file].into_iter().chain(arguments.save_raw.as_deref()))?;
     }
-    let files = ModelFile::open_all(&arguments.models)?;
+    let given = open_models(&arguments.models)?;
     let interrupted = signals::flag();
     let recorded = recorded(arguments, &sensors)?;
     let parts: Vec<_> =
@@ -432,7 +432,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         form,
         table,
         destination: &destination,
-        files: &files,
+        given: given.as_deref(),
         interrupted: &interrupted,
         is_recorded,
     };

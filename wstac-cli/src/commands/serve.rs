@@ -11,7 +11,7 @@ use clap::error::ErrorKind as ClapErrorKind;
 use super::files::{Outputs, check_ending};
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing};
-use super::source_arguments::{SourceArguments, doubts_of_textures};
+use super::source_arguments::{SourceArguments, doubts_of_textures, models_of, open_models};
 use wstac_host::camera::{ControlValue, DeviceInfo};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -84,6 +84,8 @@ pub(super) struct Arguments {
     config: Option<PathBuf>,
 
     /// Name textures with this model; can be given several times
+    ///
+    /// Names are those of wstac run; a scene has builtin by default.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -182,10 +184,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     });
     let server = Server::bind(arguments.listen, token.transpose()?)
         .map_err(|error| error.about(format_args!("--listen {}", arguments.listen)))?;
-    let files = ModelFile::open_all(&arguments.models)?;
+    let files = open_models(&arguments.models)?;
     check_folder(arguments.record_to.as_deref())?;
-    let opened =
-        sensors.iter().map(|sensor| open(sensor, &sensors, arguments, &files)).collect::<Result<Vec<_>, _>>()?;
+    let opened = sensors
+        .iter()
+        .map(|sensor| open(sensor, &sensors, arguments, files.as_deref()))
+        .collect::<Result<Vec<_>, _>>()?;
     // A recording is completed, however slow the disk is.
     let stop = finishing(if arguments.record_to.is_some() { Ending::Whole } else { Ending::InTime });
     // The address alone is on the first line, so that programs can read it.
@@ -221,15 +225,16 @@ fn open(
     sensor: &NamedSource,
     all: &[NamedSource],
     arguments: &Arguments,
-    files: &[ModelFile],
+    given: Option<&[ModelFile]>,
 ) -> Result<(wstac_serve::ServedSensor, Vec<String>), Error> {
     let Arguments { config, record_to, .. } = arguments;
     let options = &arguments.options.of(sensor);
     // A recording has every frame.
     let policy = if record_to.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
     let (source, info, config) = options.open_configured(&sensor.source, policy, config.as_deref())?;
+    let files = models_of(given, &sensor.source, &info, &config)?;
     let doubts = config.notes(&info).map(Cow::into_owned);
-    let notes = [info.about.clone()].into_iter().chain(doubts).chain(doubts_of_textures(&info, files)).collect();
+    let notes = [info.about.clone()].into_iter().chain(doubts).chain(doubts_of_textures(&info, &files)).collect();
     let is_live = is_camera(&sensor.source);
     let camera = info.camera.as_ref().filter(|camera| is_live && is_device(&camera.path));
     let tools = Tools {
@@ -238,7 +243,7 @@ fn open(
         camera: camera.map(|camera| Box::new(Camera(camera.path.clone())) as Box<dyn ExaminedCamera>),
         asked_fps: is_live.then(|| options.asked_fps()),
     };
-    let mut station = Station::new(source, info, config, Textures::new(files)?, OutputOptions::LIVE)?;
+    let mut station = Station::new(source, info, config, Textures::new(&files)?, OutputOptions::LIVE)?;
     if !is_live {
         station = station.paced();
     }

@@ -4,7 +4,7 @@ use std::ffi::OsStr;
 use std::fmt::Display;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileTypeExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -13,15 +13,16 @@ use wstac_core::rate::FrameRate;
 
 use super::output::note;
 use crate::open;
-use wstac_host::config::Config;
+use wstac_host::config::{Config, Estimator};
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::model_file::ModelFile;
+use wstac_host::model_file::{BEST, ModelFile};
 use wstac_host::source::every_sensor::{NamedSource, every_sensor};
 use wstac_host::source::names::SensorSpec;
 use wstac_host::source::open::{OpenOptions, recorded_sensors};
 use wstac_host::source::{FramePolicy, ReadoutTime, Source, StreamInfo, config_of};
 use wstac_scene::source::script;
 use wstac_scene::{Scene, Truth};
+use wstac_tradeoff::candidate::NONE;
 
 /// The options for opening and reading a source.
 #[derive(Clone, Debug, Default, clap::Args)]
@@ -196,20 +197,39 @@ impl SourceArguments {
     }
 }
 
+/// Opens the models of `--model`; `None` without the option. `none` alone is no model.
+pub(super) fn open_models(given: &[PathBuf]) -> Result<Option<Vec<ModelFile>>, Error> {
+    let named = if given == [Path::new(NONE)] { &[] } else { given };
+    (!given.is_empty()).then(|| ModelFile::open_all(named)).transpose()
+}
+
+/// Returns the models of a source: those that are given, or else `builtin` for a scene with a motion and a rate for
+/// which it is accurate.
+pub(super) fn models_of(
+    given: Option<&[ModelFile]>,
+    source: &OsStr,
+    info: &StreamInfo,
+    config: &Config,
+) -> Result<Vec<ModelFile>, Error> {
+    let is_by_wave = config.speed.estimator() == Some(Estimator::Wave);
+    let has_best = source.as_bytes().starts_with(b"scene:") && is_by_wave && is_of_training(info);
+    let best = has_best.then(|| BEST.into());
+    given.map_or_else(|| ModelFile::open_all(best.as_slice()), |given| Ok(given.to_vec()))
+}
+
 /// Returns doubts about textures: if a recording was made with models and none is given now, or if frames come at
 /// another rate than the models were trained at.
 pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Option<String> {
     let recorded = info.recorded.as_ref().map_or(&[][..], |recorded| &recorded.models);
-    let ratio = ratio_to_nominal(info);
     if given.is_empty() {
         let missing = !recorded.is_empty();
         missing.then(|| format!("recorded with model {}: --model gives its textures", recorded.join("; ")))
     } else {
-        (!(1.0 - RATE_OFF..=1.0 + RATE_OFF).contains(&ratio)).then(|| {
+        (!is_of_training(info)).then(|| {
             format!(
                 "textures may be wrong: features come {:.2} times per second, and models are trained at {} unless \
                  their maker says otherwise",
-                ratio * FrameRate::NOMINAL.per_second(),
+                ratio_to_nominal(info) * FrameRate::NOMINAL.per_second(),
                 FrameRate::NOMINAL.per_second()
             )
         })
@@ -219,6 +239,11 @@ pub(super) fn doubts_of_textures(info: &StreamInfo, given: &[ModelFile]) -> Opti
 /// Returns how often features come, as a multiple of the nominal rate.
 fn ratio_to_nominal(info: &StreamInfo) -> f64 {
     info.rate.per_second() / f64::from(info.rate.frames_added()) / FrameRate::NOMINAL.per_second()
+}
+
+/// Returns whether features come about as often as in the training of the models that come with the program.
+fn is_of_training(info: &StreamInfo) -> bool {
+    (1.0 - RATE_OFF..=1.0 + RATE_OFF).contains(&ratio_to_nominal(info))
 }
 
 /// The fraction by which the rate may differ from the nominal one without harm to textures.

@@ -53,7 +53,7 @@ pub(super) struct Arguments {
 
     /// Use only this texture model, or these
     ///
-    /// The option can be given several times. A model is a file or builtin:NAME. By default, all models that come with
+    /// The option can be given several times. A model is a file, builtin or builtin:NAME. By default, all models that come with
     /// wstac are used.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,

@@ -6,10 +6,9 @@ use std::path::PathBuf;
 
 use super::output::{Stop, note};
 use super::removed::words;
-use super::source_arguments::{SourceArguments, at_least};
+use super::source_arguments::{SourceArguments, at_least, models_of, open_models};
 use crate::view::{BoardView, FramesView, run as show};
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::pictures::port_of;
 use wstac_host::monitor::port::Port;
@@ -41,6 +40,8 @@ pub(super) struct Arguments {
     config: Option<PathBuf>,
 
     /// Name textures with this model; can be given several times
+    ///
+    /// Names are those of wstac run; a scene has builtin by default.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -109,7 +110,8 @@ fn frames(source: &OsStr, arguments: &Arguments) -> Result<FramesView, Error> {
     let (opened, info, config) =
         arguments.options.open_configured(source, FramePolicy::Newest, arguments.config.as_deref())?;
     let live = is_camera(source);
-    let textures = Textures::new(&ModelFile::open_all(&arguments.models)?)?;
+    let given = open_models(&arguments.models)?;
+    let textures = Textures::new(&models_of(given.as_deref(), source, &info, &config)?)?;
     let station = Station::new(opened, info, config, textures, OutputOptions::LIVE)?;
     Ok(FramesView::new(if live { station } else { station.paced() }, live))
 }

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::model_file::{BUILT_IN, ModelFile};
+use wstac_host::model_file::{BEST, BUILT_IN, ModelFile};
 use wstac_host::record::labels::{by_name, parse};
 use wstac_host::source::Labels;
 use wstac_host::texture::Textures;
@@ -62,7 +62,7 @@ fn use_config(folder: Option<&Path>, file: &str) -> Result<Action, Error> {
 
 fn use_model(folder: Option<&Path>, file: &str) -> Result<Action, Error> {
     // Models that come with the program are in no folder.
-    let (file, model) = if file.starts_with(BUILT_IN) {
+    let (file, model) = if file == BEST || file.starts_with(BUILT_IN) {
         (PathBuf::from(file), ModelFile::open(Path::new(file))?)
     } else {
         let file = path_in(folder, file)?;
@@ -97,9 +97,9 @@ mod tests {
     #[test]
     fn a_model_of_the_program_needs_no_folder() {
         let request = |name: &str| action(Service::LoadModel, None, &Cdr::new().text(name).finish()).unwrap();
-        assert!(
-            matches!(request("builtin:svm"), Ok(Action::UseModel { file, .. }) if file == Path::new("builtin:svm"))
-        );
+        for name in ["builtin", "builtin:svm"] {
+            assert!(matches!(request(name), Ok(Action::UseModel { file, .. }) if file == Path::new(name)));
+        }
         assert!(request("builtin:none").unwrap_err().to_string().contains("builtin:none"));
         assert!(request("svm.wsm").is_err());
     }

@@ -2,7 +2,7 @@
 
     ros2 launch wstac_bringup wstac.launch.py name:=left source:=/dev/video0
 
-wstac-node must be on the path. Its other arguments go into `arguments`, in quotes: arguments:="--model builtin:path-svm".
+wstac-node must be on the path. Its other arguments go into `arguments`, in quotes: arguments:="--model builtin".
 """
 
 import shlex

@@ -20,7 +20,7 @@ use super::super::output::{Stop, note};
 /// been in the training: a sweep with another first_sensor has others.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The model: a file, or builtin:NAME
+    /// The model: a file, builtin or builtin:NAME
     #[arg(value_name = "MODEL")]
     model: PathBuf,
 

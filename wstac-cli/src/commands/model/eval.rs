@@ -26,7 +26,7 @@ use wstac_train::model::eval::{Answers, Truth, answers, answers_of_recordings};
 /// unknown. It counts as wrong, as in wstac train.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The model: a file, or builtin:NAME
+    /// The model: a file, builtin or builtin:NAME
     #[arg(value_name = "FILE.wsm")]
     model: PathBuf,
 

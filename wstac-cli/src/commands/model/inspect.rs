@@ -15,7 +15,7 @@ use wstac_train::model::inspect::inspect;
 /// Costs are those of one classification.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// The model: a file, or builtin:NAME
+    /// The model: a file, builtin or builtin:NAME
     #[arg(value_name = "FILE.wsm")]
     model: PathBuf,
 

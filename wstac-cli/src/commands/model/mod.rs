@@ -1,16 +1,17 @@
-//! `wstac model` imports, learns, calibrates, inspects and evaluates texture models.
+//! `wstac model` lists, imports, learns, calibrates, inspects and evaluates texture models.
 
 mod calibrate;
 mod eval;
 mod import;
 mod inspect;
 mod learn;
+mod list;
 
 use clap::Subcommand;
 
 use super::output::Stop;
 
-/// Import, learn, calibrate, inspect or evaluate a texture model
+/// List, import, learn, calibrate, inspect or evaluate models
 ///
 /// A model file (.wsm) names the texture of a sample. A host loads it, and a board compiles it in. Train with
 /// scikit-learn or XGBoost on a data set of wstac dataset, save the model as described below, and import that.
@@ -23,6 +24,7 @@ pub(super) struct Arguments {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    List(list::Arguments),
     Import(import::Arguments),
     Inspect(inspect::Arguments),
     Eval(eval::Arguments),
@@ -116,6 +118,7 @@ Inputs and limits:
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     match &arguments.command {
+        Command::List(list::Arguments {}) => list::run(),
         Command::Import(arguments) => import::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),

@@ -6,6 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use super::super::output::Stop;
 use super::super::records::Records;
 use super::no_event::Reason;
+use super::read::lacks_model;
 use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::{Monitor, Report, telemetry};
 use wstac_host::output::Output;
@@ -28,7 +29,7 @@ impl OpenBoard<'_> {
     /// Returns the error of the port, or of writing.
     pub(in crate::commands) fn read(self) -> Result<(), Stop> {
         let Self { mut line, mut records, has_status, interrupted } = self;
-        let (mut lost_events, mut has_events, clock) = (0, false, Cell::new(None));
+        let (mut lost_events, mut has_events, mut has_hint, clock) = (0, false, false, Cell::new(None));
         let is_over = |monitor: &Monitor| {
             clock.set(monitor.clock_match());
             interrupted.load(Ordering::Relaxed)
@@ -37,6 +38,10 @@ impl OpenBoard<'_> {
             match report {
                 Report::Output(output) => {
                     records.write(&output)?;
+                    if !has_hint && lacks_model(&output) {
+                        has_hint = true;
+                        records.note("no model was given: wstac board --model builtin sends one");
+                    }
                     has_events |= matches!(output, Output::Event(_));
                     if !has_events && matches!(&output, Output::End(end) if end.frames > 0 && !end.baseline_complete) {
                         records.note(Reason::TooShort);

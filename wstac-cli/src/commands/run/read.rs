@@ -13,7 +13,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::doubts_of_textures;
+use super::super::source_arguments::{doubts_of_textures, models_of};
 use super::Arguments;
 use super::board::OpenBoard;
 use super::no_event::NoEvent;
@@ -31,7 +31,7 @@ use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
 use wstac_host::source::names::SensorSpec;
 use wstac_host::source::{FaultKind, FramePolicy, Lag, SourceEvent};
-use wstac_host::texture::Textures;
+use wstac_host::texture::{NoTexture, Textures};
 
 /// The settings that all sensors of a run share.
 #[derive(Clone, Copy)]
@@ -41,7 +41,8 @@ pub(super) struct Run<'a> {
     pub(super) form: Form,
     pub(super) table: Table,
     pub(super) destination: &'a Destination,
-    pub(super) files: &'a [ModelFile],
+    /// The models of `--model`, if there are any.
+    pub(super) given: Option<&'a [ModelFile]>,
     /// Requests the end.
     pub(super) interrupted: &'a AtomicBool,
     /// Whether the sensors are those of one recording, which their names choose.
@@ -50,18 +51,9 @@ pub(super) struct Run<'a> {
 
 /// A sensor that is ready for reading.
 pub(super) enum Opened<'a> {
-    Frames(Box<OpenFrames<'a>>),
+    Frames(Box<Reading<'a>>),
     /// A board, which finds its events itself.
     Board(Box<OpenBoard<'a>>),
-}
-
-/// A source of frames that is ready for reading.
-pub(super) struct OpenFrames<'a> {
-    session: Session,
-    records: Records<'a>,
-    raw: Option<RawFile>,
-    range: Range,
-    interrupted: &'a AtomicBool,
 }
 
 impl<'a> Run<'a> {
@@ -106,8 +98,8 @@ impl<'a> Run<'a> {
         Ok(OpenBoard { line, records: self.records(sensor), has_status: arguments.status, interrupted })
     }
 
-    fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<OpenFrames<'a>, Stop> {
-        let Self { arguments, files, interrupted, is_recorded, .. } = self;
+    fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<Reading<'a>, Stop> {
+        let Self { arguments, given, interrupted, is_recorded, .. } = self;
         let records = self.records(sensor);
         if arguments.baseline_at.is_some() && !can_be_read_again(sensor.source) {
             let message = "can be read only once, expected a file, a folder or a scene with --baseline-at";
@@ -117,13 +109,14 @@ impl<'a> Run<'a> {
         let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
+        let files = models_of(given, sensor.source, &info, &config)?;
         let (layout, readout) = (config.layout_note(&info), config.readout_note(&info));
         let (rate, unused) = (config.rate_note(&info), config.crosstalk_note());
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config)
             .outputs(self.wanted())
-            .textures(Textures::new(files)?);
+            .textures(Textures::new(&files)?);
         if let Some(seconds) = arguments.baseline_at {
             session = session.baseline_from(options.open(sensor.source, delivery)?.0, seconds);
         }
@@ -137,7 +130,9 @@ impl<'a> Run<'a> {
         if let Some(doubt) = rate {
             records.notice("rate", &doubt);
         }
-        if let Some(doubt) = doubts_of_textures(&info, files) {
+        let doubt = doubts_of_textures(&info, &files);
+        let hint = (given.is_none() && doubt.is_none()).then_some("no model was given: --model builtin names textures");
+        if let Some(doubt) = doubt {
             records.note(doubt);
         }
         if let Some(unused) = unused {
@@ -159,7 +154,11 @@ impl<'a> Run<'a> {
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         let range = Range::new(arguments.since, arguments.until);
-        Ok(OpenFrames { session, records, raw, range, interrupted })
+        let (losses, no_event, outputs) = Default::default();
+        let (uneven, unreliable, read_ns, printed_ns) = Default::default();
+        let printer =
+            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, hint, read_ns, printed_ns };
+        Ok(Reading { session, printer, interrupted, ended: None })
     }
 
     /// Reads all sensors, after all of them were opened. Each continues to its own end if others fail.
@@ -183,7 +182,7 @@ impl<'a> Run<'a> {
             let failed = opened.into_iter().filter(|(sensor, open)| !self.has_read(sensor, open.as_ref().map(drop)));
             return failed.count();
         }
-        let readings = opened.into_iter().filter_map(|(sensor, open)| Some((sensor, Reading::new(open.ok()?))));
+        let readings = opened.into_iter().filter_map(|(sensor, open)| Some((sensor, open.ok()?)));
         let mut readings: Vec<_> = readings.collect();
         let mut failures = 0;
         while let Some(at) = (0..readings.len()).min_by_key(|at| readings[*at].1.next_ns()) {
@@ -245,7 +244,7 @@ impl Opened<'_> {
     /// Returns the error of the source, or of writing.
     pub(super) fn read(self) -> Result<(), Stop> {
         let mut reading = match self {
-            Self::Frames(frames) => Reading::new(*frames),
+            Self::Frames(reading) => *reading,
             Self::Board(board) => return board.read(),
         };
         loop {
@@ -256,8 +255,8 @@ impl Opened<'_> {
     }
 }
 
-/// A sensor that is being read.
-struct Reading<'a> {
+/// A source of frames that is ready for reading, or is being read.
+pub(super) struct Reading<'a> {
     session: Session,
     printer: Printer<'a>,
     interrupted: &'a AtomicBool,
@@ -265,17 +264,7 @@ struct Reading<'a> {
     ended: Option<Result<(), Stop>>,
 }
 
-impl<'a> Reading<'a> {
-    fn new(frames: OpenFrames<'a>) -> Self {
-        let OpenFrames { session, records, raw, range, interrupted } = frames;
-        let (losses, no_event) = (LossReport::default(), NoEvent::default());
-        let (outputs, read_ns, printed_ns) = (VecDeque::new(), 0, 0);
-        let (uneven, unreliable) = (None, 0);
-        let printer =
-            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, read_ns, printed_ns };
-        Self { session, printer, interrupted, ended: None }
-    }
-
+impl Reading<'_> {
     /// Returns the time of what it does next: of the output that it prints, or up to which it has read. No output that
     /// follows is about an earlier frame, apart from answers about a touch that is over.
     fn next_ns(&self) -> u64 {
@@ -360,6 +349,8 @@ struct Printer<'a> {
     /// not reliable and have such frames.
     uneven: Option<String>,
     unreliable: u64,
+    /// What to say at the first slide without a texture because there is no model.
+    hint: Option<&'static str>,
     /// The time of the last frame that was read, in nanoseconds.
     read_ns: u64,
     /// The latest time of what was printed.
@@ -406,6 +397,11 @@ impl Observer for Printer<'_> {
             };
             self.unreliable += u64::from(!event.reliable && has_gap);
         }
+        if lacks_model(&output)
+            && let Some(hint) = self.hint.take()
+        {
+            self.records.note(hint);
+        }
         self.outputs.push_back(output);
         Ok(())
     }
@@ -419,6 +415,11 @@ impl Observer for Printer<'_> {
         }
         true
     }
+}
+
+/// Returns whether an event has a speed, but no texture because there is no model.
+pub(super) fn lacks_model(output: &Output) -> bool {
+    matches!(output, Output::Event(event) if event.speed.is_ok() && event.texture == Err(NoTexture::NoModel))
 }
 
 /// Returns whether a source gives the same frames again if it is opened again.
