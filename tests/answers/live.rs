@@ -24,8 +24,6 @@ const OBJECTS_EACH: u64 = 300;
 pub(crate) const OF_CONDITION: u64 = 96;
 /// Width of the sensor between its outer whiskers, in mm.
 const SPAN_MM: f64 = 16.0;
-/// Path in mm over which a speed must have been even for an answer to be compared.
-const EVEN_MM: f64 = 20.0;
 /// Frames after an object has left in which its velocity may be said first: that of a short one is known when it has.
 const LATEST: f64 = 2.0;
 /// Speeds of objects, in mm/s.
@@ -45,16 +43,12 @@ struct Said {
     errors: [f64; 2],
     /// Whether each is within one standard deviation.
     within: [bool; 2],
-    /// Whether the speed was even.
-    is_even: bool,
 }
 
 /// The live answers during a touch.
 struct Followed {
     speed_mm_s: f64,
     said: Vec<Said>,
-    /// Frames from the crossing to the last touch in which the speed was even.
-    frames: usize,
     /// Velocities that were said while nothing slid.
     wrong: usize,
 }
@@ -90,12 +84,12 @@ fn path(slide: &Slide, start: f64, frames: usize, fps: f64) -> Vec<[f64; 2]> {
         .collect()
 }
 
-fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64, is_even: bool) -> Said {
+fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64) -> Said {
     let off = (f64::from(velocity.mm_s) / speed - 1.0).abs();
     let turned = f64::from(velocity.degrees) - slide.direction_deg;
     let degrees = ((turned + 180.0).rem_euclid(360.0) - 180.0).abs();
     let within = [off * speed <= f64::from(velocity.mm_s_sd), degrees <= f64::from(velocity.degrees_sd)];
-    Said { delay, errors: [off, degrees], within, is_even }
+    Said { delay, errors: [off, degrees], within }
 }
 
 /// Frames that are lost by chance, one by one or in runs.
@@ -168,23 +162,20 @@ fn follow(kind: Kind, number: u64) -> Followed {
     let end = truth.end_s * 30.0;
     let Some(slide) = truth.touch.slide() else {
         let wrong = velocities.iter().flatten().count();
-        return Followed { speed_mm_s: 0.0, said: Vec::new(), frames: 0, wrong };
+        return Followed { speed_mm_s: 0.0, said: Vec::new(), wrong };
     };
     let path = path(slide, truth.start, velocities.len(), 30.0);
     let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
     let crossed = path.iter().position(|[path, _]| *path >= SPAN_MM * (sine.abs() + cosine.abs()));
     let crossed = crossed.unwrap_or(path.len());
-    let mut followed = Followed { speed_mm_s: slide.speed_mm_s, said: Vec::new(), frames: 0, wrong: 0 };
+    let mut followed = Followed { speed_mm_s: slide.speed_mm_s, said: Vec::new(), wrong: 0 };
     for (frame, velocity) in velocities.into_iter().enumerate() {
-        let [here, speed] = path[frame];
-        let before = path[..=frame].iter().rev().take_while(|[path, _]| *path >= here - EVEN_MM);
-        let is_even = before.filter(|[path, _]| *path > 0.0).all(|[_, one]| (one / speed - 1.0).abs() < 0.03);
-        followed.frames += usize::from(is_even && frame >= crossed && (frame as f64) < end);
         let Some(velocity) = velocity else { continue };
+        let [_, speed] = path[frame];
         if frame as f64 > end + AFTER {
             followed.wrong += 1;
         } else {
-            followed.said.push(said(velocity, slide, speed, frame as f64 - crossed as f64, is_even));
+            followed.said.push(said(velocity, slide, speed, frame as f64 - crossed as f64));
         }
     }
     followed
@@ -346,7 +337,7 @@ pub(crate) fn cameras(seed: u64, count: u64) -> String {
     page
 }
 
-/// The columns that first and all answers share.
+/// The columns of answers.
 fn columns(said: &[&Said]) -> String {
     let of = |number: usize, fraction, unit: f64| {
         let errors = said.iter().map(|said| said.errors[number]).collect();
@@ -381,20 +372,6 @@ fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
     page.push('\n');
 }
 
-/// A table of all answers of slides.
-fn all(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
-    let _ = writeln!(page, "| all velocities: {property} | frames | answered, % | {COLUMNS} |");
-    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
-    for (name, slides) in rows {
-        let frames = slides.iter().map(|slide| slide.frames).sum();
-        let even: Vec<&Said> = slides.iter().flat_map(|slide| &slide.said).filter(|said| said.is_even).collect();
-        // Velocities before the crossing have no frame that counts.
-        let answered = even.iter().filter(|said| said.delay >= 0.0).count();
-        let _ = writeln!(page, "| {name} | {frames} | {} | {} |", share(answered.min(frames), frames), columns(&even));
-    }
-    page.push('\n');
-}
-
 /// Writes the tables of live motion.
 pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live.txt"));
@@ -407,7 +384,6 @@ pub(crate) fn tables(page: &mut String) {
     let mut rows = vec![within(10.0, 600.0)];
     rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
     first(page, "speed", &rows);
-    all(page, "speed", &rows);
     let wrong = |touches: &[Followed]| touches.iter().map(|touch| touch.wrong).sum::<usize>();
     let still = [(Kind::Press, "presses"), (Kind::Poke, "pokes"), (Kind::Hold, "holds")].map(|(kind, name)| {
         let touches = each(OTHERS, |number| follow(kind, number));

@@ -26,7 +26,7 @@ const OTHERS: u64 = 1000;
 const SENSORS: u64 = 40;
 const OF_SENSOR: u64 = 50;
 
-/// The slide of a touch, and one estimator's motion.
+/// The slide of a touch, and its motion.
 struct Case<'a> {
     slide: &'a Slide,
     unit: u32,
@@ -94,10 +94,9 @@ const HEAD: &str = "\
 slides | reliable, % | speed error, %: median | p95 | direction error, °: median | p95 | wrong | speed within 1 sd, % | direction |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
-/// Returns the slides of answered touches, with the motion of an estimator: 0 by a wave, 1 by coherence.
-fn cases(answered: &[Answered], estimator: usize) -> Vec<Case<'_>> {
-    let of = |one: &'_ Answered| one.motions.map(|motions| motions[estimator]);
-    let case = |one| Some(Case { slide: Answered::slide(one)?, unit: one.unit, motion: of(one) });
+/// Returns the slides of answered touches.
+fn cases(answered: &[Answered]) -> Vec<Case<'_>> {
+    let case = |one| Some(Case { slide: Answered::slide(one)?, unit: one.unit, motion: one.motion });
     answered.iter().filter_map(case).collect()
 }
 
@@ -175,7 +174,7 @@ fn goals(page: &mut String, cases: &[Case<'_>]) {
 /// The accuracy of the estimator on single sensors: the best, the median and the worst of them, each column by itself.
 fn sensors(page: &mut String) {
     let answered = answers(Kind::Sensors, SENSORS * OF_SENSOR);
-    let cases = cases(&answered, 0);
+    let cases = cases(&answered);
     let of_sensor = |sensor: u64| Result::new(cases.iter().filter(|case| u64::from(case.unit) % SENSORS == sensor));
     let results: Vec<Result> = (0..SENSORS).map(of_sensor).collect();
     let column = |of: &dyn Fn(&Result) -> Option<f64>| -> Vec<f64> { results.iter().filter_map(of).collect() };
@@ -216,7 +215,7 @@ fn kinds(page: &mut String) {
     let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- |");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);
-        let contacts: Vec<Contact> = answered.iter().filter_map(|one| one.contact).collect();
+        let contacts: Vec<Contact> = answered.iter().filter_map(|one| Some(one.motion?.contact)).collect();
         let count = |contact| contacts.iter().filter(|found| **found == contact).count();
         let _ = writeln!(
             page,
@@ -275,53 +274,48 @@ fn main() {
     print!("{page}");
 }
 
-/// Writes the tables of both estimators, and those of single sensors.
+/// Writes the tables of slides, and those of single sensors.
 fn motion(page: &mut String) {
     let slides = answers(Kind::Slide, SLIDES);
-    for (estimator, name) in ["By a wave", "By coherence"].into_iter().enumerate() {
-        let cases = cases(&slides, estimator);
-        let _ = writeln!(page, "## {name}\n");
-        goals(page, &cases);
-        if estimator > 0 {
-            continue;
-        }
-        let speed = |case: &Case<'_>| case.slide.speed_mm_s;
-        let bounds = [10.0, 15.0, 20.0, 40.0, 60.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0];
-        let bounds: Vec<[f64; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
-        table(page, "speed, mm/s", &cases, speed, &bounds);
-        let angles = [[0.0, 15.0], [15.0, 30.0], [30.0, 45.0]].map(|[low, high]| {
-            let turned = |case: &Case<'_>| case.slide.direction_deg % 90.0;
-            let angle = |case: &Case<'_>| turned(case).min(90.0 - turned(case));
-            let result = Result::new(cases.iter().filter(|case| (low..high).contains(&angle(case))));
-            percentile(result.speed, 0.95).map_or("–".into(), |error| format!("{:.2}", 100.0 * error))
-        });
-        let _ = writeln!(
-            page,
-            "At 0 to 15, 15 to 30 and 30 to 45° from the nearer axis, the speed error's p95 is {} %.",
-            angles.join(", ")
-        );
-        let specimens = wstac_scene::specimen::Specimen::ALL.map(|specimen| {
-            let same = |case: &&Case<'_>| {
-                let own = case.slide.specimen;
-                own.pattern == specimen.pattern && (own.depth_mm - specimen.depth_mm).abs() < 1e-9
-            };
-            (specimen.to_string(), Result::new(cases.iter().filter(same)))
-        });
-        let lengths = [[20, 40], [40, 60], [60, 80], [80, 120], [120, 160]].map(|[low, high]| {
-            let within = |case: &&Case<'_>| (f64::from(low)..f64::from(high)).contains(&case.slide.specimen.length_mm);
-            (format!("{low} to {high} mm"), Result::new(cases.iter().filter(within)))
-        });
-        let ([specimen, of_specimen], [length, of_length]) = (least(&specimens), least(&lengths));
-        let _ = writeln!(
-            page,
-            "The least reliable specimen is {specimen} with {of_specimen} %, the least reliable length {length} with {of_length} %."
-        );
-        let mut units: Vec<u32> = cases.iter().map(|case| case.unit).collect();
-        units.sort_unstable();
-        units.dedup();
-        let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
-        sensors(page);
-    }
+    let cases = cases(&slides);
+    let _ = writeln!(page, "## Slides\n");
+    goals(page, &cases);
+    let speed = |case: &Case<'_>| case.slide.speed_mm_s;
+    let bounds = [10.0, 15.0, 20.0, 40.0, 60.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0];
+    let bounds: Vec<[f64; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+    table(page, "speed, mm/s", &cases, speed, &bounds);
+    let angles = [[0.0, 15.0], [15.0, 30.0], [30.0, 45.0]].map(|[low, high]| {
+        let turned = |case: &Case<'_>| case.slide.direction_deg % 90.0;
+        let angle = |case: &Case<'_>| turned(case).min(90.0 - turned(case));
+        let result = Result::new(cases.iter().filter(|case| (low..high).contains(&angle(case))));
+        percentile(result.speed, 0.95).map_or("–".into(), |error| format!("{:.2}", 100.0 * error))
+    });
+    let _ = writeln!(
+        page,
+        "At 0 to 15, 15 to 30 and 30 to 45° from the nearer axis, the speed error's p95 is {} %.",
+        angles.join(", ")
+    );
+    let specimens = wstac_scene::specimen::Specimen::ALL.map(|specimen| {
+        let same = |case: &&Case<'_>| {
+            let own = case.slide.specimen;
+            own.pattern == specimen.pattern && (own.depth_mm - specimen.depth_mm).abs() < 1e-9
+        };
+        (specimen.to_string(), Result::new(cases.iter().filter(same)))
+    });
+    let lengths = [[20, 40], [40, 60], [60, 80], [80, 120], [120, 160]].map(|[low, high]| {
+        let within = |case: &&Case<'_>| (f64::from(low)..f64::from(high)).contains(&case.slide.specimen.length_mm);
+        (format!("{low} to {high} mm"), Result::new(cases.iter().filter(within)))
+    });
+    let ([specimen, of_specimen], [length, of_length]) = (least(&specimens), least(&lengths));
+    let _ = writeln!(
+        page,
+        "The least reliable specimen is {specimen} with {of_specimen} %, the least reliable length {length} with {of_length} %."
+    );
+    let mut units: Vec<u32> = cases.iter().map(|case| case.unit).collect();
+    units.sort_unstable();
+    units.dedup();
+    let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
+    sensors(page);
 }
 
 /// Writes the table of conditions under which motion is hard to know.
@@ -340,6 +334,6 @@ fn limits(page: &mut String) {
         (Kind::Two, "two slides within one sample; compared with the first"),
     ] {
         let answered = answers(kind, OTHERS);
-        let _ = writeln!(page, "{}", Result::new(&cases(&answered, 0)).row(name));
+        let _ = writeln!(page, "{}", Result::new(&cases(&answered)).row(name));
     }
 }

@@ -6,7 +6,7 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::motion::{self, Contact, Motion, MotionConfig, Readout};
+use wstac_core::touch::motion::{Motion, MotionConfig, Readout};
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::touch::wave::by_wave;
 use wstac_scene::rng::Rng;
@@ -67,10 +67,8 @@ pub(crate) struct Answered {
     pub unit: u32,
     /// Number of events.
     pub events: usize,
-    /// Motion by a wave, which is the default, and by coherence; `None` without an event.
-    pub motions: Option<[Motion; 2]>,
-    /// The kind of touch by the default law; `None` without an event.
-    pub contact: Option<Contact>,
+    /// Motion by the default estimator; `None` without an event.
+    pub motion: Option<Motion>,
 }
 
 impl Answered {
@@ -161,17 +159,14 @@ fn answer(kind: Kind, number: u64) -> Answered {
     let mut pipeline = pipeline.expect("all parameters are defaults");
     let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
-    let (mut events, mut motions, mut contact) = (0, None, None);
+    let (mut events, mut motion) = (0, None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         if let Some(event) = pipeline.push_taxels(&sums).event() {
             events += 1;
-            if motions.is_none() {
-                let [wave, coherence] = [by_default(&event, config), motion::by_coherence(&event, config)];
-                (motions, contact) = (Some([wave, coherence]), Some(wave.contact));
-            }
+            motion = motion.or_else(|| Some(by_default(&event, config)));
         }
     }
-    Answered { touch: script.touches[0], unit: script.light.unit, events, motions, contact }
+    Answered { touch: script.touches[0], unit: script.light.unit, events, motion }
 }
 
 /// Returns the motion of an event by the default estimator.
