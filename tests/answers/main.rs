@@ -22,9 +22,6 @@ use touches::{Answered, Kind, answers};
 /// Slides of the main table, and touches of the others.
 const SLIDES: u64 = 4000;
 const OTHERS: u64 = 1000;
-/// Sensors of the table by sensor, and slides of each.
-const SENSORS: u64 = 40;
-const OF_SENSOR: u64 = 50;
 
 /// The slide of a touch, and its motion.
 struct Case<'a> {
@@ -171,35 +168,6 @@ fn goals(page: &mut String, cases: &[Case<'_>]) {
     page.push('\n');
 }
 
-/// The accuracy of the estimator on single sensors: the best, the median and the worst of them, each column by itself.
-fn sensors(page: &mut String) {
-    let answered = answers(Kind::Sensors, SENSORS * OF_SENSOR);
-    let cases = cases(&answered);
-    let of_sensor = |sensor: u64| Result::new(cases.iter().filter(|case| u64::from(case.unit) % SENSORS == sensor));
-    let results: Vec<Result> = (0..SENSORS).map(of_sensor).collect();
-    let column = |of: &dyn Fn(&Result) -> Option<f64>| -> Vec<f64> { results.iter().filter_map(of).collect() };
-    let reliable = column(&|result| Some(-100.0 * result.reliable as f64 / result.count.max(1) as f64));
-    let speed = |fraction| column(&move |result| percentile(result.speed.clone(), fraction).map(|error| 100.0 * error));
-    let degrees = |fraction| column(&move |result| percentile(result.degrees.clone(), fraction));
-    let columns = [reliable, speed(0.5), speed(0.95), degrees(0.5), degrees(0.95)];
-    let _ = writeln!(
-        page,
-        "The same by sensor: {OF_SENSOR} slides on each of {SENSORS} sensors. Each column has its own best and worst sensor.\n\n\
-         | sensor | reliable, % | speed error, %: median | p95 | direction error, °: median | p95 |\n\
-         | --- | --- | --- | --- | --- | --- |"
-    );
-    for (name, fraction) in [("best", 0.0), ("median", 0.5), ("tenth worst of a hundred", 0.9), ("worst", 1.0)] {
-        let _ = write!(page, "| {name} |");
-        for (number, column) in columns.iter().enumerate() {
-            let digits = if number == 0 { 1 } else { 2 };
-            let value = percentile(column.clone(), fraction).map_or(f64::NAN, f64::abs);
-            let _ = write!(page, " {value:.digits$} |");
-        }
-        page.push('\n');
-    }
-    page.push('\n');
-}
-
 /// The share of touches of a kind that have each answer.
 fn kinds(page: &mut String) {
     let expected = [
@@ -274,7 +242,7 @@ fn main() {
     print!("{page}");
 }
 
-/// Writes the tables of slides, and those of single sensors.
+/// Writes the tables of slides.
 fn motion(page: &mut String) {
     let slides = answers(Kind::Slide, SLIDES);
     let cases = cases(&slides);
@@ -315,7 +283,6 @@ fn motion(page: &mut String) {
     units.sort_unstable();
     units.dedup();
     let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
-    sensors(page);
 }
 
 /// Writes the table of conditions under which motion is hard to know.

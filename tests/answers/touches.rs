@@ -51,8 +51,6 @@ pub(crate) enum Kind {
     Slow = 15,
     /// Two slides of 30 mm at 60 to 400 mm/s, at most 45 frames apart; compared with the first.
     Two,
-    /// Slides on few sensors, many on each.
-    Sensors,
     /// One whisker has 15 % of its light.
     OneWeak = 20,
     /// Slides before a camera that reads its rows one after the other.
@@ -86,10 +84,7 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
     let degrees = between(0.0, 360.0);
     let length = between(LENGTHS.0, LENGTHS.1);
     let mut specimen = Specimen { length_mm: length, ..Specimen::ALL[between(0.0, 10.0) as usize] };
-    let mut unit = FIRST_UNIT + between(0.0, SENSORS) as u32;
-    if kind == Kind::Sensors {
-        unit = FIRST_UNIT + SENSORS as u32 + (number % crate::SENSORS) as u32;
-    }
+    let unit = FIRST_UNIT + between(0.0, SENSORS) as u32;
     let gain = between(0.6, 1.4);
     let press = |kind, overlap_mm, approach_mm_s, hold_s, whisker| {
         Touch::Press(Press { kind, overlap_mm, approach_mm_s, hold_s, tilt_deg: 0.0, direction_deg: 0.0, whisker })

@@ -116,9 +116,8 @@ fn open<'a>(
     let records = Records::new(Form::json_if(arguments.json)).of_sensor(sensor.name);
     let (source, info, config) =
         arguments.options.open_configured(sensor.source, FramePolicy::Every, arguments.config.as_deref())?;
-    // A recording that ends with an event has the whole sample of it.
-    let samples = arguments.events.is_some();
-    let wanted = OutputOptions { features: true, samples, ..OutputOptions::default() };
+    // A recording that ends with an event has the whole sample of it: paths are of whole samples.
+    let wanted = OutputOptions { features: true, paths: arguments.events.is_some(), ..OutputOptions::default() };
     let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
         .info(info.clone())
         .config(config.clone())
