@@ -149,7 +149,7 @@ class Event:
     contact: Optional[str]
     """Kind of the touch: "slide", "press", "poke" or "unclear"; None by a law of durations, which takes all for slides."""
     duration_frames: Optional[int]
-    """Lit frames from the first to the last, less one; None if no frame is lit."""
+    """Lit frames from the first to the last, less one; None if no frame is lit or the touch goes on."""
     speed: Optional[Speed]
     """Sliding speed; None if there is none, and `why["speed"]` gives the reason."""
     speed_at_most: Optional[Speed]

@@ -70,7 +70,7 @@ pub(super) struct Arguments {
 
     /// Record taxel sums and features, and no pictures
     ///
-    /// wstac run, dataset and plot give the same events again, as long as [layout] and [green] stay. What needs pixels
+    /// wstac run, dataset and plot give the same touches again, as long as [layout] and [green] stay. What needs pixels
     /// (wstac calibrate, --save-raw, another layout) is refused.
     #[arg(long, conflicts_with = "crop")]
     features_only: bool,

@@ -218,8 +218,8 @@ Camera faults and recovery:
   stream with exit code 1.
 
 Meaning of the answers:
-  An event is a sample of 70 frames (2.3 s at 30 frames per second) and
-  the touch that it shows. A touch that lasts longer is one event, too.
+  An event is a touch within a sample of 70 frames (2.3 s at 30 frames per
+  second). A touch that lasts longer is one event, too.
   contact  slide: something arrives at one side and leaves at the other.
            press: all whiskers are reached at once, or left at once.
            poke: one or two whiskers are touched.

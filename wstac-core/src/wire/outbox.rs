@@ -15,8 +15,8 @@ pub const TRIES: u8 = 16;
 /// that from [`Answers::number`] and [`Answers::kept`] of later events, and from
 /// [`Telemetry::events`](super::Telemetry::events).
 ///
-/// Times are in milliseconds, and may wrap. Events are at least 2.3 seconds apart at 30 frames per second, so two places
-/// are enough for them.
+/// Times are in milliseconds, and may wrap. Samples are 2.3 seconds long at 30 frames per second, so two places are enough
+/// for their events.
 ///
 /// ```
 /// use wstac_core::wire::{Answers, Outbox, Request, RESEND_MS};
