@@ -210,7 +210,8 @@ impl<C: Capture> Stripes<C> {
     /// Returns the rows of the next stripe for an interrupt that comes while a frame is in use: if the stripe is complete,
     /// not the last of its frame, and nothing else is to be done before.
     ///
-    /// [`Stripes::release`] them before the next step.
+    /// [`Stripes::release`] them before the next step. While the interrupt lasts, no other one counts stripes: reading them
+    /// must take less time than a stripe.
     pub fn early_rows(&mut self) -> Option<&[u8]> {
         let is_next = !self.abandon && !self.lent && self.verdict.is_none() && self.capture.trouble().is_none();
         if !is_next || self.in_frame + 1 >= self.per_frame || self.ahead() != 1 {
