@@ -442,7 +442,8 @@ impl Sender {
             self.event(event, out);
         }
         if let Some(end) = update.contact_end() {
-            self.contact_end(self.at_once.end(end), out);
+            let end = self.at_once.end(end);
+            self.contact_end(end, out);
         }
         // Samples over time, and those of ten sums, are of whole events.
         if !self.wants_samples
