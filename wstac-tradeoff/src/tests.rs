@@ -172,7 +172,9 @@ fn models_are_weighed_with_the_laws_that_they_go_with() {
     let of_arrival = [AnswerLaw::Wave, AnswerLaw::Coherence, AnswerLaw::Edges].map(of_path);
     assert_eq!(names, [of_arrival.as_flattened(), &published].concat());
     for row in &rows {
-        assert_eq!((row.found.events, row.found.direction_errors), (20, 0), "{row:?}");
+        // A wave may refuse a slide, which has no direction then.
+        let refused = usize::from(row.setting.law == AnswerLaw::Wave);
+        assert!(row.found.events == 20 && row.found.direction_errors <= refused, "{row:?}");
         assert_eq!(row.found.latency, row::whole_latency(row, &rows), "{row:?}");
         let [mean, _] = row.found.speed.unwrap();
         assert!(mean < if row.setting.law == AnswerLaw::Published { 6.0 } else { 1.5 }, "{row:?}");

@@ -68,7 +68,7 @@ fn a_recording_has_its_labels_and_gives_the_same_event_again() {
     // Frames and times count from the recording's first frame there, and go on upon the page; nothing else differs.
     let replayed = replayed(&path);
     let (mut again, shown) = (events(&replayed)[0].clone(), events(&page.records)[0]);
-    for name in ["frame", "touch_frame", "end_frame"] {
+    for name in ["frame", "touch_frame"] {
         again[name] = (again[name].as_u64().unwrap() + FIRST).into();
     }
     for name in ["time_ns", "completed_ns"] {
