@@ -81,6 +81,9 @@ pub(crate) fn has_texture(contact: Option<Contact>) -> bool {
 
 /// A law from an event to its answers.
 pub trait EventLaw {
+    /// Whether some such law answers at once: without it, a program links nothing of that.
+    const ANSWERS_AT_ONCE: bool = false;
+
     /// Returns the answers of an event.
     fn answer(&self, event: &Event<'_>) -> Answer;
 
@@ -105,7 +108,7 @@ pub trait EventLaw {
 
     /// Returns whether the law answers a touch before its sample is complete ([`AtOnce`](crate::touch::at_once::AtOnce)).
     fn answers_at_once(&self) -> bool {
-        self.takes_taxels()
+        Self::ANSWERS_AT_ONCE
     }
 
     /// Returns the law for a camera with this readout. A law of durations stays as it is.
@@ -158,6 +161,8 @@ pub struct ByCoherence(pub MotionConfig);
 pub struct ByEdges(pub MotionConfig);
 
 impl EventLaw for ByWave {
+    const ANSWERS_AT_ONCE: bool = true;
+
     fn answer(&self, event: &Event<'_>) -> Answer {
         let TaxelMotion { motion, basis, extent, acceleration } = if let Some(taxels) = event.taxels() {
             wave::by_wave(event, taxels, self.0)
@@ -239,6 +244,12 @@ pub enum AnyLaw {
 }
 
 impl EventLaw for AnyLaw {
+    const ANSWERS_AT_ONCE: bool = true;
+
+    fn answers_at_once(&self) -> bool {
+        self.takes_taxels()
+    }
+
     fn answer(&self, event: &Event<'_>) -> Answer {
         match self {
             Self::Wave(law) => law.answer(event),

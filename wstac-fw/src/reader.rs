@@ -62,7 +62,8 @@ pub struct Reader {
 #[derive(Clone, Debug)]
 struct Sender {
     law: setup::Law,
-    at_once: AtOnce,
+    /// None, unless the law answers at once.
+    at_once: [AtOnce; <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
     motion: MotionConfig,
     textures: Textures,
     /// The texture model.
@@ -128,7 +129,7 @@ impl Reader {
             pipeline: pipeline.build(),
             sender: Sender {
                 law,
-                at_once: AtOnce::new(motion),
+                at_once: [AtOnce::new(motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
                 motion,
                 textures: Textures::default(),
                 #[cfg(feature = "models")]
@@ -391,7 +392,6 @@ impl Reader {
             self.sender.event(&event, out);
         }
         if let Some(end) = contact_end {
-            let end = self.sender.at_once.end(end);
             self.sender.contact_end(end, out);
         }
         while self.send_held(out) {}
@@ -434,7 +434,7 @@ impl Sender {
             out.send(&Message::Features { frame: frame.number, features: frame.features });
         }
         if let Some(interrupted) = update.interrupted() {
-            self.at_once = AtOnce::new(self.motion);
+            self.at_once = self.at_once.map(|_| AtOnce::new(self.motion));
             out.send(&Message::InterruptedSample(interrupted));
         }
         let event = update.event();
@@ -442,11 +442,11 @@ impl Sender {
             self.event(event, out);
         }
         if let Some(end) = update.contact_end() {
-            let end = self.at_once.end(end);
             self.contact_end(end, out);
         }
         // Samples over time, and those of ten sums, are of whole events.
-        if !self.wants_samples
+        if <setup::Law as EventLaw>::ANSWERS_AT_ONCE
+            && !self.wants_samples
             && self.held.is_none()
             && !self.textures.are_learned()
             && (self.model().is_none() || <setup::ModelSample as ModelSample>::INPUT == Input::TaxelPath)
@@ -482,7 +482,7 @@ impl Sender {
         if event.is_event() {
             self.send_held_event(out);
         }
-        if !hold(&mut self.held, event, &mut self.at_once, &self.law) {
+        if !hold(&mut self.held, event, self.at_once.first_mut(), &self.law) {
             return false;
         }
         if let Some(model) = self.model() {
@@ -512,6 +512,7 @@ impl Sender {
 
     /// Sends the end of a touch, or keeps it until its event is sent.
     fn contact_end(&mut self, end: ContactEnd, out: &mut impl Publisher) {
+        let end = self.at_once.first_mut().map_or(end, |at_once| at_once.end(end));
         match &mut self.held {
             Some(held) if held.answers.frame == end.event_frame => held.end = Some(end.frame),
             _ => out.send(&Message::ContactEnd(end)),
@@ -555,8 +556,12 @@ fn early_texture(
 /// Keeps an event's answers, without its texture, if it has some.
 // It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
-fn hold(held: &mut Option<Held>, event: &Event<'_>, at_once: &mut AtOnce, law: &setup::Law) -> bool {
-    let Some(answer) = at_once.answer(event, law) else { return false };
+fn hold(held: &mut Option<Held>, event: &Event<'_>, at_once: Option<&mut AtOnce>, law: &setup::Law) -> bool {
+    let answer = match at_once {
+        Some(at_once) => at_once.answer(event, law),
+        None => Some(law.answer(event)),
+    };
+    let Some(answer) = answer else { return false };
     let _ = held.insert(Held { answers: Answers::of(event, &answer), next: 0, end: None });
     true
 }

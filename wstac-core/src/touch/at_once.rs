@@ -98,8 +98,8 @@ impl AtOnce {
     /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
     ///
     /// Most frames cost nothing; a try costs what the law costs.
-    pub fn answer(&mut self, touch: &Event<'_>, law: &impl EventLaw) -> Option<Answer> {
-        if !law.answers_at_once() {
+    pub fn answer<L: EventLaw>(&mut self, touch: &Event<'_>, law: &L) -> Option<Answer> {
+        if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
             return touch.is_event().then(|| law.answer(touch));
         }
         let is_new = touch.frame != self.frame;

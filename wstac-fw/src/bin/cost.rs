@@ -22,7 +22,7 @@ use wstac_core::stream::FeatureStream;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture;
 use wstac_core::touch::motion::{self, MotionConfig};
-use wstac_core::touch::taxel_ring::{TaxelRing, TaxelStore};
+use wstac_core::touch::taxel_ring::TaxelStore;
 use wstac_core::touch::wave::by_wave;
 use wstac_core::wire::Answers;
 use wstac_fw::emulated::clock::Clock;
