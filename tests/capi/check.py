@@ -414,13 +414,12 @@ def check_cmake(programs, wstac):
         run(["cmake", "--build", folder / name])
         return folder / name
 
-    records = wstac.run("slides.mcap", model="builtin")
-    expected = "".join(line(record) + "\n" for record in records if record["kind"] == "event")
+    expected = "".join(line(record) + "\n" for record in wstac.run("slides.mcap", model="builtin") if record["kind"] == "event")
     same(programs.run(build(host, "host") / "events", "slides.mcap"), expected, "events.c of the host by CMake")
     arguments = ["slides.raw", 400, 400, MODEL]
     machine = build(fw, "machine")
     events, sent = programs.run(machine / "events", *arguments), programs.run_bytes(machine / "link", *arguments)
-    touches = [example_line(record) + "\n" for record in records if record["kind"] in ("event", "contact_end")]
+    touches = [example_line(record) + "\n" for record in wstac.run("slides.mcap") if record["kind"] in ("event", "contact_end")]
     same(nearest(events), "".join(touches), "events.c of the firmware by CMake")
     for abi in ABIS:
         board = build(fw, abi, toolchain, f"-DFLOAT_ABI={abi}")
