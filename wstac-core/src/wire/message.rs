@@ -1,5 +1,6 @@
 //! The messages between a board and a host.
 
+use core::num::NonZeroU8;
 use serde::{Deserialize, Serialize};
 
 #[cfg(feature = "models")]
@@ -295,7 +296,7 @@ pub struct Answers<'a> {
     /// The number of frames of the sample that had arrived, 1 to 69, if the touch was answered before the others
     /// ([`AtOnce`](crate::touch::at_once::AtOnce)).
     #[serde(deserialize_with = "super::numbers::newest")]
-    pub frames: Option<u8>,
+    pub frames: Option<NonZeroU8>,
 }
 
 impl<'a> Answers<'a> {
@@ -327,14 +328,14 @@ impl<'a> Answers<'a> {
             doubt: answer.doubt,
             basis: answer.basis,
             extent: answer.extent,
-            frames: (!event.is_event()).then_some(event.frames),
+            frames: NonZeroU8::new(event.frames).filter(|_| !event.is_event()),
         }
     }
 
     /// Returns the number of the frame with which the answers were complete.
     pub fn last_frame(&self) -> u64 {
-        let frames = self.frames.unwrap_or(SAMPLE_FRAMES as u8);
-        self.frame.saturating_add(u64::from(frames).saturating_sub(1))
+        let frames = self.frames.map_or(SAMPLE_FRAMES as u64, |frames| frames.get().into());
+        self.frame.saturating_add(frames - 1)
     }
 
     /// Returns the number of the first lit frame of the touch; `None` by a law of durations.

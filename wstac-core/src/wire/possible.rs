@@ -1,6 +1,7 @@
 //! Checks the numbers of a message: a value that nothing can have is no answer, whatever its checksum says.
 
 use core::fmt;
+use core::num::NonZeroU8;
 use core::ops::RangeInclusive;
 
 use super::{Answers, Hello, Message, SAMPLE_PART, TextureAnswer};
@@ -182,7 +183,7 @@ fn check_answers(answers: &Answers<'_>) -> Result<(), Quantity> {
     count(answers.end.unwrap_or(0), 0..=SAMPLE_FRAMES)?;
     count(answers.duration.unwrap_or(0), 0..=SAMPLE_FRAMES - 1)?;
     count(answers.frames_filled, 0..=SAMPLE_FRAMES)?;
-    count(answers.frames.unwrap_or(1), 1..=SAMPLE_FRAMES - 1)?;
+    count(answers.frames.map_or(1, NonZeroU8::get), 1..=SAMPLE_FRAMES - 1)?;
     match answers.speed {
         Ok(Speed { mm_s, sd, .. }) => speed(mm_s).and_then(|()| deviation(sd.unwrap_or(0.0)))?,
         Err(reason) => check_reason(reason)?,

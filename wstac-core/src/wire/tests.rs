@@ -1,5 +1,6 @@
 //! Tests every message there and back, at its extremes, and the effects of damage.
 
+use core::num::NonZeroU8;
 use std::string::{String, ToString};
 use std::vec::Vec;
 
@@ -70,7 +71,7 @@ fn answers() -> Answers<'static> {
             width_mm: Some(Measured { value: 18.5, sd: 0.5 }),
             contacts: 1,
         }),
-        frames: Some(69),
+        frames: NonZeroU8::new(69),
     }
 }
 

@@ -45,7 +45,7 @@ typedef WstacBool WstacFwBool;
 #define WSTAC_FW_SAMPLE_PARTS 7
 
 /// The number of bytes of a link.
-#define WSTAC_FW_LINK_SIZE 712
+#define WSTAC_FW_LINK_SIZE 696
 
 /// The number of bytes of a model.
 #define WSTAC_FW_MODEL_SIZE 136
@@ -366,7 +366,7 @@ typedef struct WstacFwEnd {
 /// host has them. Nothing has to be freed.
 typedef struct WstacFwLink {
   /// Private to the library.
-  uint64_t opaque[89];
+  uint64_t opaque[87];
 } WstacFwLink;
 
 /// A texture model, in memory that the program provides.

@@ -36,7 +36,7 @@ pub const WSTAC_FW_SAMPLE_PARTS: u32 = 7;
 const _: () = assert!(WSTAC_FW_SAMPLE_PARTS as usize * SAMPLE_PART == SAMPLE_FRAMES);
 
 /// The number of bytes of a link.
-pub const WSTAC_FW_LINK_SIZE: usize = 712;
+pub const WSTAC_FW_LINK_SIZE: usize = 696;
 
 /// A link to a host, in memory that the program provides: `static WstacFwLink link;`. A serial line needs one.
 ///
@@ -45,7 +45,7 @@ pub const WSTAC_FW_LINK_SIZE: usize = 712;
 #[repr(C)]
 pub struct WstacFwLink {
     /// Private to the library.
-    opaque: [u64; 89],
+    opaque: [u64; 87],
 }
 
 /// The state of a link.
