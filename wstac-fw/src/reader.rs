@@ -437,26 +437,28 @@ impl Sender {
             self.at_once = self.at_once.map(|_| AtOnce::new(self.motion));
             out.send(&Message::InterruptedSample(interrupted));
         }
-        let event = update.event();
-        if let Some(event) = &event {
-            self.event(event, out);
-        }
-        if let Some(end) = update.contact_end() {
-            self.contact_end(end, out);
-        }
+        // An event or a touch under way: there is room for one on the stack.
+        let mut touch = update.event();
+        let is_event = touch.is_some();
         // Samples over time, and those of ten sums, are of whole events.
         if <setup::Law as EventLaw>::ANSWERS_AT_ONCE
+            && !is_event
             && !self.wants_samples
             && self.held.is_none()
             && !self.textures.are_learned()
             && (self.model().is_none() || <setup::ModelSample as ModelSample>::INPUT == Input::TaxelPath)
-            && let Some(touch) = update.touch()
-            && self.event(&touch, out)
         {
+            touch = update.touch();
+        }
+        let is_answered = touch.is_some_and(|touch| self.event(&touch, out)) && !is_event;
+        if let Some(end) = update.contact_end() {
+            self.contact_end(end, out);
+        }
+        if is_answered {
             return true;
         }
         if <setup::ModelSample as ModelSample>::HAS_PREFIXES
-            && event.is_none()
+            && !is_event
             && let Some(model) = self.model()
             && let Some(prefix) = update.prefix(model.frames())
         {

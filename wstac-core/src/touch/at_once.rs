@@ -48,9 +48,10 @@ const OF_END_MM: f32 = 40.0;
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct AtOnce {
-    config: MotionConfig,
-    /// The first frame of the sample that was tried last, and how many of its frames had arrived.
-    frame: u64,
+    seconds_per_frame: f32,
+    /// The first frame of the sample that was tried last, and how many of its frames had arrived. Boards have little memory, so
+    /// numbers of frames are their low bits.
+    frame: u32,
     frames: u8,
     /// Whether the touch had ended at that try.
     is_over: bool,
@@ -61,15 +62,15 @@ pub struct AtOnce {
     newest: Option<Answered>,
     slide: Option<Answered>,
     /// The first frames of the sample that shows this other end, and of the slide's own.
-    other_end: [u64; 2],
+    other_end: Option<[u32; 2]>,
 }
 
 /// A slide that was answered.
 #[derive(Clone, Copy, Debug)]
 struct Answered {
     /// The first frame of its sample, and its first lit frame.
-    frame: u64,
-    touch_frame: u64,
+    frame: u32,
+    touch_frame: u32,
     velocity: Velocity,
 }
 
@@ -77,14 +78,14 @@ impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
         Self {
-            config,
-            frame: u64::MAX,
+            seconds_per_frame: config.pitch_mm() / config.pitch_per_frame(),
+            frame: u32::MAX,
             frames: 0,
             is_over: false,
             found: None,
             newest: None,
             slide: None,
-            other_end: [u64::MAX; 2],
+            other_end: None,
         }
     }
 
@@ -102,11 +103,12 @@ impl AtOnce {
         if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
             return touch.is_event().then(|| law.answer(touch));
         }
-        let is_new = touch.frame != self.frame;
+        let frame = touch.frame as u32;
+        let is_new = frame != self.frame;
         // The light of a touch that has ended stays as it is.
         let is_early =
             !is_new && (touch.frames < self.frames.saturating_add(STEP) || (self.is_over && !touch.is_under_way()));
-        if touch.frame == self.other_end[0] || (!touch.is_event() && is_early) {
+        if self.other_end.is_some_and(|[other, _]| other == frame) || (!touch.is_event() && is_early) {
             return None;
         }
         if is_new {
@@ -115,45 +117,46 @@ impl AtOnce {
         let before = self.found;
         let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
-        (self.frame, self.frames, self.found) = (touch.frame, touch.frames, found.or(before));
+        (self.frame, self.frames, self.found) = (frame, touch.frames, found.or(before));
         self.is_over = !touch.is_under_way();
         let is_certain =
             !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
         if !(touch.is_event() || answer.reliable && is_certain) {
             return None;
         }
-        let touch_frame = touch.touch_frame.unwrap_or(touch.frame);
+        let touch_frame = touch.touch_frame.unwrap_or(touch.frame) as u32;
         if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
             && self.is_other_end(slide, touch_frame, velocity)
         {
-            (self.newest, self.other_end) = (None, [touch.frame, slide.frame]);
+            (self.newest, self.other_end) = (None, Some([frame, slide.frame]));
             return None;
         }
         let edge = found.filter(|_| answer.basis == Some(Basis::Edge));
-        self.newest = edge.map(|velocity| Answered { frame: touch.frame, touch_frame, velocity });
+        self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity });
         Some(answer)
     }
 
     /// Returns the end of a touch, as that of the event that was answered.
     pub fn end(&mut self, end: ContactEnd) -> ContactEnd {
         // Both ends have passed if light lasts longer.
-        let slide = self.newest.filter(|slide| slide.frame == end.event_frame);
-        if slide.is_some_and(|slide| self.path_mm(slide, end.frame) > OF_END_MM) {
+        let of_end = end.event_frame as u32;
+        let slide = self.newest.filter(|slide| slide.frame == of_end);
+        if slide.is_some_and(|slide| self.path_mm(slide, end.frame as u32) > OF_END_MM) {
             self.newest = None;
         }
-        let [of_end, of_slide] = self.other_end;
-        if end.event_frame == of_end { ContactEnd { event_frame: of_slide, ..end } } else { end }
+        let since =
+            self.other_end.filter(|other| other[0] == of_end).map_or(0, |[_, slide]| of_end.wrapping_sub(slide));
+        ContactEnd { event_frame: end.event_frame.saturating_sub(since.into()), ..end }
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
-    fn is_other_end(&self, slide: Answered, touch_frame: u64, velocity: Velocity) -> bool {
+    fn is_other_end(&self, slide: Answered, touch_frame: u32, velocity: Velocity) -> bool {
         self.path_mm(slide, touch_frame) <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
     }
 
     /// Returns how far something has slid up to a frame.
-    fn path_mm(&self, slide: Answered, frame: u64) -> f32 {
-        let frames = frame.saturating_sub(slide.touch_frame) as f32;
-        frames * slide.velocity.mm_s / self.config.pitch_per_frame() * self.config.pitch_mm()
+    fn path_mm(&self, slide: Answered, frame: u32) -> f32 {
+        frame.wrapping_sub(slide.touch_frame) as f32 * self.seconds_per_frame * slide.velocity.mm_s
     }
 }
 
