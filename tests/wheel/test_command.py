@@ -37,8 +37,12 @@ def test_what_a_wave_tells_of_a_ball(tmp_path: Path) -> None:
     scene.write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n')
     config.write_text(GLOBAL)
     [event] = wstac.open(f"scene:{scene}", config=wstac.Config.read(config))
-    [line] = [line for line in command("run", f"scene:{scene}", "--json", "--model", "none", "--config", str(config)) if line["kind"] == "event"]
+    lines = command("run", f"scene:{scene}", "--json", "--samples", "--model", "none", "--config", str(config))
+    [line] = [line for line in lines if line["kind"] == "event"]
+    del line["sample"]
     assert event.record == line
+    [early] = wstac.open(f"scene:{scene}", config=wstac.Config.read(config), at_once=True)
+    assert early.sample.shape == (10, 0) and early.completed_ns < event.completed_ns
     assert event.basis == "outline" and event.contacts == 1 and event.reliable
     row = event.to_dict()
     assert (row["place_mm"], row["place_sd_mm"]) == (line["place_mm"]["value"], line["place_mm"]["sd"])

@@ -13,7 +13,7 @@ import pytest
 import wstac
 from conftest import REPOSITORY
 
-SLIDES = ("Saw3@150,90deg,seed=7", "Fla0@100,0deg,seed=1")
+SLIDES = ("Saw3@150,90deg,seed=7", "Fla0@100,25deg,seed=1")
 BGR = cv2.COLOR_GRAY2BGR
 # The simulated camera has a global shutter, which no video states.
 GLOBAL = {"sensor": {"readout_ms": 0}}

@@ -559,11 +559,13 @@ fn early_texture(
 // It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
 fn hold(held: &mut Option<Held>, event: &Event<'_>, at_once: Option<&mut AtOnce>, law: &setup::Law) -> bool {
-    let answer = match at_once {
-        Some(at_once) => at_once.answer(event, law),
-        None => Some(law.answer(event)),
-    };
-    let Some(answer) = answer else { return false };
+    if at_once.as_ref().is_some_and(|at_once| !at_once.is_time(event, law)) {
+        return false;
+    }
+    let answer = law.answer(event);
+    if at_once.is_some_and(|at_once| !at_once.takes(event, law, &answer)) {
+        return false;
+    }
     let _ = held.insert(Held { answers: Answers::of(event, &answer), next: 0, end: None });
     true
 }

@@ -100,40 +100,54 @@ impl AtOnce {
     ///
     /// Most frames cost nothing; a try costs what the law costs.
     pub fn answer<L: EventLaw>(&mut self, touch: &Event<'_>, law: &L) -> Option<Answer> {
-        if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
-            return touch.is_event().then(|| law.answer(touch));
-        }
-        let frame = touch.frame as u32;
-        let is_new = frame != self.frame;
-        // The light of a touch that has ended stays as it is.
-        let is_early =
-            !is_new && (touch.frames < self.frames.saturating_add(STEP) || (self.is_over && !touch.is_under_way()));
-        if self.other_end.is_some_and(|[other, _]| other == frame) || (!touch.is_event() && is_early) {
+        if !self.is_time(touch, law) {
             return None;
         }
-        if is_new {
+        let answer = law.answer(touch);
+        self.takes(touch, law, &answer).then_some(answer)
+    }
+
+    /// Returns whether the law is to be asked about a touch. With [`AtOnce::takes`] it is [`AtOnce::answer`] for a board with
+    /// little stack, which has one answer then, and no copies.
+    pub fn is_time<L: EventLaw>(&self, touch: &Event<'_>, law: &L) -> bool {
+        if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
+            return touch.is_event();
+        }
+        let frame = touch.frame as u32;
+        // The light of a touch that has ended stays as it is.
+        let is_early = frame == self.frame
+            && (touch.frames < self.frames.saturating_add(STEP) || (self.is_over && !touch.is_under_way()));
+        !self.other_end.is_some_and(|[other, _]| other == frame) && (touch.is_event() || !is_early)
+    }
+
+    /// Takes the law's answer about a touch. Returns whether it is the answer about the touch.
+    #[inline(never)]
+    pub fn takes<L: EventLaw>(&mut self, touch: &Event<'_>, law: &L, answer: &Answer) -> bool {
+        if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
+            return true;
+        }
+        let frame = touch.frame as u32;
+        if frame != self.frame {
             (self.slide, self.found) = (self.newest.take(), None);
         }
         let before = self.found;
-        let answer = law.answer(touch);
         let found = answer.velocity().filter(|_| answer.reliable);
         (self.frame, self.frames, self.found) = (frame, touch.frames, found.or(before));
         self.is_over = !touch.is_under_way();
-        let is_certain =
-            !touch.is_under_way() || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
+        let is_certain = self.is_over || before.zip(found).is_some_and(|(one, other)| agree(one, other, AGREE));
         if !(touch.is_event() || answer.reliable && is_certain) {
-            return None;
+            return false;
         }
         let touch_frame = touch.touch_frame.unwrap_or(touch.frame) as u32;
         if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
             && self.is_other_end(slide, touch_frame, velocity)
         {
             (self.newest, self.other_end) = (None, Some([frame, slide.frame]));
-            return None;
+            return false;
         }
         let edge = found.filter(|_| answer.basis == Some(Basis::Edge));
         self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity });
-        Some(answer)
+        true
     }
 
     /// Returns the end of a touch, as that of the event that was answered.

@@ -19,7 +19,7 @@ use wstac_fw::setup;
 
 const SIDE: usize = 400;
 /// The rows that a DMA would bring at a time: fewer where a wave needs the memory.
-const ROWS: usize = if cfg!(microbit) && setup::IS_WAVE { 2 } else { 8 };
+const ROWS: usize = if cfg!(microbit) && setup::IS_WAVE { 1 } else { 8 };
 const US_PER_30_FRAMES: u64 = 1_000_000;
 const STRIPES_PER_30_FRAMES: u64 = 30 * (SIDE / ROWS) as u64;
 
