@@ -117,7 +117,7 @@ impl AtOnce {
         // The light of a touch that has ended stays as it is.
         let is_early = frame == self.frame
             && (touch.frames < self.frames.saturating_add(STEP) || (self.is_over && !touch.is_under_way()));
-        !self.other_end.is_some_and(|[other, _]| other == frame) && (touch.is_event() || !is_early)
+        self.other_end.is_none_or(|[other, _]| other != frame) && (touch.is_event() || !is_early)
     }
 
     /// Takes the law's answer about a touch. Returns whether it is the answer about the touch.

@@ -223,6 +223,8 @@ entries! {
     answer_by_wave(law: &ByWave, event: &Event<'_>) -> Answer { law.answer(event) }
     path_velocity(law: &ByWave, event: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> { law.path_velocity(event, of_answer) }
     answer_at_once(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave) -> Option<Answer> { at_once.answer(touch, law) }
+    is_time(at_once: &AtOnce, touch: &Event<'_>, law: &ByWave) -> bool { at_once.is_time(touch, law) }
+    takes(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave, answer: &Answer) -> bool { at_once.takes(touch, law, answer) }
     end_at_once(at_once: &mut AtOnce, end: ContactEnd) -> ContactEnd { at_once.end(end) }
     new_at_once(config: MotionConfig) -> AtOnce { AtOnce::new(config) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
