@@ -43,7 +43,7 @@ kind = "press"
 PRINTED = {
     "frames": ["event from frame 30, slide from frame 42, 27.4 ± 0.4 mm/s, towards 90.0°, 2 frames filled"],
     "own_kernel": ["Parabola  ["],
-    "two_cameras": ["Saw3@150,90deg: frame 35: 150.1 mm/s, 90°, Saw3", "Tri4@110,180deg: frame 35: 109.8 mm/s, 180°, Tri4"],
+    "two_cameras": ["Saw3@150,90deg: frame 35: 150.2 mm/s, 90.1°, Saw3", "Tri4@110,180deg: frame 35: 110.4 mm/s, 180°, Tri4"],
 }
 failures: list[str] = []
 
