@@ -40,10 +40,13 @@ def monitored(board, elf, folder, wstac, what):
 
 
 def is_late(got, expected):
-    """Returns whether the first frame with features is too far into the sample of the first event."""
-    first = lambda lines, kind: next((line["frame"] for line in map(json.loads, lines) if line["kind"] == kind), None)
+    """Returns whether the first frame with features is too far into the sample of the first event, or the board's first frames
+    came before the host was there, so that it counts fewer.
+    """
+    first = lambda lines, kind, key="frame": next((line[key] for line in map(json.loads, lines) if line["kind"] == kind), None)
     begins, event = first(got, "features"), first(expected, "event")
-    return begins is None or event is not None and begins >= event + LATE
+    is_short = first(got, "end", "frames") != first(expected, "end", "frames")
+    return is_short or begins is None or event is not None and begins >= event + LATE
 
 
 def timeless(line):
