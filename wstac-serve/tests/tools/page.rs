@@ -134,7 +134,14 @@ impl Served {
         let stream = self.request(&format!("Origin: http://{}\r\n", self.host)).unwrap();
         stream.set_read_timeout(Some(LIMIT)).unwrap();
         let socket = WebSocket::from_raw_socket(stream, Role::Client, None);
-        let mut page = Page { socket, jobs: Value::Null, status: Value::Null, records: Vec::new(), about: Value::Null };
+        let mut page = Page {
+            socket,
+            jobs: Value::Null,
+            status: Value::Null,
+            records: Vec::new(),
+            about: Value::Null,
+            asked: String::new(),
+        };
         let mut hello = page.next();
         assert!(hello["sensors"].is_array(), "{hello}");
         page.about = hello["sensors"][0].take();
@@ -195,7 +202,12 @@ pub(crate) struct Page {
     /// The records that it would list: a source that starts again has none.
     pub(crate) records: Vec<Value>,
     pub(crate) about: Value,
+    /// The last order.
+    asked: String,
 }
+
+/// Why an order is refused that comes before a sensor has taken the one before it.
+const EARLY: &str = "another order waits: try again";
 
 impl Page {
     /// Returns the next message, and acknowledges it if it is an update.
@@ -203,6 +215,10 @@ impl Page {
         loop {
             let Message::Text(text) = self.socket.read().unwrap() else { continue };
             let mut message: Value = serde_json::from_str(&text).unwrap();
+            if message["why"] == EARLY {
+                self.socket.send(Message::text(&self.asked)).unwrap();
+                continue;
+            }
             if message.get("sensors").is_none() && message.get("refused").is_none() {
                 self.socket.send(Message::text("ok")).unwrap();
             }
@@ -226,8 +242,10 @@ impl Page {
         self.socket.send(Message::text(text)).unwrap();
     }
 
+    /// Gives an order, again if it comes too early.
     pub(crate) fn order(&mut self, action: &Value) {
-        self.say(&format!("order 0 {action}"));
+        self.asked = format!("order 0 {action}");
+        self.say(&self.asked.clone());
     }
 
     /// Waits until the page shows something.
