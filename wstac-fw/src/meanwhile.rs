@@ -14,7 +14,7 @@ static WORK: AtomicPtr<&mut (dyn FnMut() + Send)> = AtomicPtr::new(ptr::null_mut
 #[allow(unsafe_code)]
 pub fn meanwhile<T>(work: &mut (dyn FnMut() + Send), main: impl FnOnce() -> T) -> T {
     let mut work = work;
-    // What becomes complete in between is taken, too.
+    // A stripe that becomes complete in between is taken, too.
     #[cfg(feature = "node")]
     critical_section::with(|_| {
         WORK.store((&raw mut work).cast(), Ordering::Release);

@@ -170,7 +170,7 @@ impl CrosstalkWatch {
         for (taxel, row) in found.matrix.iter_mut().enumerate() {
             for (whisker, share) in row.iter_mut().enumerate() {
                 let [fraction, sd, _] = self.touched[whisker].fraction(whisker, taxel, self.noise);
-                // What may be noise is left out: without what is below 0, noise of far taxels would add up.
+                // Values that noise can cause are left out: negative ones are, so noise of far taxels would add up.
                 let sure = if fraction > LEAST_SURE * sd { (fraction * 1e4).round() / 1e4 } else { 0.0 };
                 *share = if taxel == whisker { 1.0 } else { sure };
                 if taxel != whisker && *share > found.largest.0 {

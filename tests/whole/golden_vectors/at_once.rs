@@ -39,7 +39,7 @@ struct AtOnceCase {
     incomplete: Vec<InterruptedSample>,
 }
 
-/// What was said of a stream.
+/// The answers and ends of a stream.
 #[derive(Default)]
 struct Said {
     answers: Vec<(u64, u64, u8, Answer)>,

@@ -108,7 +108,7 @@ pub struct Corrected<S, C> {
     pub(crate) correction: C,
 }
 
-/// What a host uses: a ring and a correction, each chosen at run time.
+/// The store of a host: a ring and a correction, each chosen at run time.
 pub type ChosenTaxels = Corrected<Option<TaxelRing>, Option<Correction>>;
 
 impl<S: TaxelStore, C: CorrectionSource> TaxelStore for Corrected<S, C> {

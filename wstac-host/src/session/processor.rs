@@ -261,6 +261,7 @@ impl Processor {
             self.doubts.missing.end(first.saturating_add(frames.div_ceil(added)));
         }
         let (pipeline, mut answers) = self.parts();
+        let mut is_answered = false;
         match event {
             SourceEvent::Waiting => {}
             SourceEvent::Fault(fault) => {
@@ -274,15 +275,13 @@ impl Processor {
             }
             SourceEvent::Taxels(frame) => {
                 answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
-                let is_answered = answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
-                self.settle(is_answered);
+                is_answered = answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
                 self.taxels = Some(frame.sums);
             }
             SourceEvent::Lost { frames, reason } => {
                 let frame = pipeline.next_frame();
                 emit(Output::Lost(LostFrames { frame, frames: *frames, reason: reason.clone() }))?;
-                let is_answered = answers.emit(&pipeline.push_lost(*frames), &mut emit)?;
-                self.settle(is_answered);
+                is_answered = answers.emit(&pipeline.push_lost(*frames), &mut emit)?;
                 self.dropped = self.dropped.saturating_add(*frames);
                 self.dropped_by.add(*frames, reason);
                 self.taxels = None;
@@ -292,18 +291,19 @@ impl Processor {
                 answers.doubts.places.arrive(pipeline.next_frame(), frame.off / added as f32);
                 answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
                 if let Ok(update) = pipeline.push_frame(frame.bytes) {
-                    let is_answered = answers.emit(&update, &mut emit)?;
-                    self.settle(is_answered);
+                    is_answered = answers.emit(&update, &mut emit)?;
                     self.taxels = self.pipeline.taxels();
                 } else {
                     // The frame has too few bytes. Nothing of it was taken, but its time has passed.
-                    let is_answered = answers.emit(&pipeline.push_lost(1), &mut emit)?;
-                    self.settle(is_answered);
+                    is_answered = answers.emit(&pipeline.push_lost(1), &mut emit)?;
                     self.dropped = self.dropped.saturating_add(1);
                     self.dropped_by.add(1, &LossReason::Short);
                     self.taxels = None;
                 }
             }
+        }
+        if is_answered {
+            self.pipeline.answer_touch();
         }
         if let Some(motion) = self.motion() {
             emit(Output::Motion(motion))?;
@@ -524,13 +524,6 @@ impl Processor {
         !self.pipeline.end().baseline_quiet
     }
 
-    /// Takes note of a touch that is answered before its sample is complete.
-    fn settle(&mut self, is_answered: bool) {
-        if is_answered {
-            self.pipeline.answer_touch();
-        }
-    }
-
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
         let Self { pipeline, textures, law, durations, motion, clock, options, doubts, at_once, .. } = self;
         let (motion, options) = (*motion, *options);
@@ -579,7 +572,7 @@ impl Answers<'_> {
         if touch.is_under_way() && self.textures.lack_path(touch, &answer, self.motion) {
             return None;
         }
-        // What is doubted is judged by the whole sample.
+        // The whole sample decides about a doubt.
         let output = self.event(touch, answer);
         matches!(&output, Output::Event(event) if event.reliable).then_some(output)
     }

@@ -349,7 +349,7 @@ struct Printer<'a> {
     /// not reliable and have such frames.
     uneven: Option<String>,
     unreliable: u64,
-    /// What to say at the first slide without a texture because there is no model.
+    /// The note for the first slide without a texture because there is no model.
     hint: Option<&'static str>,
     /// The time of the last frame that was read, in nanoseconds.
     read_ns: u64,

@@ -238,7 +238,7 @@ fn without_taxels_no_slide_is_reliable() {
     assert_eq!((press.contact, press.reliable, press.doubt), (Some(Contact::Press), true, None));
 }
 
-/// What a program that answers at once has of 320 frames.
+/// The answers at once about 320 frames, and the ends of touches.
 #[derive(Default)]
 struct AtOnceOf {
     /// Each answer, the frame in which it came, and the frames of its sample.

@@ -172,7 +172,7 @@ impl Wave {
         Ok((velocity, basis))
     }
 
-    /// Returns what is told for a reason: many flashes, of which a part is seen, are stick-slip.
+    /// Returns the reason of an answer: many flashes, if a part of them is seen, are stick-slip.
     fn told(&self, reason: Reason) -> Reason {
         let sticks = self.lines.flashes > MOST_FLASHES && is_of_part(reason);
         if sticks { Reason::SpeedChanges } else { reason }
@@ -393,9 +393,7 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     };
     if !event.is_event() {
         // Coherence takes whole samples.
-        let (contact, doubt) = (Contact::Unclear, Some(reason));
-        let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt };
-        return TaxelMotion { motion, basis: None, extent: None, acceleration: None };
+        return without_velocity(Contact::Unclear, reason);
     }
     let coherent = by_coherence(event, config);
     let is_slow = coherent.velocity.is_some_and(|velocity| velocity.mm_s * SLOW < config.pitch_per_frame());
@@ -416,6 +414,11 @@ pub fn by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> T
     TaxelMotion { motion, basis: None, extent, acceleration: None }
 }
 
+fn without_velocity(contact: Contact, doubt: Reason) -> TaxelMotion {
+    let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt: Some(doubt) };
+    TaxelMotion { motion, basis: None, extent: None, acceleration: None }
+}
+
 /// Returns whether a wave may have seen only a part of a touch: of a slow one, the first of several flashes.
 fn is_of_part(reason: Reason) -> bool {
     matches!(reason, Reason::NotCrossed | Reason::NotOver | Reason::FewWhiskers | Reason::NoSlide(_))
@@ -427,11 +430,7 @@ fn by_fit(taxels: &TaxelRing, frames: u8, config: MotionConfig) -> Result<TaxelM
     let mut wave = Wave::EMPTY;
     let (mut velocity, basis) = match wave.found(taxels.last(frames), config) {
         // It slides, but no one velocity is right: coherence has none to tell.
-        Err(doubt @ (Reason::SpeedChanges | Reason::Turning)) => {
-            let (contact, doubt) = (Contact::Slide, Some(doubt));
-            let motion = Motion { contact, velocity: None, coherence: 0.0, reliable: false, doubt };
-            return Ok(TaxelMotion { motion, basis: None, extent: None, acceleration: None });
-        }
+        Err(doubt @ (Reason::SpeedChanges | Reason::Turning)) => return Ok(without_velocity(Contact::Slide, doubt)),
         found => found.map_err(|reason| wave.told(reason))?,
     };
     if wave.lines.is_cut && usize::from(frames) < SAMPLE_FRAMES {
