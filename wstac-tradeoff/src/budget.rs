@@ -24,6 +24,8 @@ enum What {
     Ram,
     /// Frames from the first touch to the answer.
     Frames,
+    /// The same in seconds.
+    Latency,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -43,8 +45,8 @@ pub struct Budget {
     fixed: BTreeMap<String, String>,
 }
 
-const EXPECTED: &str = "M0, M3, M4F or M7 (instructions per frame), the same with .event, flash, ram or frames with < or <=, or \
-    format, stride, ln, law or model with =";
+const EXPECTED: &str = "M0, M3, M4F or M7 (instructions per frame), the same with .event, flash, ram, frames or latency with < or <=, \
+    or format, stride, ln, law or model with =";
 
 impl FromStr for Budget {
     type Err = String;
@@ -96,6 +98,7 @@ fn what(name: &str) -> Option<What> {
         "flash" => Some(What::Flash),
         "ram" => Some(What::Ram),
         "frames" => Some(What::Frames),
+        "latency" => Some(What::Latency),
         name => core(name).map(What::Frame),
     }
 }
@@ -118,6 +121,7 @@ fn number(text: &str, what: &What) -> Result<f64, String> {
     let units: &[(&str, f64)] = match what {
         What::Flash | What::Ram => BYTES,
         What::Frames => &[("", 1.0)],
+        What::Latency => &[("ms", 1e-3), ("s", 1.0)],
         What::Frame(_) | What::Event(_) => &[("k", 1e3), ("K", 1e3), ("M", 1e6), ("", 1.0)],
     };
     let read = units.iter().find_map(|(unit, scale)| {
@@ -128,6 +132,9 @@ fn number(text: &str, what: &What) -> Result<f64, String> {
     let names: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|unit| !unit.is_empty()).collect();
     read.ok_or_else(|| match names[..] {
         [] => format!("{text:?}, expected a number above 0"),
+        _ if *what == What::Latency => {
+            format!("{text:?}, expected a number above 0 with its unit, as in 0.6s or 600ms")
+        }
         _ => format!("{text:?}, expected a number above 0, with or without {}", names.join(", ")),
     })
 }

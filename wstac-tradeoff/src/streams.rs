@@ -3,12 +3,13 @@
 
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
-use wstac_core::law::{AnyLaw, EventLaw};
+use wstac_core::law::{Answer, AnyLaw, EventLaw};
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
+use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::MotionConfig;
 use wstac_core::touch::path_sample::PathSample;
 use wstac_core::touch::taxel_ring::TaxelRing;
@@ -21,20 +22,22 @@ use wstac_host::session::HostPipeline;
 use wstac_host::source::{ReadoutTime, StreamInfo};
 use wstac_scene::sensor::Sensor;
 
-/// A slide's first event.
+/// A slide's first event, or what is known of it at once.
 #[derive(Clone, Debug)]
 pub(super) struct FirstEvent {
     /// Number of the first frame of its sample.
     pub(super) frame: u64,
+    /// Frames of the sample that have arrived.
+    pub(super) frames: u8,
     /// Speed in mm/s, if there is one.
     pub(super) speed: Option<f32>,
     /// Direction in degrees, if it is clear.
     pub(super) degrees: Option<f32>,
     /// Whether the answers are reliable.
     pub(super) is_reliable: bool,
-    /// The sample of the event over time.
-    pub(super) sample: Box<[i16; INPUTS]>,
-    /// The samples along the path, of ten sums and of 25 taxels, if the event has a velocity.
+    /// The sample over time of a complete event.
+    pub(super) sample: Option<Box<[i16; INPUTS]>>,
+    /// The samples along the path, of ten sums if the event is complete, and of 25 taxels, if there is a velocity.
     path: [Option<Box<PathSample>>; 2],
 }
 
@@ -43,7 +46,7 @@ impl FirstEvent {
     pub(super) fn class(&self, model: &Model<'_>) -> Option<u8> {
         let [sums, taxels] = &self.path;
         let path = match model.input() {
-            Input::Frames => return Some(model.classify(&self.sample)),
+            Input::Frames => return self.sample.as_ref().map(|sample| model.classify(sample)),
             Input::Path => sums,
             _ => taxels,
         };
@@ -59,6 +62,10 @@ pub(super) struct SettingStream {
     pub(super) place: usize,
     /// The first event, once it is complete.
     pub(super) first: Option<FirstEvent>,
+    /// Its answers at once, one for each wanted number of frames along the path.
+    pub(super) early: Vec<(u8, FirstEvent)>,
+    wanted: Vec<u8>,
+    at_once: AtOnce,
     /// The deviation of its features from the reference, over all frames until then.
     pub(super) error: FeatureError,
     pipeline: HostPipeline,
@@ -75,24 +82,43 @@ impl SettingStream {
         if let Some(frame) = update.frame() {
             self.error.add(&frame.features, expected, float64);
         }
-        self.first = update.event().map(|event| first_event(&event, update.taxels(), &self.law, self.motion));
+        let early = update.touch().filter(|_| self.law.answers_at_once() && self.early.len() < self.wanted.len());
+        if let Some((touch, answer)) = early.and_then(|touch| Some((touch, self.at_once.answer(&touch, &self.law)?))) {
+            let found = first_event(&touch, update.taxels(), &answer, &self.law, self.motion);
+            for frames in &self.wanted {
+                let is_new = self.early.iter().all(|(known, _)| known != frames);
+                if is_new && (*frames == 0 || found.path[1].as_ref().is_some_and(|path| path.covers(*frames))) {
+                    self.early.push((*frames, found.clone()));
+                }
+            }
+        }
+        let whole =
+            |event: &Event<'_>| first_event(event, update.taxels(), &self.law.answer(event), &self.law, self.motion);
+        self.first = update.event().as_ref().map(whole);
     }
 }
 
-fn first_event(event: &Event<'_>, taxels: Option<&TaxelRing>, law: &AnyLaw, motion: MotionConfig) -> FirstEvent {
-    let answer = law.answer(event);
+fn first_event(
+    event: &Event<'_>,
+    taxels: Option<&TaxelRing>,
+    answer: &Answer,
+    law: &AnyLaw,
+    motion: MotionConfig,
+) -> FirstEvent {
     // A model of fewer frames reads the first numbers of these samples.
     let whole = SAMPLE_FRAMES as u8;
     let path = law.path_velocity(event, answer.velocity()).map(|velocity| {
         let taxels = taxels.and_then(|taxels| PathSample::of_taxels(taxels, &velocity, motion, whole));
-        [PathSample::of_sums(event, &velocity, motion, whole), taxels].map(|sample| sample.map(Box::new))
+        let sums = event.is_event().then(|| PathSample::of_sums(event, &velocity, motion, whole));
+        [sums.flatten(), taxels].map(|sample| sample.map(Box::new))
     });
     FirstEvent {
         frame: event.frame,
+        frames: event.frames,
         speed: answer.speed.ok().map(|speed| speed.mm_s),
         degrees: answer.direction.degrees.ok(),
         is_reliable: answer.reliable,
-        sample: Box::new(event.sample.flat()),
+        sample: event.is_event().then(|| Box::new(event.sample.flat())),
         path: path.unwrap_or_default(),
     }
 }
@@ -115,8 +141,8 @@ pub(super) struct EvaluatedCamera {
 }
 
 impl EvaluatedCamera {
-    /// Creates a simulated camera with a stream for each of `settings` that reads its format. `taxels` says whether a
-    /// model takes 25 taxels.
+    /// Creates a simulated camera with a stream for each of `settings` that reads its format. `wanted` are numbers of
+    /// frames along the path after which an answer at once counts: 0, and those of models of 25 taxels.
     ///
     /// # Errors
     /// The configuration does not fit the camera.
@@ -124,7 +150,7 @@ impl EvaluatedCamera {
         sensor: Sensor,
         format: Format,
         settings: &[Setting],
-        taxels: bool,
+        wanted: &[u8],
         config: &Config,
     ) -> Result<Self, Error> {
         let own = |(_, setting): &(usize, &Setting)| setting.format.code() == format.code();
@@ -142,7 +168,7 @@ impl EvaluatedCamera {
                 sums.push((setting.format, setting.stride, own));
             }
             let sums = &mut sums[at].2;
-            sums.streams.push(stream(place, *setting, taxels, sums.accumulators.camera(), config, &info)?);
+            sums.streams.push(stream(place, *setting, wanted, sums.accumulators.camera(), config, &info)?);
         }
         let whole = camera(&sensor, format, Stride::One, config)?;
         let (floor, threshold) = (config.features.floor_levels, config.speed.threshold);
@@ -207,7 +233,7 @@ pub(super) fn camera(
 fn stream(
     place: usize,
     setting: Setting,
-    taxels: bool,
+    wanted: &[u8],
     geometry: &FrameGeometry<Any>,
     config: &Config,
     info: &StreamInfo,
@@ -215,15 +241,19 @@ fn stream(
     let config = setting.configured(config);
     let mut pipeline = config.pipeline_of(*geometry, &info.about)?;
     let law = config.law_of(info)?;
-    if law.takes_taxels() || (taxels && setting.law.is_with(Input::TaxelPath)) {
+    if law.takes_taxels() || (wanted.len() > 1 && setting.law.is_with(Input::TaxelPath)) {
         pipeline.keep_taxels();
     }
+    let motion = config.motion_of(info)?;
     Ok(SettingStream {
         place,
         first: None,
+        early: Vec::new(),
+        wanted: wanted.to_vec(),
+        at_once: AtOnce::new(motion),
         error: FeatureError::default(),
         pipeline,
         law,
-        motion: config.motion_of(info)?,
+        motion,
     })
 }

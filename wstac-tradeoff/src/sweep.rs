@@ -31,10 +31,24 @@ pub struct Plan<'a> {
 /// The result of one setting on one slide.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// The answer for the slide, if an event was triggered.
+    /// The answer for the whole sample, if an event was triggered.
     pub event: Option<Answer>,
+    /// The answers at once, by the number of frames along the path that a model reads; 0 for those without a model.
+    pub early: Vec<(u8, Answer)>,
     /// The deviation of its features from the reference.
     pub error: FeatureError,
+}
+
+impl Outcome {
+    /// Returns the answer with a model or without: that at once, if the law and the model allow it.
+    pub fn answer(&self, model: Option<&Candidate>) -> Option<&Answer> {
+        let wanted = match model {
+            None => Some(0),
+            Some(model) => (model.input == Input::TaxelPath).then_some(model.about.frames),
+        };
+        let early = self.early.iter().find(|(frames, _)| Some(*frames) == wanted);
+        early.map(|(_, answer)| answer).or(self.event.as_ref())
+    }
 }
 
 /// The answer for a slide.
@@ -42,6 +56,8 @@ pub struct Outcome {
 pub struct Answer {
     /// Frames from the first touch to the sample's first frame; below 0, the sample starts before the touch.
     pub lead: f64,
+    /// Frames of the sample that had arrived.
+    pub frames: u8,
     /// Speed in mm/s, if there is one.
     pub speed: Option<f32>,
     /// `true` if there is a direction and it is right.
@@ -66,11 +82,14 @@ pub fn run(plan: &Plan<'_>) -> Result<Vec<Vec<Option<Outcome>>>, Error> {
 fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<Option<Outcome>>, Error> {
     let mut scene = Scene::new(&slide.script(Format::Gray)?)?;
     let mut cameras = Vec::new();
-    let taxels = models.iter().any(|model| model.input() == Input::TaxelPath);
+    let mut wanted = vec![0];
+    wanted.extend(models.iter().filter(|model| model.input() == Input::TaxelPath).map(Model::frames));
+    wanted.sort_unstable();
+    wanted.dedup();
     let formats: Vec<Format> = formats_read(plan.settings).filter(|format| is_run(*format, slide)).collect();
     for &format in &formats {
         let sensor = Scene::camera(&slide.script(format)?)?;
-        cameras.push(EvaluatedCamera::new(sensor, format, plan.settings, taxels, plan.config)?);
+        cameras.push(EvaluatedCamera::new(sensor, format, plan.settings, &wanted, plan.config)?);
     }
     while let Some((light, _)) = scene.next_light() {
         let mut colored = None;
@@ -91,8 +110,9 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
     let truth = Texture { specimen: Some(specimen), pattern, depth_mm, ..Texture::default() };
     let mut outcomes = vec![None; plan.settings.len()];
     for stream in cameras.into_iter().flat_map(EvaluatedCamera::into_streams) {
-        let event = stream.first.map(|event| Answer {
+        let answer = |event: FirstEvent| Answer {
             lead: event.frame as f64 - touch,
+            frames: event.frames,
             speed: event.speed,
             direction: event.degrees.is_some_and(|degrees| off(degrees, slide.heading.degrees().into()) <= NEAR),
             is_right: event.is_reliable && is_right(&event, slide),
@@ -105,9 +125,10 @@ fn one(plan: &Plan<'_>, models: &[Model<'_>], slide: &TradeSlide) -> Result<Vec<
                     None => [None; 3],
                 })
                 .collect(),
-        });
+        };
         if let Some(outcome) = outcomes.get_mut(stream.place) {
-            *outcome = Some(Outcome { event, error: stream.error });
+            let early = stream.early.into_iter().map(|(frames, event)| (frames, answer(event))).collect();
+            *outcome = Some(Outcome { event: stream.first.map(answer), early, error: stream.error });
         }
     }
     Ok(outcomes)

@@ -7,7 +7,8 @@ use super::pareto;
 use super::prices::{Core, Price, Prices};
 use super::row::Row;
 use super::statistics::Interval;
-use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::model::file::Input;
+use wstac_core::params::{NOMINAL_FRAME_RATE, SAMPLE_FRAMES};
 
 const HEAD: &str = "\
 | format | stride | ln | law | model | specimen accuracy, % (95 % interval) | pattern accuracy, % | depth accuracy, % | speed error, % | directions wrong or missing | objects, % | feature error where lit, root mean square | frames to the answer | instructions per frame | instructions per event | flash, bytes | RAM, bytes |
@@ -139,14 +140,18 @@ pub fn all(row: &Row, models: &[Candidate], prices: &Prices) -> String {
         "features    off by {rms_lit:.5} (root mean square), {max_lit:.4} (at most) where lit; {rms:.5}, {max:.4} everywhere (natural logarithms)"
     );
     if let Some(latency) = found.latency {
-        // Speed and direction need the whole sample, whatever the model reads of it.
-        let unread = model.map_or(0, |model| SAMPLE_FRAMES.saturating_sub(model.about.frames as usize));
-        if row.model.is_some() {
-            let _ = writeln!(text, "latency     {latency:.1} frames from the first touch to texture");
+        let mut line = |label: &str, frames: f64, what: &str| {
+            let seconds = frames / f64::from(NOMINAL_FRAME_RATE);
+            let _ = writeln!(text, "{label:11} {frames:.1} frames, {seconds:.2} s, from the first touch to {what}");
+        };
+        match model.filter(|model| model.input == Input::Frames) {
+            Some(model) => {
+                line("latency", latency, "texture");
+                let unread = SAMPLE_FRAMES.saturating_sub(model.about.frames as usize);
+                line("", latency + unread as f64, "speed and direction");
+            }
+            None => line("latency", latency, "the answer"),
         }
-        let label = if row.model.is_some() { "" } else { "latency" };
-        let whole = latency + unread as f64;
-        let _ = writeln!(text, "{label:11} {whole:.1} frames from the first touch to speed and direction");
     }
     let stripe = row.setting.format.stripe_bytes();
     let stripe = stripe.map_or_else(String::new, |bytes| format!(" + {} for 8 rows of 400", grouped(bytes)));
