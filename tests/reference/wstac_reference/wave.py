@@ -51,6 +51,10 @@ FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.24, 0.31, 0.013), (0.
 by the root of the energy that is missed, and frames late by the phase between frames."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
+OF_EDGE = 1.5
+"""The part of the mean square of lateness, if all whiskers are lit, that may be the square of a sine's height by the phase."""
+CHANGE_OF_PHASES = 1.6
+"""Change of the slowness of a third of the touch, in deviations by the phase."""
 OF_FLASH = 4.1
 """Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
 LOCKED = 0.06
@@ -524,15 +528,30 @@ def answer_of_wave(
     _, inverse, scale = fit(plane, weights, late, 1e-4)
     # Changes of the slowness over the sensor's length of four pitches, as fractions of it.
     unit = 8 / whole
-    curve, of_curve, curve_scale = fit(np.column_stack([plane, along**2, across**2]), weights, late, 1e-3)
+    curved = np.column_stack([plane, along**2, across**2])
+    curve, of_curve, curve_scale = fit(curved, weights, late, 1e-3)
     dome = math.copysign(min(abs(curve[3]), abs(curve[4])), curve[4]) if curve[3] * curve[4] > 0 else 0.0
-    faster, faster_sd = abs(dome - curve[3]) * unit, curve_scale * math.sqrt(of_curve[3, 3]) * unit
+    is_full, is_nearly_full = lit_count == TAXELS, lit_count >= TAXELS - 1
+    # What the phase between frames may do to a coefficient, for a height of 1.
+    sines = [sine_of(places @ wave.slowness + quarter) for quarter in (0, 0.25)]
+
+    def by_phase(of: np.ndarray, columns: np.ndarray, way: int) -> float:
+        return sum(float(of[way] @ ((columns.T * weights) @ each)) ** 2 for each in sines) / 2
+
+    factors, flash = FACTORS[is_nearly_full], OF_FLASH * wave.lacks**2
+    of_edge = OF_EDGE * scale**2 if is_full else 0.0
+    in_phase = [
+        ((of_phase + flash) ** 2 + of_edge) * by_phase(inverse, plane, way)
+        for way, (_, _, of_phase) in enumerate(factors, 1)
+    ]
+    of_curvature = (factors[0][2] + flash) * math.sqrt(by_phase(of_curve, curved, 3))
+    faster, faster_sd = abs(dome - curve[3]) * unit, math.hypot(curve_scale * math.sqrt(of_curve[3, 3]), of_curvature) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
     change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts)
-    is_full = lit_count == TAXELS
     share, frames = CHANGE[is_full]
-    if change > max(share * whole, frames) or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
+    by_phases = CHANGE_OF_PHASES * math.sqrt(in_phase[0]) if is_full else 0.0
+    if change > max(share * whole, frames, by_phases) or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")
@@ -564,16 +583,11 @@ def answer_of_wave(
     if not is_crossed(peaks, right, up):
         raise Refused("starts on the sensor")
     # Few whiskers cannot tell what is curved.
-    is_nearly_full = lit_count >= TAXELS - 1
     left = (curve_scale if is_nearly_full else scale) / math.sqrt(1 + OF_PHASE * wave.lacks**2)
-    phases = [places @ wave.slowness + quarter for quarter in (0, 0.25)]
-    shared = [inverse @ ((plane.T * weights) @ sine_of(phase)) for phase in phases]
-    flash = OF_FLASH * wave.lacks**2
-    one_phase = sum(float(weights @ sine_of(phase)) ** 2 for phase in phases) / weights.sum() ** 2
+    one_phase = sum(float(weights @ each) ** 2 for each in sines) / weights.sum() ** 2
     deviations = []
-    for way, (of_late, of_miss, of_phase) in enumerate(FACTORS[is_nearly_full], 1):
-        variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way]
-        variance += (of_phase + flash) ** 2 * sum(float(each[way]) ** 2 for each in shared) / 2
+    for way, (of_late, of_miss, _) in enumerate(factors, 1):
+        variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way] + in_phase[way - 1]
         variance += flash**2 * LOCKED * one_phase
         deviations.append(math.sqrt(variance) / whole)
     answer = velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)

@@ -29,7 +29,7 @@ use fit::{Wave as Fitted, Whisker, Whiskers};
 use light::Lines;
 use outline::{Outline, is_crossed, valley};
 use pair::Pair;
-use squares::{Normal, Polynomial};
+use squares::{Fit, Normal, Polynomial};
 
 /// What a velocity is known by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -104,6 +104,10 @@ const FACTORS: [[[f32; 3]; 2]; 2] =
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation, which has
 /// a term of its own.
 const OF_PHASE: f32 = 600.0;
+/// The part of the variance of lateness, if all whiskers are lit, that may be the square of a sine's height.
+const OF_EDGE: f32 = 1.5;
+/// Change of slowness of a third of the touch, in standard deviations by interpolation.
+const CHANGE_OF_PHASES: f32 = 1.6;
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -458,6 +462,8 @@ struct Rest {
     gain: [f32; 2],
     /// Standard deviations of the slowness along and across the motion.
     sd: [f32; 2],
+    /// That along the motion by interpolation, if all whiskers are lit.
+    of_phases: f32,
 }
 
 impl Rest {
@@ -490,20 +496,29 @@ impl Rest {
         let shared = flash * flash * LOCKED * (sine * sine + cosine * cosine);
         // Over the four pitches of [`SENSOR_MM`].
         let over = 8.0 * unit;
+        // By half of the squares of a sine and a cosine.
+        let of_phases = |of: &Fit, k: usize, columns: &[Polynomial]| {
+            let [sine, cosine] = wave.locked.map(|sums| of.of_others(k, columns, &sums));
+            0.5 * (sine * sine + cosine * cosine)
+        };
+        // An edge may be sharper than a rod's; whiskers of one phase are then late alike.
+        let of_edge = if is_full { OF_EDGE / ONE_WEIGHT * of_plane.variance } else { 0.0 };
+        let curved = of_phases(&curve, 3, &[one, along, across, along_2, across_2]);
+        let phase = factors[0][2] + flash;
+        let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
+            let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
+            let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k, &plane);
+            [of_plane.variance_of(k, late) + phases + shared, phases].map(|square| sqrt(square) * unit)
+        });
         Some(Self {
             late: wave.late_without(dome).map(|late| late / (slowness + LATE_FROM)),
             miss: wave.miss,
             change: if is_full && change <= NOISE_OF_CHANGE { 0.0 } else { change * unit },
-            faster: [(dome - u).abs() * over, curve.deviation(3) * over],
+            faster: [(dome - u).abs() * over, length([curve.deviation(3), phase * sqrt(curved)]) * over],
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
             gain: [(u - v) * over, curve.deviation_between(3, 4) * over],
-            sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
-                let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
-                // By half of the squares of a sine and a cosine.
-                let phases = wave.locked.map(|sums| (of_phase + flash) * of_plane.of_others(k, &plane, &sums));
-                let squares = 0.5 * (phases[0] * phases[0] + phases[1] * phases[1]);
-                sqrt(of_plane.variance_of(k, late) + squares + shared) * unit
-            }),
+            sd: [sds[0][0], sds[1][0]],
+            of_phases: if is_full { sds[0][1] } else { 0.0 },
         })
     }
 
@@ -511,7 +526,7 @@ impl Rest {
     fn doubt(&self, count: u32) -> Option<Reason> {
         let is_full = usize::from(count == TAXELS as u32);
         let ([late, mean], [faster, faster_sd], [twist, twist_sd]) = (LATE[is_full], self.faster, self.twist);
-        let changes = self.change > MOST_CHANGE[is_full]
+        let changes = self.change > MOST_CHANGE[is_full].max(CHANGE_OF_PHASES * self.of_phases)
             || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
             || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd);
         let turns = twist > (TWIST[1] * twist_sd).max(TWIST[0]);
