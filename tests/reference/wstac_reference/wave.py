@@ -46,15 +46,13 @@ FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
-FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.24, 0.31, 0.013), (0.31, 0.28, 0.011)))
+FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.14, 0.31, 0.01), (0.17, 0.28, 0.009)))
 """Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
-OF_EDGE = 1.5
-"""The part of the mean square of lateness, if all whiskers are lit, that may be the square of a sine's height by the phase."""
-CHANGE_OF_PHASES = 1.6
-"""Change of the slowness of a third of the touch, in deviations by the phase."""
+CHANGE_OF_PHASES = (2.2, 1.5)
+"""Change of the slowness of a third of the touch, in deviations by the phase; and times that of the curvature."""
 OF_FLASH = 4.1
 """Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
 LOCKED = 0.06
@@ -539,18 +537,18 @@ def answer_of_wave(
         return sum(float(of[way] @ ((columns.T * weights) @ each)) ** 2 for each in sines) / 2
 
     factors, flash = FACTORS[is_nearly_full], OF_FLASH * wave.lacks**2
-    of_edge = OF_EDGE * scale**2 if is_full else 0.0
+    of_edge = scale**2 if is_full else 0.0
     in_phase = [
         ((of_phase + flash) ** 2 + of_edge) * by_phase(inverse, plane, way)
         for way, (_, _, of_phase) in enumerate(factors, 1)
     ]
-    of_curvature = (factors[0][2] + flash) * math.sqrt(by_phase(of_curve, curved, 3))
+    of_curvature = CHANGE_OF_PHASES[1] * (factors[0][2] + flash) * math.sqrt(by_phase(of_curve, curved, 3))
     faster, faster_sd = abs(dome - curve[3]) * unit, math.hypot(curve_scale * math.sqrt(of_curve[3, 3]), of_curvature) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
     change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts)
     share, frames = CHANGE[is_full]
-    by_phases = CHANGE_OF_PHASES * math.sqrt(in_phase[0]) if is_full else 0.0
+    by_phases = CHANGE_OF_PHASES[0] * math.sqrt(in_phase[0]) if is_full else 0.0
     if change > max(share * whole, frames, by_phases) or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:

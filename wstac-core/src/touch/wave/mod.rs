@@ -100,14 +100,13 @@ const LOST: f32 = 0.005;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] =
-    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.24, 0.31, 0.013], [0.31, 0.28, 0.011]]];
+    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.14, 0.31, 0.01], [0.17, 0.28, 0.009]]];
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation, which has
 /// a term of its own.
 const OF_PHASE: f32 = 600.0;
-/// The part of the variance of lateness, if all whiskers are lit, that may be the square of a sine's height.
-const OF_EDGE: f32 = 1.5;
-/// Change of slowness of a third of the touch, in standard deviations by interpolation.
-const CHANGE_OF_PHASES: f32 = 1.6;
+/// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor, without
+/// that of sharp edges.
+const CHANGE_OF_PHASES: [f32; 2] = [2.2, 1.5];
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -501,10 +500,10 @@ impl Rest {
             let [sine, cosine] = wave.locked.map(|sums| of.of_others(k, columns, &sums));
             0.5 * (sine * sine + cosine * cosine)
         };
-        // An edge may be sharper than a rod's; whiskers of one phase are then late alike.
-        let of_edge = if is_full { OF_EDGE / ONE_WEIGHT * of_plane.variance } else { 0.0 };
+        // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
+        let of_edge = if is_full { of_plane.variance * (1.0 / ONE_WEIGHT) } else { 0.0 };
         let curved = of_phases(&curve, 3, &[one, along, across, along_2, across_2]);
-        let phase = factors[0][2] + flash;
+        let phase = CHANGE_OF_PHASES[1] * (factors[0][2] + flash);
         let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
             let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
             let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k, &plane);
@@ -526,7 +525,7 @@ impl Rest {
     fn doubt(&self, count: u32) -> Option<Reason> {
         let is_full = usize::from(count == TAXELS as u32);
         let ([late, mean], [faster, faster_sd], [twist, twist_sd]) = (LATE[is_full], self.faster, self.twist);
-        let changes = self.change > MOST_CHANGE[is_full].max(CHANGE_OF_PHASES * self.of_phases)
+        let changes = self.change > MOST_CHANGE[is_full].max(CHANGE_OF_PHASES[0] * self.of_phases)
             || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
             || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd);
         let turns = twist > (TWIST[1] * twist_sd).max(TWIST[0]);
