@@ -29,7 +29,7 @@ CHANGE = ((0.065, 0.0), (0.025, 0.011))
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
 MOST_FLASHES = 6
 """More flashes, each of a part of the sensor, are those of stick-slip."""
-ACCELERATION = (0.068, 2.5)
+ACCELERATION = (0.068, 2.5, 0.16)
 CERTAIN = (0.05, 5.0)
 TWIST = (0.12, 2.2)
 VALLEY = 0.15
@@ -51,7 +51,7 @@ FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.14, 0.31, 0.01), (0.1
 by the root of the energy that is missed, and frames late by the phase between frames."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
-CHANGE_OF_PHASES = (2.2, 1.5)
+CHANGE_OF_PHASES = (2.0, 1.3)
 """Change of the slowness of a third of the touch, in deviations by the phase; and times that of the curvature."""
 OF_FLASH = 4.1
 """Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
@@ -542,14 +542,15 @@ def answer_of_wave(
         ((of_phase + flash) ** 2 + of_edge) * by_phase(inverse, plane, way)
         for way, (_, _, of_phase) in enumerate(factors, 1)
     ]
-    of_curvature = CHANGE_OF_PHASES[1] * (factors[0][2] + flash) * math.sqrt(by_phase(of_curve, curved, 3))
+    height = CHANGE_OF_PHASES[1] * (factors[0][2] + flash) if is_full else 0.0
+    of_curvature = height * math.sqrt(by_phase(of_curve, curved, 3))
     faster, faster_sd = abs(dome - curve[3]) * unit, math.hypot(curve_scale * math.sqrt(of_curve[3, 3]), of_curvature) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
     change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts)
     share, frames = CHANGE[is_full]
     by_phases = CHANGE_OF_PHASES[0] * math.sqrt(in_phase[0]) if is_full else 0.0
-    if change > max(share * whole, frames, by_phases) or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
+    if change > max(share * whole, frames, by_phases) or faster > min(max(ACCELERATION[0], ACCELERATION[1] * faster_sd), ACCELERATION[2]):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")

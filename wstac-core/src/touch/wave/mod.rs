@@ -74,8 +74,9 @@ const MOST_FLASHES: u32 = 6;
 const NOISE_OF_CHANGE: f32 = 0.011;
 /// Largest change of slowness of a third of the touch, as a fraction; and that if all whiskers are lit.
 const MOST_CHANGE: [f32; 2] = [0.065, 0.025];
-/// Largest change along the sensor as a fraction, and in standard deviations; and what is certain beyond both.
-const ACCELERATION: [f32; 2] = [0.068, 2.5];
+/// Largest change along the sensor as a fraction, in standard deviations, and as a fraction whatever these are; and what is
+/// certain beyond both.
+const ACCELERATION: [f32; 3] = [0.068, 2.5, 0.16];
 const CERTAIN: [f32; 2] = [0.05, 5.0];
 const TWIST: [f32; 2] = [0.12, 2.2];
 /// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does not.
@@ -106,7 +107,7 @@ const FACTORS: [[[f32; 3]; 2]; 2] =
 const OF_PHASE: f32 = 600.0;
 /// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor, without
 /// that of sharp edges.
-const CHANGE_OF_PHASES: [f32; 2] = [2.2, 1.5];
+const CHANGE_OF_PHASES: [f32; 2] = [2.0, 1.3];
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -503,7 +504,7 @@ impl Rest {
         // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
         let of_edge = if is_full { of_plane.variance * (1.0 / ONE_WEIGHT) } else { 0.0 };
         let curved = of_phases(&curve, 3, &[one, along, across, along_2, across_2]);
-        let phase = CHANGE_OF_PHASES[1] * (factors[0][2] + flash);
+        let phase = if is_full { CHANGE_OF_PHASES[1] * (factors[0][2] + flash) } else { 0.0 };
         let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
             let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
             let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k, &plane);
@@ -526,7 +527,7 @@ impl Rest {
         let is_full = usize::from(count == TAXELS as u32);
         let ([late, mean], [faster, faster_sd], [twist, twist_sd]) = (LATE[is_full], self.faster, self.twist);
         let changes = self.change > MOST_CHANGE[is_full].max(CHANGE_OF_PHASES[0] * self.of_phases)
-            || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
+            || faster > (ACCELERATION[1] * faster_sd).clamp(ACCELERATION[0], ACCELERATION[2])
             || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd);
         let turns = twist > (TWIST[1] * twist_sd).max(TWIST[0]);
         let differs = self.late[0] > late || self.late[1] > mean || self.miss > MOST_MISS[is_full];
