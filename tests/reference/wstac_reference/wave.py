@@ -29,7 +29,7 @@ CHANGE = ((0.065, 0.0), (0.025, 0.011))
 """Limits of a wave that leaves whiskers dark, and of one that lights all."""
 MOST_FLASHES = 6
 """More flashes, each of a part of the sensor, are those of stick-slip."""
-ACCELERATION = (0.068, 2.5)
+ACCELERATION = (0.068, 2.5, 0.16)
 CERTAIN = (0.05, 5.0)
 TWIST = (0.12, 2.2)
 VALLEY = 0.15
@@ -46,11 +46,13 @@ FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
-FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.24, 0.31, 0.013), (0.31, 0.28, 0.011)))
+FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.14, 0.31, 0.01), (0.17, 0.28, 0.009)))
 """Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
+CHANGE_OF_PHASES = (2.0, 1.3)
+"""Change of the slowness of a third of the touch, in deviations by the phase; and times that of the curvature."""
 OF_FLASH = 4.1
 """Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
 LOCKED = 0.06
@@ -524,15 +526,31 @@ def answer_of_wave(
     _, inverse, scale = fit(plane, weights, late, 1e-4)
     # Changes of the slowness over the sensor's length of four pitches, as fractions of it.
     unit = 8 / whole
-    curve, of_curve, curve_scale = fit(np.column_stack([plane, along**2, across**2]), weights, late, 1e-3)
+    curved = np.column_stack([plane, along**2, across**2])
+    curve, of_curve, curve_scale = fit(curved, weights, late, 1e-3)
     dome = math.copysign(min(abs(curve[3]), abs(curve[4])), curve[4]) if curve[3] * curve[4] > 0 else 0.0
-    faster, faster_sd = abs(dome - curve[3]) * unit, curve_scale * math.sqrt(of_curve[3, 3]) * unit
+    is_full, is_nearly_full = lit_count == TAXELS, lit_count >= TAXELS - 1
+    # What the phase between frames may do to a coefficient, for a height of 1.
+    sines = [sine_of(places @ wave.slowness + quarter) for quarter in (0, 0.25)]
+
+    def by_phase(of: np.ndarray, columns: np.ndarray, way: int) -> float:
+        return sum(float(of[way] @ ((columns.T * weights) @ each)) ** 2 for each in sines) / 2
+
+    factors, flash = FACTORS[is_nearly_full], OF_FLASH * wave.lacks**2
+    of_edge = scale**2 if is_full else 0.0
+    in_phase = [
+        ((of_phase + flash) ** 2 + of_edge) * by_phase(inverse, plane, way)
+        for way, (_, _, of_phase) in enumerate(factors, 1)
+    ]
+    height = CHANGE_OF_PHASES[1] * (factors[0][2] + flash) if is_full else 0.0
+    of_curvature = height * math.sqrt(by_phase(of_curve, curved, 3))
+    faster, faster_sd = abs(dome - curve[3]) * unit, math.hypot(curve_scale * math.sqrt(of_curve[3, 3]), of_curvature) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
     change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts)
-    is_full = lit_count == TAXELS
     share, frames = CHANGE[is_full]
-    if change > max(share * whole, frames) or faster > max(ACCELERATION[0], ACCELERATION[1] * faster_sd):
+    by_phases = CHANGE_OF_PHASES[0] * math.sqrt(in_phase[0]) if is_full else 0.0
+    if change > max(share * whole, frames, by_phases) or faster > min(max(ACCELERATION[0], ACCELERATION[1] * faster_sd), ACCELERATION[2]):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
         raise Refused("speed changed")
@@ -564,16 +582,11 @@ def answer_of_wave(
     if not is_crossed(peaks, right, up):
         raise Refused("starts on the sensor")
     # Few whiskers cannot tell what is curved.
-    is_nearly_full = lit_count >= TAXELS - 1
     left = (curve_scale if is_nearly_full else scale) / math.sqrt(1 + OF_PHASE * wave.lacks**2)
-    phases = [places @ wave.slowness + quarter for quarter in (0, 0.25)]
-    shared = [inverse @ ((plane.T * weights) @ sine_of(phase)) for phase in phases]
-    flash = OF_FLASH * wave.lacks**2
-    one_phase = sum(float(weights @ sine_of(phase)) ** 2 for phase in phases) / weights.sum() ** 2
+    one_phase = sum(float(weights @ each) ** 2 for each in sines) / weights.sum() ** 2
     deviations = []
-    for way, (of_late, of_miss, of_phase) in enumerate(FACTORS[is_nearly_full], 1):
-        variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way]
-        variance += (of_phase + flash) ** 2 * sum(float(each[way]) ** 2 for each in shared) / 2
+    for way, (of_late, of_miss, _) in enumerate(factors, 1):
+        variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way] + in_phase[way - 1]
         variance += flash**2 * LOCKED * one_phase
         deviations.append(math.sqrt(variance) / whole)
     answer = velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)

@@ -29,7 +29,7 @@ use fit::{Wave as Fitted, Whisker, Whiskers};
 use light::Lines;
 use outline::{Outline, is_crossed, valley};
 use pair::Pair;
-use squares::{Normal, Polynomial};
+use squares::{Fit, Normal, Polynomial};
 
 /// What a velocity is known by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,8 +74,9 @@ const MOST_FLASHES: u32 = 6;
 const NOISE_OF_CHANGE: f32 = 0.011;
 /// Largest change of slowness of a third of the touch, as a fraction; and that if all whiskers are lit.
 const MOST_CHANGE: [f32; 2] = [0.065, 0.025];
-/// Largest change along the sensor as a fraction, and in standard deviations; and what is certain beyond both.
-const ACCELERATION: [f32; 2] = [0.068, 2.5];
+/// Largest change along the sensor as a fraction, in standard deviations, and as a fraction whatever these are; and what is
+/// certain beyond both.
+const ACCELERATION: [f32; 3] = [0.068, 2.5, 0.16];
 const CERTAIN: [f32; 2] = [0.05, 5.0];
 const TWIST: [f32; 2] = [0.12, 2.2];
 /// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does not.
@@ -100,10 +101,13 @@ const LOST: f32 = 0.005;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] =
-    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.24, 0.31, 0.013], [0.31, 0.28, 0.011]]];
+    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.14, 0.31, 0.01], [0.17, 0.28, 0.009]]];
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation, which has
 /// a term of its own.
 const OF_PHASE: f32 = 600.0;
+/// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor, without
+/// that of sharp edges.
+const CHANGE_OF_PHASES: [f32; 2] = [2.0, 1.3];
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -458,6 +462,8 @@ struct Rest {
     gain: [f32; 2],
     /// Standard deviations of the slowness along and across the motion.
     sd: [f32; 2],
+    /// That along the motion by interpolation, if all whiskers are lit.
+    of_phases: f32,
 }
 
 impl Rest {
@@ -490,20 +496,29 @@ impl Rest {
         let shared = flash * flash * LOCKED * (sine * sine + cosine * cosine);
         // Over the four pitches of [`SENSOR_MM`].
         let over = 8.0 * unit;
+        // By half of the squares of a sine and a cosine.
+        let of_phases = |of: &Fit, k: usize, columns: &[Polynomial]| {
+            let [sine, cosine] = wave.locked.map(|sums| of.of_others(k, columns, &sums));
+            0.5 * (sine * sine + cosine * cosine)
+        };
+        // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
+        let of_edge = if is_full { of_plane.variance * (1.0 / ONE_WEIGHT) } else { 0.0 };
+        let curved = of_phases(&curve, 3, &[one, along, across, along_2, across_2]);
+        let phase = if is_full { CHANGE_OF_PHASES[1] * (factors[0][2] + flash) } else { 0.0 };
+        let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
+            let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
+            let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k, &plane);
+            [of_plane.variance_of(k, late) + phases + shared, phases].map(|square| sqrt(square) * unit)
+        });
         Some(Self {
             late: wave.late_without(dome).map(|late| late / (slowness + LATE_FROM)),
             miss: wave.miss,
             change: if is_full && change <= NOISE_OF_CHANGE { 0.0 } else { change * unit },
-            faster: [(dome - u).abs() * over, curve.deviation(3) * over],
+            faster: [(dome - u).abs() * over, length([curve.deviation(3), phase * sqrt(curved)]) * over],
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
             gain: [(u - v) * over, curve.deviation_between(3, 4) * over],
-            sd: [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
-                let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
-                // By half of the squares of a sine and a cosine.
-                let phases = wave.locked.map(|sums| (of_phase + flash) * of_plane.of_others(k, &plane, &sums));
-                let squares = 0.5 * (phases[0] * phases[0] + phases[1] * phases[1]);
-                sqrt(of_plane.variance_of(k, late) + squares + shared) * unit
-            }),
+            sd: [sds[0][0], sds[1][0]],
+            of_phases: if is_full { sds[0][1] } else { 0.0 },
         })
     }
 
@@ -511,8 +526,8 @@ impl Rest {
     fn doubt(&self, count: u32) -> Option<Reason> {
         let is_full = usize::from(count == TAXELS as u32);
         let ([late, mean], [faster, faster_sd], [twist, twist_sd]) = (LATE[is_full], self.faster, self.twist);
-        let changes = self.change > MOST_CHANGE[is_full]
-            || faster > (ACCELERATION[1] * faster_sd).max(ACCELERATION[0])
+        let changes = self.change > MOST_CHANGE[is_full].max(CHANGE_OF_PHASES[0] * self.of_phases)
+            || faster > (ACCELERATION[1] * faster_sd).clamp(ACCELERATION[0], ACCELERATION[2])
             || (faster > CERTAIN[0] && faster > CERTAIN[1] * faster_sd);
         let turns = twist > (TWIST[1] * twist_sd).max(TWIST[0]);
         let differs = self.late[0] > late || self.late[1] > mean || self.miss > MOST_MISS[is_full];
