@@ -6,5 +6,6 @@ pub mod crosstalk;
 pub mod motion;
 pub(crate) mod onset;
 pub mod path_sample;
+pub mod slip;
 pub mod taxel_ring;
 pub mod wave;
