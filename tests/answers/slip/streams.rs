@@ -132,9 +132,13 @@ impl Draw {
         match kind {
             Kind::Textured | Kind::Flat | Kind::Again | Kind::Release => {
                 let is_flat = kind == Kind::Flat || kind != Kind::Textured && self.one_in(4.0);
-                let specimen = self.part(is_flat);
-                let first_mm = 0.2 * speed + self.between(2.0, 6.0);
-                let way_mm = first_mm + self.between(3.0, 40.0);
+                let mut specimen = self.part(is_flat);
+                if kind == Kind::Again {
+                    // It stays on the sensor.
+                    (specimen.length_mm, specimen.body) = (self.between(120.0, 160.0), Body::Prism);
+                }
+                let first_mm = 0.1 * speed + self.between(2.0, 6.0);
+                let way_mm = first_mm + 0.2 * speed + self.between(3.0, 30.0);
                 let rest = Rest { first_mm, every_mm: f64::INFINITY, rest_s: REST_S };
                 Touch::Slide(Slide {
                     rest: (kind == Kind::Again).then_some(rest),

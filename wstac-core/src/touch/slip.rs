@@ -6,7 +6,7 @@ use crate::rate::FrameRate;
 
 /// Frames at 30 per second: to know the dark; from the first light of a press to its brightest frame, and to its end; of
 /// rest; of a rise that is neither a slip nor a release; and to tell a slip from a press or a release of any pattern.
-const TIMES: [u32; 7] = [16, 5, 24, 3, 16, 5, 2];
+const TIMES: [u32; 7] = [16, 3, 24, 3, 16, 5, 2];
 /// Lost frames in a row after which the hold is no longer known.
 const LONGEST_GAP: u64 = LONGEST_FILLED_GAP as u64;
 /// A touch has so many times the energy of noise, rest a fourth of it, and what differs from a pattern so many times.
@@ -92,20 +92,22 @@ struct Flash {
     /// The light and the energy of its brightest frames, and the light of all.
     peak: i64,
     energy: i64,
+    uneven: i64,
     sum: i64,
-    /// The energy of the last frame, and the number of the brightest.
-    last: i64,
+    /// The energies of the last frame, and the number of the brightest.
+    last: [i64; 2],
     brightest: u64,
 }
 
 impl Flash {
-    const NONE: Self = Self { peak: 0, energy: 0, sum: 0, last: 0, brightest: 0 };
+    const NONE: Self = Self { peak: 0, energy: 0, uneven: 0, sum: 0, last: [0; 2], brightest: 0 };
 
     fn add(&mut self, frame: u64, light: &Light) {
         if light.energy > self.energy {
             (self.energy, self.brightest) = (light.energy, frame);
         }
-        (self.peak, self.sum, self.last) = (self.peak.max(light.sum), self.sum + light.sum, light.energy);
+        (self.peak, self.uneven) = (self.peak.max(light.sum), self.uneven.max(light.uneven));
+        (self.sum, self.last) = (self.sum + light.sum, [light.energy, light.uneven]);
     }
 }
 
@@ -281,14 +283,16 @@ impl SlipDetector {
     fn press(&mut self, frame: u64, light: &Light) {
         let now = self.now;
         // Energy falls as the square of light: to a sixteenth, and by an eighth in every frame.
-        if light.energy <= now.energy / 256 {
+        if light.energy <= now.energy / 256 || light.uneven <= now.uneven / 256 {
             let is_press = now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT && !self.is_from_side();
             self.turn(if is_press { State::Held } else { State::Other });
             (self.held_since, self.press, self.level, self.has_moved) = (self.since, now, self.noise, false);
             self.follow(light, 0, 0);
             return;
         }
-        let has_risen = now.last < now.energy && light.energy > now.last / 4 * 3;
+        let has_risen = now.last[0] < now.energy
+            && light.energy > now.last[0] / 4 * 3
+            && light.uneven > now.last[1] / 4 * 3;
         if has_risen || frame - self.since > self.time(2) {
             self.turn(State::Other);
             return;
@@ -343,17 +347,18 @@ impl SlipDetector {
     }
 
     fn rise(&mut self, frame: u64, light: &Light) -> Option<Slip> {
+        let last = self.now.last[0];
         self.add(frame, light);
         let (age, now, press) = (frame - self.since, self.now, self.press);
         let is_lit = light.rises && light.beside(&self.pattern, true) > self.limit();
         let sums = Light::new(self.light);
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
         let is_slip = if self.has_moved {
-            light.rises && age >= self.time(5) && 4 * light.energy > now.energy
+            light.rises && light.is_touch(self.noise) && age >= self.time(5) && 4 * light.energy > now.energy
         } else {
             let differs = |part| part * beside > energy;
             let is_more = now.sum > press.sum + press.sum / 4;
-            is_lit && (is_more || now.peak < press.peak / 3 && differs(50) || age >= self.time(6) && differs(28))
+            is_lit && (is_more || 3 * light.energy > last && (now.peak < press.peak / 3 && differs(50) || age >= self.time(6) && differs(28)))
         };
         if is_slip {
             self.turn(State::Slip);
