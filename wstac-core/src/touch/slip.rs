@@ -414,3 +414,9 @@ impl SlipDetector {
         self.follow(light, 0, 6);
     }
 }
+
+const MOST_BYTES: usize = 512;
+const _: () = assert!(size_of::<SlipDetector>() <= MOST_BYTES);
+
+#[cfg(test)]
+mod tests;
