@@ -125,7 +125,7 @@ pub(crate) fn share(count: usize, of: usize) -> String {
 pub(crate) fn interval(count: usize, of: usize) -> String {
     let [low, high] = wilson(count as u32, of as u32);
     let share = count as f64 / of.max(1) as f64;
-    format!("{:.1} ({:.1} … {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+    format!("{:.1} ({:.1}…{:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
 }
 
 /// Returns a percentile with its interval of 95 %, by the ranks that a percentile may have by chance.
@@ -133,7 +133,7 @@ fn quantile(errors: &[f64], fraction: f64, unit: f64) -> String {
     let n = errors.len() as f64;
     let half = 1.96 * (fraction * (1.0 - fraction) / n.max(1.0)).sqrt();
     let at = |fraction: f64| percentile(errors.to_vec(), fraction.clamp(0.0, 1.0)).map_or(f64::NAN, |x| unit * x);
-    format!("{:.2} ({:.2} … {:.2})", at(fraction), at(fraction - half), at(fraction + half))
+    format!("{:.2} ({:.2}…{:.2})", at(fraction), at(fraction - half), at(fraction + half))
 }
 
 /// The goals beside what was reached.
