@@ -112,11 +112,11 @@ pub(crate) fn section(page: &mut String) {
         }
         page.push('\n');
     }
-    let [not_held, early] = not_held(&all);
+    let [missed, early] = not_held(&all);
     let _ = writeln!(
         page,
         "\nThe goal is for textured parts from {} mm/s, and for flat ones from {} mm/s. \
-         {not_held} % of all were not taken for held, {early} % reported before they moved.\n\
+         {missed} % of all were not taken for held, {early} % reported before they moved.\n\
          With disturbances, {OF_FAULT} of each part at these speeds, and {} releases:\n\n\
          | disturbance | in time, % | not held | early | releases reported |\n| --- | --- | --- | --- | --- |",
         TEXTURED[0],
@@ -143,8 +143,8 @@ pub(crate) fn section(page: &mut String) {
         let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);
         both.extend(watched(Kind::Flat, fault, FLAT, OF_FAULT));
         let releases = watched(Kind::Release, fault, TEXTURED, 2 * OF_FAULT);
-        let [not_held, early] = not_held(&both);
-        let _ = writeln!(page, "| {name} | {} | {not_held} | {early} | {} |", in_time(&both), wrong(&releases));
+        let [missed, early] = not_held(&both);
+        let _ = writeln!(page, "| {name} | {} | {missed} | {early} | {} |", in_time(&both), wrong(&releases));
     }
     others(page);
     holds(page);
