@@ -6,7 +6,7 @@ use crate::rate::FrameRate;
 
 /// Frames at 30 per second: to know the dark; from the first light of a press to its brightest frame, and to its end; of
 /// rest; of a rise that is neither a slip nor a release; and to tell a slip from a press or a release of any pattern.
-const TIMES: [u32; 7] = [16, 3, 24, 3, 16, 5, 2];
+const TIMES: [u32; 7] = [16, 12, 32, 3, 16, 5, 2];
 /// Lost frames in a row after which the hold is no longer known.
 const LONGEST_GAP: u64 = LONGEST_FILLED_GAP as u64;
 /// A touch has so many times the energy of noise, rest a fourth of it, and what differs from a pattern so many times.
@@ -291,7 +291,7 @@ impl SlipDetector {
 
     fn press(&mut self, frame: u64, light: &Light) {
         let now = self.now;
-        // Energy falls as the square of light: to a sixteenth, and by an eighth in every frame.
+        // A press is brightest at its end; then its energy falls as the square of light.
         if 256 * light.energy <= now.energy || 256 * light.uneven <= now.uneven {
             let is_press =
                 now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT && !self.is_from_side();
@@ -300,8 +300,9 @@ impl SlipDetector {
             self.follow(light, 0, 0);
             return;
         }
-        let has_risen =
-            now.last[0] < now.energy && 4 * light.energy > 3 * now.last[0] && 4 * light.uneven > 3 * now.last[1];
+        let has_risen = 8 * now.last[0] < 7 * now.energy
+            && 16 * light.energy > 9 * now.last[0]
+            && 16 * light.uneven > 9 * now.last[1];
         if has_risen || frame - self.since > self.time(2) {
             self.turn(State::Other);
             return;
@@ -378,9 +379,10 @@ impl SlipDetector {
             let differs = |part| part * beside > energy;
             let is_more = 4 * now.sum > 5 * press.sum;
             let is_weak = 3 * now.peak < press.peak && differs(50);
-            // The light of a release from rows that are read late still rises.
-            let rises_still = age == self.time(6) && now.brightest == frame;
-            let is_late = age >= self.time(6) && differs(if rises_still { 12 } else { 28 });
+            // A release takes as long as its press, and its light from rows that are read late still rises.
+            let least = self.time(6).max(press.brightest - self.held_since);
+            let rises_still = age == least && now.brightest == frame;
+            let is_late = age >= least && differs(if rises_still { 12 } else { 28 });
             let falls = 3 * light.energy < last;
             is_lit && !falls && (is_more || is_weak || is_late)
         };
