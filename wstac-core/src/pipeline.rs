@@ -117,6 +117,12 @@ impl<'a> Update<'a> {
         self.completed?.taxels.filter(|ring| ring.is_unbroken())
     }
 
+    /// Returns the number of the feature frame, and its taxels if the pipeline keeps them and none of its rows were lost.
+    pub(crate) fn newest_taxels(&self) -> Option<(u64, &'a [u16; TAXELS])> {
+        let Completed { taxels, number, .. } = self.completed?;
+        Some((number, taxels?.last(1).next().flatten()?))
+    }
+
     /// Returns the sample that a long gap interrupted. It has no event.
     pub fn interrupted(&self) -> Option<InterruptedSample> {
         self.completed?.trigger.interrupted()
