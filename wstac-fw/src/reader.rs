@@ -17,6 +17,7 @@ use wstac_core::touch::at_once::AtOnce;
 #[cfg(feature = "motion")]
 use wstac_core::touch::motion::LiveContact;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::slip::SlipDetector;
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 #[cfg(feature = "learn")]
@@ -64,6 +65,8 @@ struct Sender {
     law: setup::Law,
     /// None, unless the law answers at once.
     at_once: [AtOnce; <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
+    /// Watches held parts, if the law takes taxels. A microbit has no memory for it.
+    slip: [SlipDetector; (<setup::Law as EventLaw>::ANSWERS_AT_ONCE && !cfg!(microbit)) as usize],
     motion: MotionConfig,
     textures: Textures,
     /// The texture model.
@@ -130,6 +133,7 @@ impl Reader {
             sender: Sender {
                 law,
                 at_once: [AtOnce::new(motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
+                slip: [SlipDetector::new(rate); (<setup::Law as EventLaw>::ANSWERS_AT_ONCE && !cfg!(microbit)) as usize],
                 motion,
                 textures: Textures::default(),
                 #[cfg(feature = "models")]
@@ -432,6 +436,9 @@ impl Sender {
             && let Some(frame) = update.frame()
         {
             out.send(&Message::Features { frame: frame.number, features: frame.features });
+        }
+        if let Some(slip) = self.slip.first_mut().and_then(|slip| slip.push(update)) {
+            out.send(&Message::Slip(slip));
         }
         if let Some(interrupted) = update.interrupted() {
             self.at_once = self.at_once.map(|_| AtOnce::new(self.motion));
