@@ -136,7 +136,7 @@ impl Output {
                 count(&mut end.event_frame);
             }
             Self::Slip(slip) => {
-                [&mut slip.frame, &mut slip.onset_frame, &mut slip.held_since_frame].map(count);
+                [&mut slip.frame, &mut slip.onset_frame, &mut slip.held_since_frame].into_iter().for_each(count);
             }
             Self::EarlyTexture(texture) => count(&mut texture.frame),
             Self::Interrupted(sample) => count(&mut sample.frame),
