@@ -50,7 +50,8 @@ fn other_touches_are_no_slips() {
     let touches = touches.map(|touch| format!("[[touch]]\n{touch}\n"));
     let scene = folder.scene("others.toml", format!("fidelity = \"taxel\"\n{}", touches.concat()));
     let text = good(&["run", &scene]);
-    assert_eq!(text.matches("event at").count(), touches.len(), "{text}");
+    // The release of the hold is an event of its own.
+    assert_eq!(text.lines().filter(|line| line.starts_with("event at")).count(), touches.len() + 1, "{text}");
     assert!(!text.contains("slip"), "{text}");
 }
 

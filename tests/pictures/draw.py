@@ -133,11 +133,11 @@ def slip(wstac):
     parts.append(f"<rect x='{covers[-1]}' y='64' width='680' height='166' fill='{PAPER}'>{film('x', covers)}</rect>")
     parts.append(f"<rect x='904' y='64' width='700' height='166' fill='{PAPER}'/>")
     shown = ["1" if frame >= found["frame"] else "0" for frame in range(first, last)]
-    at, late = x(found["frame"]), found["frame"] - found["onset_frame"]
+    at = x(found["frame"])
     mark = f"<path d='M{at:.1f} 70V228' stroke='{INK}' stroke-dasharray='4 3'/>" + text(at - 6, 60, "slip", 15, "end", weight="bold")
     parts.append(f"<g>{film('opacity', shown)}{mark}</g>")
     parts.append(text(20, 258, "a part is pressed on, held for 1 s, and slips at 60 mm/s", 12, fill=CALM))
-    parts.append(text(900, 258, f"slip at frame {found['frame']}, {late} frames after its onset; three times slower", 12, "end", CALM))
+    parts.append(text(900, 258, f"known at frame {found['frame']}, onset at frame {found['onset_frame']}; three times slower", 12, "end", CALM))
     return svg(920, 274, "The light of a part that is pressed on, held, and slips", parts)
 
 

@@ -29,8 +29,7 @@ int main(int argc, char **argv)
             break;
         /* A part was pressed on and held, and moves now. */
         if (record.kind == WSTAC_KIND_SLIP && !stopped) {
-            printf("frame %.0f: slip, %.0f frames after its onset\n", (double)record.frame,
-                   (double)(record.frame - record.onset_frame));
+            printf("frame %.0f: slip since frame %.0f\n", (double)record.frame, (double)record.onset_frame);
             stop();
             stopped = 1;
         }

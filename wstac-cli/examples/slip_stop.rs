@@ -27,8 +27,7 @@ fn main() -> Result<(), Error> {
         match output? {
             // A part was pressed on and held, and moves now.
             Output::Slip(slip) if !stopped => {
-                let after = slip.frame - slip.onset_frame;
-                println!("frame {}: slip, {after} frames after its onset", slip.frame);
+                println!("frame {}: slip since frame {}", slip.frame, slip.onset_frame);
                 stop();
                 stopped = true;
             }

@@ -19,7 +19,7 @@ stopped = False
 for record in wstac.open(sys.argv[1]).records():
     # A part was pressed on and held, and moves now.
     if isinstance(record, wstac.Slip) and not stopped:
-        print(f"frame {record.frame}: slip, {record.frame - record.onset_frame} frames after its onset")
+        print(f"frame {record.frame}: slip since frame {record.onset_frame}")
         stop()
         stopped = True
     # The light has left: nothing moves on the sensor any more.

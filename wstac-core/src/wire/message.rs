@@ -163,8 +163,7 @@ pub enum Message<'a> {
     Slip(Slip),
 }
 
-/// The content of a message that this build does not know.
-#[doc(hidden)]
+/// The content of a message whose feature is missing: it has no value, so such a message is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[expect(clippy::exhaustive_enums, reason = "it has no value")]
 pub enum Never {}
