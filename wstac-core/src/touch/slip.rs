@@ -1,8 +1,21 @@
 //! The slip of a part that is pressed on and held: it moves, and no edge arrives (SPEC §9, "Slip").
 
-use crate::params::TAXELS;
+use crate::params::{LONGEST_FILLED_GAP, TAXELS};
 use crate::pipeline::Update;
 use crate::rate::FrameRate;
+
+/// Frames at 30 per second: to know the dark; from the first light of a press to its brightest frame, and to its end; of
+/// rest; of a rise that is neither a slip nor a release; and to tell a slip from a press or a release of any pattern.
+const TIMES: [u32; 6] = [16, 5, 24, 3, 16, 5];
+/// Lost frames in a row after which the hold is no longer known.
+const LONGEST_GAP: u64 = LONGEST_FILLED_GAP as u64;
+/// A touch has so many times the energy of noise, rest a fourth of it, and what differs from a pattern so many times.
+const TOUCH: i64 = 64;
+const DIFFERS: i64 = 4;
+/// The least energy of a frame's noise: half a unit rms in each taxel.
+const LEAST_NOISE: i64 = 1600;
+/// The least taxels of a press.
+const LEAST_LIT: usize = 5;
 
 /// A slip: a held part has begun to move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,18 +40,136 @@ impl Slip {
     }
 }
 
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// Learns the dark.
+    New,
+    Dark,
+    /// Light has come.
+    Press,
+    Held,
+    /// Light has come in a hold.
+    Rise,
+    /// A slip was reported, and goes on.
+    Slip,
+    /// Some other touch, until it is dark.
+    Other,
+}
+
 /// Watches for a press, and then for the slip of what is held.
 #[derive(Clone, Copy, Debug)]
 pub struct SlipDetector {
+    times: [u8; 6],
+    state: State,
+    /// Frames of the dark or of rest.
+    quiet: u8,
+    /// Whether there was a slip since the press: then what is held has another pattern, or has left.
+    has_moved: bool,
+    /// The press's pattern: the brightest is 255.
+    pattern: [u8; TAXELS],
+    /// Light before the touch, in 1/16 of a unit.
+    floor: [i32; TAXELS],
+    /// Sums of the light of a press or of a rise, in units.
+    light: [i32; TAXELS],
     next: u64,
-    held_since: Option<u64>,
+    /// The first frames of the press or rise, and of the hold.
+    since: u64,
+    held_since: u64,
+    /// The energy of noise in a frame, and of what a hold's frames have beside the press's pattern.
+    noise: i64,
+    level: i64,
+    now: Flash,
+    press: Flash,
+}
+
+/// The light of a press or of a rise.
+#[derive(Clone, Copy, Debug)]
+struct Flash {
+    /// The light and the energy of its brightest frames, and the light of all.
+    peak: i64,
+    energy: i64,
+    sum: i64,
+    /// The energy of the last frame, and the number of the brightest.
+    last: i64,
+    brightest: u64,
+}
+
+impl Flash {
+    const NONE: Self = Self { peak: 0, energy: 0, sum: 0, last: 0, brightest: 0 };
+
+    fn add(&mut self, frame: u64, light: &Light) {
+        if light.energy > self.energy {
+            (self.energy, self.brightest) = (light.energy, frame);
+        }
+        (self.peak, self.sum, self.last) = (self.peak.max(light.sum), self.sum + light.sum, light.energy);
+    }
+}
+
+/// The light of 25 taxels above the floor, in 1/16 of a unit, and its energy, with and without their mean.
+struct Light {
+    of: [i32; TAXELS],
+    sum: i64,
+    energy: i64,
+    uneven: i64,
+}
+
+impl Light {
+    fn new(of: [i32; TAXELS]) -> Self {
+        let sum = of.iter().map(|&light| i64::from(light)).sum();
+        let mut light = Self { of, sum, energy: 0, uneven: 0 };
+        light.energy = light.beside(&[0; TAXELS], false);
+        light.uneven = light.beside(&[0; TAXELS], true);
+        light
+    }
+
+    /// Returns whether light has come that is not the same for all taxels.
+    fn is_touch(&self, noise: i64) -> bool {
+        self.uneven > TOUCH * noise
+    }
+
+    /// Returns the energy of the light that is not of a pattern; if `is_even` is set, nor the same for all taxels.
+    fn beside(&self, pattern: &[u8; TAXELS], is_even: bool) -> i64 {
+        let count = TAXELS as i64;
+        let (mean, even) = if is_even {
+            (self.sum.div_euclid(count), pattern.iter().map(|&part| i64::from(part)).sum())
+        } else {
+            (0, 0)
+        };
+        let both = || {
+            let parts = pattern.iter().map(|&part| count * i64::from(part) - even);
+            parts.zip(self.of.iter().map(|&light| i64::from(light) - mean))
+        };
+        let size: i64 = both().map(|(part, _)| part * part).sum();
+        let along: i64 = both().map(|(part, light)| part * light).sum();
+        let along = if size > 0 { (256 * along).div_euclid(size) } else { 0 };
+        both().map(|(part, light)| light - (along * part >> 8)).map(|rest| rest * rest).sum()
+    }
 }
 
 impl SlipDetector {
     /// Creates the state before the first frame, for a camera's frame rate.
     pub const fn new(rate: FrameRate) -> Self {
-        let _ = rate;
-        Self { next: 0, held_since: None }
+        let (frames, mut times, mut which) = (rate.nominal_frames(), [0; 6], 0);
+        while which < times.len() {
+            times[which] = (TIMES[which] as f32 / frames + 0.5) as u8;
+            which += 1;
+        }
+        Self {
+            times,
+            state: State::New,
+            quiet: 0,
+            has_moved: false,
+            pattern: [0; TAXELS],
+            floor: [0; TAXELS],
+            light: [0; TAXELS],
+            next: 0,
+            since: 0,
+            held_since: 0,
+            noise: LEAST_NOISE,
+            level: 0,
+            now: Flash::NONE,
+            press: Flash::NONE,
+        }
     }
 
     /// Takes the feature frame that a push completed, if it did. Returns the slip that this frame shows.
@@ -54,16 +185,171 @@ impl SlipDetector {
     ///
     /// Numbers that are left out are lost frames. A frame that does not follow the last one is ignored.
     pub fn push_taxels(&mut self, frame: u64, taxels: &[u16; TAXELS]) -> Option<Slip> {
-        let _ = taxels;
-        if frame < self.next {
-            return None;
-        }
+        let lost = frame.checked_sub(self.next)?;
         self.next = frame.saturating_add(1);
+        if lost > LONGEST_GAP {
+            self.turn(State::New);
+        } else if lost > 0 && self.state == State::Rise {
+            // What was lost may have been its end.
+            self.turn(State::Held);
+        }
+        let mut of = [0; TAXELS];
+        for ((light, &taxel), &floor) in of.iter_mut().zip(taxels).zip(&self.floor) {
+            *light = 16 * i32::from(taxel) - floor;
+        }
+        let light = Light::new(of);
+        match self.state {
+            State::New => self.learn(&light),
+            State::Dark => self.wait(frame, &light),
+            State::Press => self.press(frame, &light),
+            State::Held => self.hold(frame, &light),
+            State::Rise => return self.rise(frame, &light),
+            State::Slip | State::Other => self.rest(frame, &light),
+        }
         None
     }
 
-    /// Returns the number of the first frame with light of the press, while something is held.
+    /// Returns the number of the first frame with light of the press, or of the rest behind a slip, while something is held.
     pub const fn held_since_frame(&self) -> Option<u64> {
-        self.held_since
+        match self.state {
+            State::Held | State::Rise | State::Slip => Some(self.held_since),
+            _ => None,
+        }
+    }
+
+    fn time(&self, which: usize) -> u64 {
+        self.times.get(which).copied().unwrap_or(0).into()
+    }
+
+    fn turn(&mut self, state: State) {
+        (self.state, self.quiet) = (state, 0);
+    }
+
+    /// Moves the floor by 1/2^down of light below it, and by 1/2^up of light above it.
+    fn follow(&mut self, light: &Light, down: u8, up: u8) {
+        for (floor, &light) in self.floor.iter_mut().zip(&light.of) {
+            *floor += light >> (if light < 0 { down } else { up } & 31);
+        }
+    }
+
+    /// Begins to sum up light.
+    fn begin(&mut self, state: State, frame: u64, light: &Light) {
+        self.turn(state);
+        (self.since, self.light, self.now) = (frame, [0; TAXELS], Flash::NONE);
+        self.add(frame, light);
+    }
+
+    fn add(&mut self, frame: u64, light: &Light) {
+        for (sum, &light) in self.light.iter_mut().zip(&light.of) {
+            *sum += light >> 4;
+        }
+        self.now.add(frame, light);
+    }
+
+    fn learn(&mut self, light: &Light) {
+        let is_first = self.quiet == 0;
+        let noise = if self.quiet < 2 { LEAST_NOISE } else { self.noise + (light.uneven - self.noise) / 4 };
+        self.noise = noise.max(LEAST_NOISE);
+        let part = if is_first { 0 } else { 1 };
+        self.follow(light, part, part);
+        self.quiet += 1;
+        if u64::from(self.quiet) >= self.time(0) {
+            self.turn(State::Dark);
+        }
+    }
+
+    fn wait(&mut self, frame: u64, light: &Light) {
+        if light.sum > 0 && light.is_touch(self.noise) {
+            self.begin(State::Press, frame, light);
+            return;
+        }
+        if light.uneven < DIFFERS * self.noise {
+            self.noise = (self.noise + (light.uneven - self.noise) / 32).max(LEAST_NOISE);
+        }
+        self.follow(light, 3, 3);
+    }
+
+    fn press(&mut self, frame: u64, light: &Light) {
+        let now = self.now;
+        // Energy falls as the square of light: to a sixteenth, and by an eighth in every frame.
+        if light.energy <= now.energy / 256 {
+            let is_press = now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT;
+            self.turn(if is_press { State::Held } else { State::Other });
+            (self.held_since, self.press, self.level, self.has_moved) = (self.since, now, self.noise, false);
+            self.follow(light, 0, 0);
+            return;
+        }
+        let has_risen = frame > now.brightest + 1 && light.energy > now.last / 4 * 3;
+        if has_risen || frame - self.since > self.time(2) {
+            self.turn(State::Other);
+            return;
+        }
+        self.add(frame, light);
+    }
+
+    /// Takes the sums of light as the pattern. Returns the number of taxels that are lit by an eighth of the brightest.
+    fn learn_pattern(&mut self) -> usize {
+        let most = i64::from(self.light.iter().copied().max().unwrap_or(0).max(1));
+        for (part, &light) in self.pattern.iter_mut().zip(&self.light) {
+            *part = (255 * i64::from(light.max(0)) / most) as u8;
+        }
+        self.pattern.iter().filter(|&&part| part >= 32).count()
+    }
+
+    fn hold(&mut self, frame: u64, light: &Light) {
+        let beside = light.beside(&self.pattern, true);
+        if light.sum > 0 && (beside > self.limit() || light.is_touch(self.noise) && light.energy > self.press.energy / 64) {
+            self.begin(State::Rise, frame, light);
+            return;
+        }
+        self.level += (beside - self.level) / 64;
+        self.follow(light, 1, 3);
+    }
+
+    /// Returns the energy beside the pattern from which light is not noise.
+    fn limit(&self) -> i64 {
+        DIFFERS * self.noise.max(self.level)
+    }
+
+    fn rise(&mut self, frame: u64, light: &Light) -> Option<Slip> {
+        self.add(frame, light);
+        let (age, now, press) = (frame - self.since, self.now, self.press);
+        let is_lit = light.sum > 0 && light.beside(&self.pattern, true) > self.limit();
+        let sums = Light::new(self.light);
+        let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
+        let is_slip = if self.has_moved {
+            age >= self.time(5) && 4 * light.energy > now.energy
+        } else {
+            let differs = |part| part * beside > energy;
+            let is_more = now.sum > press.sum + press.sum / 4;
+            is_lit && (is_more || now.peak < press.peak / 3 && differs(50) || age >= 2 && differs(28))
+        };
+        if is_slip {
+            self.turn(State::Slip);
+            return Some(Slip::new(frame, self.since, self.held_since, now.peak as f32 / press.peak.max(1) as f32));
+        }
+        if light.energy < now.energy / 16 || age >= self.time(4) {
+            let is_release = 3 * now.sum > press.sum;
+            self.turn(if is_release { State::Other } else { State::Held });
+            self.follow(light, 0, 0);
+        }
+        None
+    }
+
+    fn rest(&mut self, frame: u64, light: &Light) {
+        self.now.energy = self.now.energy.max(light.energy);
+        let is_rest = light.energy <= self.now.energy / 256 || light.uneven < TOUCH / 4 * self.noise;
+        self.quiet = if is_rest { self.quiet + 1 } else { 0 };
+        if u64::from(self.quiet) >= self.time(3) {
+            if self.state == State::Slip {
+                (self.has_moved, self.held_since) = (true, frame);
+                self.turn(State::Held);
+            } else {
+                self.turn(State::Dark);
+            }
+            self.follow(light, 0, 0);
+            return;
+        }
+        self.follow(light, 0, 6);
     }
 }
