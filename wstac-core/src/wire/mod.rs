@@ -73,7 +73,7 @@ mod learned;
 mod message;
 #[cfg(feature = "models")]
 mod models;
-mod numbers;
+pub(crate) mod numbers;
 mod outbox;
 mod picture;
 mod possible;
