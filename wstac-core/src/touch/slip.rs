@@ -1,12 +1,12 @@
 //! The slip of a part that is pressed on and held: it moves, and no edge arrives (SPEC §9, "Slip").
 
-use crate::params::{LONGEST_FILLED_GAP, TAXELS};
+use crate::params::{COLUMNS, LONGEST_FILLED_GAP, TAXELS};
 use crate::pipeline::Update;
 use crate::rate::FrameRate;
 
 /// Frames at 30 per second: to know the dark; from the first light of a press to its brightest frame, and to its end; of
 /// rest; of a rise that is neither a slip nor a release; and to tell a slip from a press or a release of any pattern.
-const TIMES: [u32; 6] = [16, 5, 24, 3, 16, 5];
+const TIMES: [u32; 7] = [16, 3, 24, 3, 16, 5, 2];
 /// Lost frames in a row after which the hold is no longer known.
 const LONGEST_GAP: u64 = LONGEST_FILLED_GAP as u64;
 /// A touch has so many times the energy of noise, rest a fourth of it, and what differs from a pattern so many times.
@@ -14,6 +14,8 @@ const TOUCH: i64 = 64;
 const DIFFERS: i64 = 4;
 /// The least energy of a frame's noise: half a unit rms in each taxel.
 const LEAST_NOISE: i64 = 1600;
+/// From pitch to pitch light is so much later, in 1/256 of a frame at 30 per second, if it comes from the side.
+const SLOPE: f32 = 77.0;
 /// The least taxels of a press.
 const LEAST_LIT: usize = 5;
 
@@ -62,7 +64,8 @@ enum State {
 /// Watches for a press, and then for the slip of what is held.
 #[derive(Clone, Copy, Debug)]
 pub struct SlipDetector {
-    times: [u8; 6],
+    times: [u8; 7],
+    slope: u16,
     state: State,
     /// Frames of the dark or of rest.
     quiet: u8,
@@ -74,6 +77,7 @@ pub struct SlipDetector {
     floor: [i32; TAXELS],
     /// Sums of the light of a press or of a rise, in units.
     light: [i32; TAXELS],
+    late: [i32; TAXELS],
     next: u64,
     /// The first frames of the press or rise, and of the hold.
     since: u64,
@@ -91,20 +95,22 @@ struct Flash {
     /// The light and the energy of its brightest frames, and the light of all.
     peak: i64,
     energy: i64,
+    uneven: i64,
     sum: i64,
-    /// The energy of the last frame, and the number of the brightest.
-    last: i64,
+    /// The energies of the last frame, and the number of the brightest.
+    last: [i64; 2],
     brightest: u64,
 }
 
 impl Flash {
-    const NONE: Self = Self { peak: 0, energy: 0, sum: 0, last: 0, brightest: 0 };
+    const NONE: Self = Self { peak: 0, energy: 0, uneven: 0, sum: 0, last: [0; 2], brightest: 0 };
 
     fn add(&mut self, frame: u64, light: &Light) {
         if light.energy > self.energy {
             (self.energy, self.brightest) = (light.energy, frame);
         }
-        (self.peak, self.sum, self.last) = (self.peak.max(light.sum), self.sum + light.sum, light.energy);
+        (self.peak, self.uneven) = (self.peak.max(light.sum), self.uneven.max(light.uneven));
+        (self.sum, self.last) = (self.sum + light.sum, [light.energy, light.uneven]);
     }
 }
 
@@ -114,14 +120,18 @@ struct Light {
     sum: i64,
     energy: i64,
     uneven: i64,
+    /// Whether it has risen: a fifth of the energy at most is of taxels below the floor.
+    rises: bool,
 }
 
 impl Light {
     fn new(of: [i32; TAXELS]) -> Self {
         let sum = of.iter().map(|&light| i64::from(light)).sum();
-        let mut light = Self { of, sum, energy: 0, uneven: 0 };
+        let mut light = Self { of, sum, energy: 0, uneven: 0, rises: false };
         light.energy = light.beside(&[0; TAXELS], false);
         light.uneven = light.beside(&[0; TAXELS], true);
+        let fallen: i64 = of.iter().map(|&light| i64::from(light.min(0)).pow(2)).sum();
+        light.rises = light.energy > 5 * fallen;
         light
     }
 
@@ -152,19 +162,21 @@ impl Light {
 impl SlipDetector {
     /// Creates the state before the first frame, for a camera's frame rate.
     pub const fn new(rate: FrameRate) -> Self {
-        let (frames, mut times, mut which) = (rate.nominal_frames(), [0; 6], 0);
+        let (frames, mut times, mut which) = (rate.nominal_frames(), [0; 7], 0);
         while which < times.len() {
             times[which] = (TIMES[which] as f32 / frames + 0.5) as u8;
             which += 1;
         }
         Self {
             times,
+            slope: (SLOPE / frames) as u16,
             state: State::New,
             quiet: 0,
             has_moved: false,
             pattern: [0; TAXELS],
             floor: [0; TAXELS],
             light: [0; TAXELS],
+            late: [0; TAXELS],
             next: 0,
             since: 0,
             held_since: 0,
@@ -192,9 +204,6 @@ impl SlipDetector {
         self.next = frame.saturating_add(1);
         if lost > LONGEST_GAP {
             self.turn(State::New);
-        } else if lost > 0 && self.state == State::Rise {
-            // What was lost may have been its end.
-            self.turn(State::Held);
         }
         let mut of = [0; TAXELS];
         for ((light, &taxel), &floor) in of.iter_mut().zip(taxels).zip(&self.floor) {
@@ -238,13 +247,15 @@ impl SlipDetector {
     /// Begins to sum up light.
     fn begin(&mut self, state: State, frame: u64, light: &Light) {
         self.turn(state);
-        (self.since, self.light, self.now) = (frame, [0; TAXELS], Flash::NONE);
+        (self.since, self.light, self.late, self.now) = (frame, [0; TAXELS], [0; TAXELS], Flash::NONE);
         self.add(frame, light);
     }
 
     fn add(&mut self, frame: u64, light: &Light) {
-        for (sum, &light) in self.light.iter_mut().zip(&light.of) {
+        let age = (frame - self.since).min(31) as i32;
+        for ((sum, late), &light) in self.light.iter_mut().zip(&mut self.late).zip(&light.of) {
             *sum += light >> 4;
+            *late += age * (light >> 4);
         }
         self.now.add(frame, light);
     }
@@ -262,7 +273,7 @@ impl SlipDetector {
     }
 
     fn wait(&mut self, frame: u64, light: &Light) {
-        if light.sum > 0 && light.is_touch(self.noise) {
+        if light.rises && light.is_touch(self.noise) {
             self.begin(State::Press, frame, light);
             return;
         }
@@ -275,14 +286,16 @@ impl SlipDetector {
     fn press(&mut self, frame: u64, light: &Light) {
         let now = self.now;
         // Energy falls as the square of light: to a sixteenth, and by an eighth in every frame.
-        if light.energy <= now.energy / 256 {
-            let is_press = now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT;
+        if light.energy <= now.energy / 256 || light.uneven <= now.uneven / 256 {
+            let is_press = now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT && !self.is_from_side();
             self.turn(if is_press { State::Held } else { State::Other });
             (self.held_since, self.press, self.level, self.has_moved) = (self.since, now, self.noise, false);
             self.follow(light, 0, 0);
             return;
         }
-        let has_risen = frame > now.brightest + 1 && light.energy > now.last / 4 * 3;
+        let has_risen = now.last[0] < now.energy
+            && light.energy > now.last[0] / 4 * 3
+            && light.uneven > now.last[1] / 4 * 3;
         if has_risen || frame - self.since > self.time(2) {
             self.turn(State::Other);
             return;
@@ -299,9 +312,31 @@ impl SlipDetector {
         self.pattern.iter().filter(|&&part| part >= 32).count()
     }
 
+    /// Returns whether the light came from one side: its mean time rises along the sensor by more than that of a slide at
+    /// 400 mm/s.
+    fn is_from_side(&self) -> bool {
+        let most = self.light.iter().copied().max().unwrap_or(0);
+        let (mut lit, mut times, mut sums) = (0, 0, [[0_i64; 3]; 2]);
+        for (taxel, (&light, &late)) in (0..).zip(self.light.iter().zip(&self.late)) {
+            if light <= 0 || light < most / 8 {
+                continue;
+            }
+            let time = 256 * i64::from(late) / i64::from(light);
+            (lit, times) = (lit + 1, times + time);
+            for ([place, square, product], at) in sums.iter_mut().zip([taxel % COLUMNS as i64, taxel / COLUMNS as i64]) {
+                (*place, *square, *product) = (*place + at, *square + at * at, *product + at * time);
+            }
+        }
+        let slopes = sums.map(|[place, square, product]| {
+            let spread = lit * square - place * place;
+            if spread > 0 { (lit * product - place * times) / spread } else { 0 }
+        });
+        slopes.iter().map(|slope| slope * slope).sum::<i64>() > i64::from(self.slope) * i64::from(self.slope)
+    }
+
     fn hold(&mut self, frame: u64, light: &Light) {
         let beside = light.beside(&self.pattern, true);
-        if light.sum > 0 && (beside > self.limit() || light.is_touch(self.noise) && light.energy > self.press.energy / 64) {
+        if light.rises && (beside > self.limit() || light.is_touch(self.noise) && light.energy > self.press.energy / 64) {
             self.begin(State::Rise, frame, light);
             return;
         }
@@ -315,24 +350,25 @@ impl SlipDetector {
     }
 
     fn rise(&mut self, frame: u64, light: &Light) -> Option<Slip> {
+        let last = self.now.last[0];
         self.add(frame, light);
         let (age, now, press) = (frame - self.since, self.now, self.press);
-        let is_lit = light.sum > 0 && light.beside(&self.pattern, true) > self.limit();
+        let is_lit = light.rises && light.beside(&self.pattern, true) > self.limit();
         let sums = Light::new(self.light);
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
         let is_slip = if self.has_moved {
-            age >= self.time(5) && 4 * light.energy > now.energy
+            light.rises && light.is_touch(self.noise) && age >= self.time(5) && 4 * light.energy > now.energy
         } else {
             let differs = |part| part * beside > energy;
             let is_more = now.sum > press.sum + press.sum / 4;
-            is_lit && (is_more || now.peak < press.peak / 3 && differs(50) || age >= 2 && differs(28))
+            is_lit && (is_more || 3 * light.energy > last && (now.peak < press.peak / 3 && differs(50) || age >= self.time(6) && differs(28)))
         };
         if is_slip {
             self.turn(State::Slip);
             return Some(Slip::new(frame, self.since, self.held_since, now.peak as f32 / press.peak.max(1) as f32));
         }
         if light.energy < now.energy / 16 || age >= self.time(4) {
-            let is_release = 3 * now.sum > press.sum;
+            let is_release = 6 * now.sum > press.sum;
             self.turn(if is_release { State::Other } else { State::Held });
             self.follow(light, 0, 0);
         }
