@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from datetime import datetime
-from typing import Any, Optional, Union
+from typing import Any, ClassVar, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -307,8 +307,23 @@ def _stamped(found: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
+class _Row:
+    """Base of records whose fields are those of JSON."""
+
+    _kind: ClassVar[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns it as one flat row, such as `pandas.DataFrame` takes."""
+        return asdict(self)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The object that `wstac run --json` prints."""
+        return _stamped({"kind": self._kind, **asdict(self)})
+
+
 @dataclass(frozen=True)
-class ContactEnd:
+class ContactEnd(_Row):
     """The end of the touch of an event: its light has left. A law of durations gives none.
 
     >>> import wstac
@@ -317,6 +332,7 @@ class ContactEnd:
     (ContactEnd(frame=74, event_frame=35, time_s=2.4667), 74, 'contact_end')
     """
 
+    _kind = "contact_end"
     frame: int
     """Number of the first dark frame behind the touch."""
     event_frame: int
@@ -330,18 +346,9 @@ class ContactEnd:
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
     """The most by which the stamp may be wrong, in ms."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Returns it as one flat row, such as `pandas.DataFrame` takes."""
-        return asdict(self)
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The object that `wstac run --json` prints."""
-        return _stamped({"kind": "contact_end", **asdict(self)})
-
 
 @dataclass(frozen=True)
-class Slip:
+class Slip(_Row):
     """A held part begins to slip. The published law gives none.
 
     >>> import wstac
@@ -351,6 +358,7 @@ class Slip:
     [75]
     """
 
+    _kind = "slip"
     frame: int
     """Number of the frame that shows the slip."""
     onset_frame: int
@@ -365,15 +373,6 @@ class Slip:
     """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
     """The most by which the stamp may be wrong, in ms."""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Returns it as one flat row, such as `pandas.DataFrame` takes."""
-        return asdict(self)
-
-    @property
-    def record(self) -> dict[str, Any]:
-        """The object that `wstac run --json` prints."""
-        return _stamped({"kind": "slip", **asdict(self)})
 
 
 @dataclass(frozen=True)
@@ -651,10 +650,9 @@ class Records:
         weeks.
         """
         self.events.clear()
-        for records in (
-            self.motions, self.early_textures, self.incomplete, self.contact_ends, self.slips, self.faults, self.lost
-        ):  # fmt: skip
-            del records[:-MOST]
+        for records in vars(self).values():
+            if isinstance(records, list):
+                del records[:-MOST]
 
 
 class Recorded:
