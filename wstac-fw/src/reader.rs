@@ -32,6 +32,8 @@ use crate::textures::{ModelSample, Textures};
 
 /// The number of frames from one status to the next: about one second.
 const STATUS_EVERY: u64 = 30;
+/// The number of detectors of slips: one if the law takes taxels. A microbit has no memory for it.
+const SLIPS: usize = (<setup::Law as EventLaw>::ANSWERS_AT_ONCE && !cfg!(microbit)) as usize;
 
 /// Takes messages. A message without room is left out.
 pub trait Publisher {
@@ -65,8 +67,7 @@ struct Sender {
     law: setup::Law,
     /// None, unless the law answers at once.
     at_once: [AtOnce; <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
-    /// Watches held parts, if the law takes taxels. A microbit has no memory for it.
-    slip: [SlipDetector; (<setup::Law as EventLaw>::ANSWERS_AT_ONCE && !cfg!(microbit)) as usize],
+    slip: [SlipDetector; SLIPS],
     motion: MotionConfig,
     textures: Textures,
     /// The texture model.
@@ -133,7 +134,7 @@ impl Reader {
             sender: Sender {
                 law,
                 at_once: [AtOnce::new(motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
-                slip: [SlipDetector::new(rate); (<setup::Law as EventLaw>::ANSWERS_AT_ONCE && !cfg!(microbit)) as usize],
+                slip: [SlipDetector::new(rate); SLIPS],
                 motion,
                 textures: Textures::default(),
                 #[cfg(feature = "models")]
