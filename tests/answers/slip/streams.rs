@@ -68,6 +68,8 @@ pub(crate) enum Fault {
     Crosstalk,
     /// A readout of 33 ms.
     Rolling,
+    /// The press comes at 8 to 30 mm/s, and not at 30 to 400.
+    Slow,
 }
 
 impl Fault {
@@ -124,10 +126,11 @@ impl Draw {
         }
     }
 
-    fn touch(&mut self, kind: Kind, speed: f64, longest_s: f64) -> Touch {
+    fn touch(&mut self, kind: Kind, fault: Fault, speed: f64) -> Touch {
         let is_held = matches!(kind, Kind::Textured | Kind::Flat | Kind::Again | Kind::Release | Kind::Plate);
-        let hold_s = if is_held { self.log_between(0.3, longest_s) } else { self.between(0.02, 0.3) };
-        let (approach_mm_s, direction_deg) = (self.log_between(30.0, 400.0), self.between(0.0, 360.0));
+        let hold_s = if is_held { self.log_between(0.3, 60.0) } else { self.between(0.02, 0.3) };
+        let [slowest, fastest] = if fault == Fault::Slow { [8.0, 30.0] } else { [30.0, 400.0] };
+        let (approach_mm_s, direction_deg) = (self.log_between(slowest, fastest), self.between(0.0, 360.0));
         let held = Held { approach_mm_s, hold_s, travel_mm: None };
         match kind {
             Kind::Textured | Kind::Flat | Kind::Again | Kind::Release => {
@@ -169,7 +172,7 @@ impl Draw {
             }),
             Kind::Row => {
                 let kind = self.other();
-                self.touch(kind, speed, longest_s)
+                self.touch(kind, fault, speed)
             }
         }
     }
@@ -290,7 +293,7 @@ pub(crate) fn draw(kind: Kind, fault: Fault, [low, high]: [f64; 2], seed: u64, n
     let touches: Vec<_> = (0..count)
         .map(|_| {
             let speed = draw.log_between(low, high);
-            draw.touch(kind, speed, 60.0)
+            draw.touch(kind, fault, speed)
         })
         .collect();
     let script = draw.script(touches.clone(), fault, seed);
@@ -310,7 +313,7 @@ pub(crate) fn draw(kind: Kind, fault: Fault, [low, high]: [f64; 2], seed: u64, n
 /// Draws the stream of a hold of this time in s that has no slip.
 pub(crate) fn hold(fault: Fault, hold_s: f64, seed: u64, number: u64) -> Stream {
     let mut draw = Draw(Rng::new(seed, 1 << 48 | number));
-    let mut touch = draw.touch(Kind::Release, 1.0, 60.0);
+    let mut touch = draw.touch(Kind::Release, fault, 1.0);
     if let Touch::Slide(slide) = &mut touch {
         slide.held = slide.held.map(|held| Held { hold_s: 2.0 * FADED_S, ..held });
     }

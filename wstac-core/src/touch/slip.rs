@@ -1,6 +1,6 @@
 //! The slip of a part that is pressed on and held: it moves, and no edge arrives (SPEC §9, "Slip").
 
-use crate::params::{COLUMNS, LONGEST_FILLED_GAP, TAXELS};
+use crate::params::{COLUMNS, LONGEST_FILLED_GAP, NOMINAL_FRAME_RATE, TAXELS};
 use crate::pipeline::Update;
 use crate::rate::FrameRate;
 
@@ -15,7 +15,7 @@ const DIFFERS: i64 = 4;
 /// The least energy of a frame's noise: half a unit rms in each taxel.
 const LEAST_NOISE: i64 = 1600;
 /// From pitch to pitch light is so much later, in 1/256 of a frame at 30 per second, if it comes from the side.
-const SLOPE: f32 = 77.0;
+const SLOPE: u32 = 77;
 /// The least taxels of a press.
 const LEAST_LIT: usize = 5;
 
@@ -159,17 +159,27 @@ impl Light {
     }
 }
 
+/// Returns how many feature frames of a rate are so many frames at 30 per second, in parts of a frame, rounded down.
+const fn frames(count: u32, rate: FrameRate, parts: u64) -> u64 {
+    let per = rate.denominator() as u64 * rate.frames_added() as u64 * NOMINAL_FRAME_RATE as u64;
+    match (parts * count as u64 * rate.numerator() as u64).checked_div(per) {
+        Some(frames) => frames,
+        None => 0,
+    }
+}
+
 impl SlipDetector {
     /// Creates the state before the first frame, for a camera's frame rate.
     pub const fn new(rate: FrameRate) -> Self {
-        let (frames, mut times, mut which) = (rate.nominal_frames(), [0; 7], 0);
+        let mut times = [0; 7];
+        let mut which = 0;
         while which < times.len() {
-            times[which] = (TIMES[which] as f32 / frames + 0.5) as u8;
+            times[which] = frames(TIMES[which], rate, 2).div_ceil(2) as u8;
             which += 1;
         }
         Self {
             times,
-            slope: (SLOPE / frames) as u16,
+            slope: frames(SLOPE, rate, 1) as u16,
             state: State::New,
             quiet: 0,
             has_moved: false,
@@ -287,15 +297,15 @@ impl SlipDetector {
         let now = self.now;
         // Energy falls as the square of light: to a sixteenth, and by an eighth in every frame.
         if light.energy <= now.energy / 256 || light.uneven <= now.uneven / 256 {
-            let is_press = now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT && !self.is_from_side();
+            let is_press =
+                now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT && !self.is_from_side();
             self.turn(if is_press { State::Held } else { State::Other });
             (self.held_since, self.press, self.level, self.has_moved) = (self.since, now, self.noise, false);
             self.follow(light, 0, 0);
             return;
         }
-        let has_risen = now.last[0] < now.energy
-            && light.energy > now.last[0] / 4 * 3
-            && light.uneven > now.last[1] / 4 * 3;
+        let has_risen =
+            now.last[0] < now.energy && light.energy > now.last[0] / 4 * 3 && light.uneven > now.last[1] / 4 * 3;
         if has_risen || frame - self.since > self.time(2) {
             self.turn(State::Other);
             return;
@@ -312,6 +322,14 @@ impl SlipDetector {
         self.pattern.iter().filter(|&&part| part >= 32).count()
     }
 
+    /// Returns whether half of the taxels that the press has lit have light that is not noise.
+    fn has_most_lit(&self, age: u64) -> bool {
+        let limit = self.noise * (age as i64 + 1);
+        let lit = self.light.iter().zip(&self.pattern).filter(|&(_, &part)| part >= 32);
+        let all = lit.clone().count();
+        2 * lit.filter(|&(&light, _)| light > 0 && 100 * i64::from(light) * i64::from(light) > limit).count() >= all
+    }
+
     /// Returns whether the light came from one side: its mean time rises along the sensor by more than that of a slide at
     /// 400 mm/s.
     fn is_from_side(&self) -> bool {
@@ -323,7 +341,8 @@ impl SlipDetector {
             }
             let time = 256 * i64::from(late) / i64::from(light);
             (lit, times) = (lit + 1, times + time);
-            for ([place, square, product], at) in sums.iter_mut().zip([taxel % COLUMNS as i64, taxel / COLUMNS as i64]) {
+            for ([place, square, product], at) in sums.iter_mut().zip([taxel % COLUMNS as i64, taxel / COLUMNS as i64])
+            {
                 (*place, *square, *product) = (*place + at, *square + at * at, *product + at * time);
             }
         }
@@ -336,7 +355,8 @@ impl SlipDetector {
 
     fn hold(&mut self, frame: u64, light: &Light) {
         let beside = light.beside(&self.pattern, true);
-        if light.rises && (beside > self.limit() || light.is_touch(self.noise) && light.energy > self.press.energy / 64) {
+        if light.rises && (beside > self.limit() || light.is_touch(self.noise) && light.energy > self.press.energy / 64)
+        {
             self.begin(State::Rise, frame, light);
             return;
         }
@@ -361,9 +381,14 @@ impl SlipDetector {
         } else {
             let differs = |part| part * beside > energy;
             let is_more = now.sum > press.sum + press.sum / 4;
-            is_lit && (is_more || 3 * light.energy > last && (now.peak < press.peak / 3 && differs(50) || age >= self.time(6) && differs(28)))
+            let is_weak = now.peak < press.peak / 3 && differs(50);
+            // The light of a release from rows that are read late still rises.
+            let rises_still = age == self.time(6) && now.brightest == frame;
+            let is_late = age >= self.time(6) && differs(if rises_still { 12 } else { 28 });
+            let falls = 3 * light.energy < last;
+            is_lit && !falls && (is_more || is_weak || is_late)
         };
-        if is_slip {
+        if is_slip && self.has_most_lit(age) {
             self.turn(State::Slip);
             return Some(Slip::new(frame, self.since, self.held_since, now.peak as f32 / press.peak.max(1) as f32));
         }
@@ -392,3 +417,9 @@ impl SlipDetector {
         self.follow(light, 0, 6);
     }
 }
+
+const MOST_BYTES: usize = 512;
+const _: () = assert!(size_of::<SlipDetector>() <= MOST_BYTES);
+
+#[cfg(test)]
+mod tests;
