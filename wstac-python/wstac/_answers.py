@@ -307,6 +307,7 @@ def _stamped(found: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
+@dataclass(frozen=True)
 class _Row:
     """Base of records whose fields are those of JSON."""
 
