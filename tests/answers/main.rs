@@ -1,12 +1,14 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once` or `textures` it writes only that section, and with `base` only the tables
-//! of the kinds of touch and of cameras, whose lines are lines of the page. With `objects` or `live-objects` and their
-//! options it prints a table of objects for whoever sets limits, by other seeds than those of the page.
+//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `slip` or `textures` it writes only that section,
+//! and with `base` only the tables of the kinds of touch and of cameras, whose lines are lines of the page. With
+//! `objects` or `live-objects` and their options it prints a table of objects for whoever sets limits, by other seeds
+//! than those of the page.
 
 mod live;
 mod objects;
 mod readout;
+mod slip;
 mod textures;
 mod touches;
 
@@ -220,6 +222,7 @@ fn main() {
             "readout" => readout::table(&mut section),
             "judge" => objects::section(&mut section),
             "at-once" => objects::at_once::section(&mut section),
+            "slip" => slip::section(&mut section),
             "base" => {
                 kinds(&mut section);
                 section += &live::cameras(objects::scenes::JUDGE, live::OF_CONDITION);
@@ -237,6 +240,7 @@ fn main() {
     readout::table(&mut page);
     objects::section(&mut page);
     objects::at_once::section(&mut page);
+    slip::section(&mut page);
     live::tables(&mut page);
     page += &textures::section();
     print!("{page}");

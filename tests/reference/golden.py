@@ -28,6 +28,7 @@ from vectors.live_cases import live_cases
 from vectors.motion_cases import motion_cases, readout_cases
 from vectors.path_cases import path_cases
 from vectors.shutters import SHUTTERS, named
+from vectors.slip_cases import slip_cases
 from vectors.touch_cases import touch_cases
 from vectors.wave_cases import wave_cases
 from wstac_reference.formats import FORMATS
@@ -64,6 +65,7 @@ def made_files() -> dict[str, bytes]:
         "expected.json": f"{{{results}}}\n".encode(),
         "frames.raw": bytes(frames),
         "at_once.json": lines_of({"cases": at_once_cases()}).encode(),
+        "slip.json": lines_of({"cases": slip_cases()}).encode(),
         "crosstalk.json": lines_of({"cases": crosstalk_cases()}).encode(),
         "extent.json": lines_of({"cases": extent_cases()}).encode(),
         "known.json": lines_of({"cases": known_cases()}).encode(),

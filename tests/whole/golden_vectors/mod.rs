@@ -11,6 +11,7 @@ mod motion;
 mod motion_of;
 mod path;
 mod shutter;
+mod slip;
 mod wave;
 
 use std::collections::HashMap;

@@ -155,7 +155,7 @@ impl Light {
         let size: i64 = both().map(|(part, _)| part * part).sum();
         let along: i64 = both().map(|(part, light)| part * light).sum();
         let along = if size > 0 { (256 * along).div_euclid(size) } else { 0 };
-        both().map(|(part, light)| light - (along * part >> 8)).map(|rest| rest * rest).sum()
+        both().map(|(part, light)| light - ((along * part) >> 8)).map(|rest| rest * rest).sum()
     }
 }
 
@@ -271,11 +271,10 @@ impl SlipDetector {
     }
 
     fn learn(&mut self, light: &Light) {
-        let is_first = self.quiet == 0;
-        let noise = if self.quiet < 2 { LEAST_NOISE } else { self.noise + (light.uneven - self.noise) / 4 };
+        let noise = if self.quiet < 2 { LEAST_NOISE } else { self.noise + ((light.uneven - self.noise) >> 2) };
         self.noise = noise.max(LEAST_NOISE);
-        let part = if is_first { 0 } else { 1 };
-        self.follow(light, part, part);
+        let half = u8::from(self.quiet > 0);
+        self.follow(light, half, half);
         self.quiet += 1;
         if u64::from(self.quiet) >= self.time(0) {
             self.turn(State::Dark);
@@ -288,7 +287,7 @@ impl SlipDetector {
             return;
         }
         if light.uneven < DIFFERS * self.noise {
-            self.noise = (self.noise + (light.uneven - self.noise) / 32).max(LEAST_NOISE);
+            self.noise = (self.noise + ((light.uneven - self.noise) >> 5)).max(LEAST_NOISE);
         }
         self.follow(light, 3, 3);
     }
@@ -296,7 +295,7 @@ impl SlipDetector {
     fn press(&mut self, frame: u64, light: &Light) {
         let now = self.now;
         // Energy falls as the square of light: to a sixteenth, and by an eighth in every frame.
-        if light.energy <= now.energy / 256 || light.uneven <= now.uneven / 256 {
+        if 256 * light.energy <= now.energy || 256 * light.uneven <= now.uneven {
             let is_press =
                 now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT && !self.is_from_side();
             self.turn(if is_press { State::Held } else { State::Other });
@@ -305,7 +304,7 @@ impl SlipDetector {
             return;
         }
         let has_risen =
-            now.last[0] < now.energy && light.energy > now.last[0] / 4 * 3 && light.uneven > now.last[1] / 4 * 3;
+            now.last[0] < now.energy && 4 * light.energy > 3 * now.last[0] && 4 * light.uneven > 3 * now.last[1];
         if has_risen || frame - self.since > self.time(2) {
             self.turn(State::Other);
             return;
@@ -339,7 +338,7 @@ impl SlipDetector {
             if light <= 0 || light < most / 8 {
                 continue;
             }
-            let time = 256 * i64::from(late) / i64::from(light);
+            let time = (256 * i64::from(late)).div_euclid(light.into());
             (lit, times) = (lit + 1, times + time);
             for ([place, square, product], at) in sums.iter_mut().zip([taxel % COLUMNS as i64, taxel / COLUMNS as i64])
             {
@@ -348,19 +347,19 @@ impl SlipDetector {
         }
         let slopes = sums.map(|[place, square, product]| {
             let spread = lit * square - place * place;
-            if spread > 0 { (lit * product - place * times) / spread } else { 0 }
+            if spread > 0 { (lit * product - place * times).div_euclid(spread) } else { 0 }
         });
         slopes.iter().map(|slope| slope * slope).sum::<i64>() > i64::from(self.slope) * i64::from(self.slope)
     }
 
     fn hold(&mut self, frame: u64, light: &Light) {
         let beside = light.beside(&self.pattern, true);
-        if light.rises && (beside > self.limit() || light.is_touch(self.noise) && light.energy > self.press.energy / 64)
+        if light.rises && (beside > self.limit() || light.is_touch(self.noise) && 64 * light.energy > self.press.energy)
         {
             self.begin(State::Rise, frame, light);
             return;
         }
-        self.level += (beside - self.level) / 64;
+        self.level += (beside - self.level) >> 6;
         self.follow(light, 1, 3);
     }
 
@@ -380,8 +379,8 @@ impl SlipDetector {
             light.rises && light.is_touch(self.noise) && age >= self.time(5) && 4 * light.energy > now.energy
         } else {
             let differs = |part| part * beside > energy;
-            let is_more = now.sum > press.sum + press.sum / 4;
-            let is_weak = now.peak < press.peak / 3 && differs(50);
+            let is_more = 4 * now.sum > 5 * press.sum;
+            let is_weak = 3 * now.peak < press.peak && differs(50);
             // The light of a release from rows that are read late still rises.
             let rises_still = age == self.time(6) && now.brightest == frame;
             let is_late = age >= self.time(6) && differs(if rises_still { 12 } else { 28 });
@@ -392,7 +391,7 @@ impl SlipDetector {
             self.turn(State::Slip);
             return Some(Slip::new(frame, self.since, self.held_since, now.peak as f32 / press.peak.max(1) as f32));
         }
-        if light.energy < now.energy / 16 || age >= self.time(4) {
+        if 16 * light.energy < now.energy || age >= self.time(4) {
             let is_release = 6 * now.sum > press.sum;
             self.turn(if is_release { State::Other } else { State::Held });
             self.follow(light, 0, 0);
@@ -402,7 +401,7 @@ impl SlipDetector {
 
     fn rest(&mut self, frame: u64, light: &Light) {
         self.now.energy = self.now.energy.max(light.energy);
-        let is_rest = light.energy <= self.now.energy / 256 || light.uneven < TOUCH / 4 * self.noise;
+        let is_rest = 256 * light.energy <= self.now.energy || 4 * light.uneven < TOUCH * self.noise;
         self.quiet = if is_rest { self.quiet + 1 } else { 0 };
         if u64::from(self.quiet) >= self.time(3) {
             if self.state == State::Slip {

@@ -22,6 +22,7 @@ use wstac_core::touch::motion::{
     self, Contact, LiveContact, LiveMotion, LiveWave, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity,
 };
 use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::slip::{Slip, SlipDetector};
 use wstac_core::touch::taxel_ring::{ChosenTaxels, NoTaxels, TaxelRing, TaxelStore};
 use wstac_core::touch::wave::{self, Basis, Extent, TaxelMotion, Wave};
 
@@ -229,6 +230,15 @@ entries! {
     new_at_once(config: MotionConfig) -> AtOnce { AtOnce::new(config) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
     by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion { wave::by_wave(event, taxels, config) }
+}
+
+entries! {
+    slip:
+    new_slip_detector(rate: FrameRate) -> SlipDetector { SlipDetector::new(rate) }
+    push_to_slip(detector: &mut SlipDetector, update: &Update<'_>) -> Option<Slip> { detector.push(update) }
+    push_taxels_to_slip(detector: &mut SlipDetector, frame: u64, taxels: &[u16; 25]) -> Option<Slip> { detector.push_taxels(frame, taxels) }
+    held_since_frame(detector: &SlipDetector) -> Option<u64> { detector.held_since_frame() }
+    new_slip(frame: u64, onset_frame: u64, held_since_frame: u64, strength: f32) -> Slip { Slip::new(frame, onset_frame, held_since_frame, strength) }
 }
 
 entries! {

@@ -1,0 +1,189 @@
+//! Slip in a grasp: how soon it is reported, and what else is taken for it.
+
+mod streams;
+
+use std::fmt::Write as _;
+
+use wstac_core::touch::slip::{Slip, SlipDetector};
+use wstac_host::statistics::percentile;
+
+use crate::share;
+use crate::touches::each;
+use streams::{Fault, JUDGE, Kind, Stream, draw, hold};
+
+/// Grasps of a row, of each kind of part with a disturbance, and touches of the other rows.
+const GRASPS: u64 = 250;
+const OF_FAULT: u64 = 100;
+const OTHERS: u64 = 500;
+/// A slip should be reported within so many frames.
+const SOON: u64 = 3;
+/// Speeds of the bands, in mm/s.
+const BANDS: [[f64; 2]; 4] = [[10.0, 20.0], [20.0, 50.0], [50.0, 100.0], [100.0, 300.0]];
+/// Speeds from which textured and flat parts should be reported.
+const TEXTURED: [f64; 2] = [20.0, 300.0];
+const FLAT: [f64; 2] = [50.0, 300.0];
+/// Time of a hold in s, and holds of each disturbance: 5 hours, and 40 of all together.
+const HOLD_S: f64 = 300.0;
+const HOLDS: u64 = 60;
+const HOLDS_OF_ALL: u64 = 480;
+
+/// What was reported of a stream.
+struct Watched {
+    slips: Vec<Slip>,
+    /// The frames of a held part's motion, and whether it was held in the frame before the first.
+    moves: Vec<u64>,
+    is_held: bool,
+    /// Seconds in which something was held.
+    held_s: f64,
+}
+
+fn watch(stream: &Stream) -> Watched {
+    let mut detector = SlipDetector::new(stream.rate);
+    let mut watched = Watched { slips: vec![], moves: stream.slips.clone(), is_held: false, held_s: 0.0 };
+    let frame_s = f64::from(stream.rate.frames_added()) / stream.rate.per_second();
+    for (number, taxels) in &stream.frames {
+        if watched.moves.first() > Some(number) {
+            watched.is_held = detector.held_since_frame().is_some();
+        }
+        watched.slips.extend(detector.push_taxels(*number, taxels));
+        watched.held_s += if detector.held_since_frame().is_some() { frame_s } else { 0.0 };
+    }
+    watched
+}
+
+fn watched(kind: Kind, fault: Fault, speeds: [f64; 2], count: u64) -> Vec<Watched> {
+    each(count, |number| watch(&draw(kind, fault, speeds, JUDGE, number)))
+}
+
+impl Watched {
+    /// Returns the frames from the first motion to its report; below 0 if it came before.
+    fn latency(&self) -> Option<f64> {
+        Some(self.slips.first()?.frame as f64 - *self.moves.first()? as f64)
+    }
+
+    fn is_soon(&self) -> bool {
+        self.latency().is_some_and(|latency| (0.0..=SOON as f64).contains(&latency))
+    }
+}
+
+/// Returns the cells of grasps: the parts that were held, reported in time, and reported before any motion; the latency.
+fn grasps(watched: &[Watched]) -> String {
+    let count = |is: &dyn Fn(&Watched) -> bool| watched.iter().filter(|one| is(one)).count();
+    let latencies: Vec<f64> = watched.iter().filter_map(Watched::latency).filter(|latency| *latency >= 0.0).collect();
+    let frames =
+        |fraction| percentile(latencies.clone(), fraction).map_or("–".into(), |latency| format!("{latency:.0}"));
+    format!(
+        "{} | {} | {} | {}/{}",
+        share(count(&|one| one.is_held), watched.len()),
+        crate::interval(count(&Watched::is_soon), watched.len()),
+        share(count(&|one| one.latency().is_some_and(|latency| latency < 0.0)), watched.len()),
+        frames(0.5),
+        frames(0.95),
+    )
+}
+
+/// Returns the part of streams without a slip that have one.
+fn wrong(watched: &[Watched]) -> String {
+    share(watched.iter().filter(|one| !one.slips.is_empty()).count(), watched.len())
+}
+
+/// Returns the rate of events that came by chance, with its interval of 95 % (Byar).
+fn per_hour(count: usize, hours: f64) -> String {
+    let limit = |count: f64, side: f64| {
+        count * (1.0 - 1.0 / (9.0 * count) + side * 1.96 / (3.0 * count.sqrt())).max(0.0).powi(3) / hours
+    };
+    let low = if count == 0 { 0.0 } else { limit(count as f64, -1.0) };
+    format!("{:.2} ({low:.2} … {:.2})", count as f64 / hours, limit(count as f64 + 1.0, 1.0))
+}
+
+/// Writes the section of the page.
+pub(crate) fn section(page: &mut String) {
+    page.push_str(include_str!("../slip.txt"));
+    let _ = writeln!(
+        page,
+        "| part | speed, mm/s | held, % | within {SOON} frames, % | before, % | latency, frames: median/p95 |\n\
+         | --- | --- | --- | --- | --- | --- |"
+    );
+    for (kind, name, goal) in [(Kind::Textured, "textured", TEXTURED), (Kind::Flat, "flat", FLAT)] {
+        for speeds in BANDS.into_iter().chain([goal]) {
+            let cells = grasps(&watched(kind, Fault::None, speeds, GRASPS));
+            let _ = writeln!(page, "| {name} | {} to {} | {cells} |", speeds[0], speeds[1]);
+        }
+    }
+    let _ = writeln!(
+        page,
+        "\nThe lines from 20 and 50 mm/s have the goal, 95 %. With disturbances, {OF_FAULT} of each part from these speeds on, and {} releases:\n\n\
+         | disturbance | held, % | within {SOON} frames, % | before, % | latency | releases reported as slip, % |\n\
+         | --- | --- | --- | --- | --- | --- |",
+        2 * OF_FAULT,
+    );
+    for (fault, name) in [
+        (Fault::None, "none"),
+        (Fault::Noise, "three times the noise"),
+        (Fault::Drift, "ambient light that drifts"),
+        (Fault::Tremor, "tremor"),
+        (Fault::Creep, "creep of the afterglow"),
+        (Fault::All, "these four"),
+        (Fault::Lost, "5 % of the frames lost"),
+        (Fault::Rate(15), "15 frames per second"),
+        (Fault::Rate(45), "45 frames per second"),
+        (Fault::Rate(60), "60 frames per second"),
+        (Fault::Dead, "one dead whisker"),
+        (Fault::Gains, "gains spread three times"),
+        (Fault::Crosstalk, "cross-talk of 5 %"),
+        (Fault::Rolling, "readout of 33 ms"),
+        (Fault::Slow, "a press at 8 to 30 mm/s"),
+    ] {
+        let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);
+        both.extend(watched(Kind::Flat, fault, FLAT, OF_FAULT));
+        let releases = watched(Kind::Release, fault, TEXTURED, 2 * OF_FAULT);
+        let _ = writeln!(page, "| {name} | {} | {} |", grasps(&both), wrong(&releases));
+    }
+    others(page);
+    holds(page);
+}
+
+/// Writes what other touches bring.
+fn others(page: &mut String) {
+    let again = watched(Kind::Again, Fault::None, [20.0, 300.0], OTHERS);
+    let second = |one: &Watched| {
+        let from = one.moves.get(1).copied().unwrap_or(u64::MAX);
+        one.slips.iter().any(|slip| (from..from.saturating_add(10)).contains(&slip.frame))
+    };
+    let rows = [
+        (Kind::Plate, "flat plates that are held and lifted"),
+        (Kind::Slide, "slides from the side"),
+        (Kind::Press, "presses of 20 to 300 ms"),
+        (Kind::Poke, "pokes"),
+        (Kind::Twist, "twists right after the press"),
+        (Kind::Row, "four of these touches, one after the other"),
+    ];
+    let said: Vec<String> = rows
+        .into_iter()
+        .map(|(kind, name)| format!("{} {} %", name, wrong(&watched(kind, Fault::None, [10.0, 300.0], OTHERS))))
+        .collect();
+    let _ = writeln!(
+        page,
+        "\nOther touches with a slip, {OTHERS} of each: {}.\nA second slip after a rest of 1.5 s is reported within 10 frames in {} %.",
+        said.join(", "),
+        share(again.iter().filter(|one| second(one)).count(), again.len()),
+    );
+}
+
+/// Writes how often a hold has a slip.
+fn holds(page: &mut String) {
+    let _ = writeln!(page, "\n| hold | hours held | slips per hour (goal: at most 1) |\n| --- | --- | --- |");
+    for (fault, name, count) in [
+        (Fault::Noise, "three times the noise", HOLDS),
+        (Fault::Drift, "ambient light that drifts", HOLDS),
+        (Fault::Tremor, "tremor", HOLDS),
+        (Fault::Creep, "creep of the afterglow", HOLDS),
+        (Fault::All, "these four", HOLDS_OF_ALL),
+    ] {
+        let watched = each(count, |number| watch(&hold(fault, HOLD_S, JUDGE, number)));
+        let slips = watched.iter().map(|one| one.slips.len()).sum();
+        let hours = watched.iter().map(|one| one.held_s).sum::<f64>() / 3600.0;
+        let _ = writeln!(page, "| {name} | {hours:.1} | {} |", per_hour(slips, hours));
+    }
+    page.push('\n');
+}

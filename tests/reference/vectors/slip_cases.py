@@ -1,0 +1,145 @@
+"""Streams of 25 taxels, and the slips that the reference finds in them."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+from wstac_reference.constants import TAXELS
+from wstac_reference.rng import SplitMix64, seed_of
+from wstac_reference.slip import SlipDetector
+
+from . import SEED
+
+DARK, FADES = 300, 0.47
+WHITE = 65535
+
+
+class Stream:
+    """Frames that glow with what a touch adds to them; None is a lost one."""
+
+    def __init__(self, name: str, noise: int = 0) -> None:
+        self.rng, self.noise = SplitMix64(seed_of(f"slip-{name}", SEED)), noise
+        self.frames: list[list[int] | None] = []
+        self.glow, self.ambient = [0.0] * TAXELS, DARK
+        self.pattern = [self.below(80) + 20 for _ in range(TAXELS)]
+        self.dark(24)
+
+    def below(self, count: int) -> int:
+        return int(self.rng.next() % count)
+
+    def add(self, light: list[float], is_lost: bool = False) -> None:
+        self.glow = [FADES * glow + one for glow, one in zip(self.glow, light)]
+        noise = lambda: self.below(2 * self.noise + 1) - self.noise
+        frame = [min(WHITE, max(0, self.ambient + noise() + round(glow))) for glow in self.glow]
+        self.frames.append(None if is_lost else frame)
+
+    def dark(self, frames: int, is_lost: bool = False) -> Stream:
+        for _ in range(frames):
+            self.add([0.0] * TAXELS, is_lost)
+        return self
+
+    def flash(self, size: float = 20.0, frames: int = 1, lost: int = -1) -> Stream:
+        """A press or a release."""
+        for number in range(frames):
+            self.add([size * part for part in self.pattern], number == lost)
+        return self
+
+    def slip(self, frames: int, size: float) -> Stream:
+        """Light with another pattern in every frame."""
+        for _ in range(frames):
+            self.add([size * (self.below(80) + 2) for _ in range(TAXELS)])
+        return self
+
+    def side(self, frames: int) -> Stream:
+        """A slide from the left, so many frames for a whisker."""
+        for number in range(5 * frames):
+            self.add([900.0 * (taxel % 5 == number // frames) for taxel in range(TAXELS)])
+        return self
+
+
+def any_stream(name: str, frames: int) -> Stream:
+    """What comes by chance."""
+    made = Stream(name, noise=1)
+    while len(made.frames) < frames:
+        size = 0.1 * 3.0 ** made.below(5)
+        which = made.below(8)
+        if which == 0:
+            made.slip(1 + made.below(8), size)
+        elif which < 4:
+            made.flash(1.0 + 5.0 * size, 1 + made.below(5), made.below(6))
+        elif which == 4:
+            made.side(1 + made.below(2))
+        elif which == 5:
+            made.ambient = max(0, made.ambient + made.below(400) - 200)
+        made.dark(made.below(14))
+        made.dark(made.below(4), is_lost=True)
+    return made
+
+
+def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
+    """Every case with its frame rate."""
+    new = Stream
+    drift = new("drift", noise=1).flash().dark(16)
+    for step in range(24):
+        drift.ambient += 700 if step == 8 else 3
+        drift.dark(1)
+    tremor = new("tremor", noise=1).flash().dark(16)
+    for step in range(30):
+        tremor.flash(0.05 * (step % 3))
+    one = new("one-whisker")
+    for _ in range(2):
+        one.add([2000.0 * (taxel == 7) for taxel in range(TAXELS)])
+        one.dark(16)
+    extremes = new("extremes")
+    for ambient in (WHITE, 0, WHITE, WHITE, 0, DARK):
+        extremes.ambient = ambient
+        extremes.dark(12).flash(2000.0).dark(3)
+    cases = {
+        "slip": new("slip").flash().dark(20).slip(12, 3.0).dark(20).slip(9, 3.0).dark(14).flash().dark(20),
+        "slip-weak": new("slip-weak", noise=2).flash().dark(16).slip(10, 0.2).dark(8),
+        "slip-strong": new("slip-strong").flash(frames=3).dark(16).slip(8, 40.0).dark(14),
+        "release": new("release").flash(frames=2).dark(16).flash(frames=3).dark(16).flash(frames=4).dark(14),
+        "slow": new("slow").flash(4.0, 6).dark(16).slip(6, 2.0).dark(14),
+        "side": new("side").side(2).dark(14).side(1).dark(14).flash().dark(14).side(3).dark(14),
+        "drift": drift.slip(6, 1.0),
+        "tremor": tremor.slip(6, 2.0),
+        "one-whisker": one.flash().dark(14).slip(6, 2.0),
+        "extremes": extremes,
+        "lost": new("lost").flash(frames=3, lost=1).dark(12).dark(7, True).dark(6).flash(frames=3, lost=0).dark(16).flash()
+        .dark(12).dark(8, True).dark(24).flash().dark(12).slip(2, 3.0).dark(1, True).slip(6, 3.0),
+    }
+    made = {name: (stream, (30, 1)) for name, stream in cases.items()}
+    for fps in ((15, 1), (45, 1), (60, 1), (30000, 1001)):
+        name = f"slip-{fps[0]}"
+        made[name] = (new(name).flash(frames=2).dark(20).slip(9, 3.0).dark(20).flash(frames=2).dark(9), fps)
+    return made | {f"any-{seed}": (any_stream(f"any-{seed}", 260), (30, 1)) for seed in range(8)}
+
+
+def case(name: str, stream: Stream, fps: tuple[int, int]) -> dict[str, Any]:
+    """A stream, its slips, and when something is held."""
+    added = max(1, (2 * fps[0] + 30 * fps[1]) // (60 * fps[1])) if fps[0] > 45 * fps[1] else 1
+    detector = SlipDetector(Fraction(fps[0], fps[1] * added))
+    slips, holds = [], [(0, None)]
+    for number, frame in enumerate(stream.frames):
+        if frame is None:
+            continue
+        slip = detector.take(number, frame)
+        if slip is not None:
+            slips.append((slip.frame, slip.onset_frame, slip.held_since_frame, float(f"{float(slip.strength):.6g}")))
+        held = detector.held_since if detector.holds() else None
+        if held != holds[-1][1]:
+            holds.append((number, held))
+    frames: list[Any] = []
+    for frame in stream.frames:
+        if frame != [DARK] * TAXELS:
+            frames.append(frame)
+        elif frames and isinstance(frames[-1], int):
+            frames[-1] += 1
+        else:
+            frames.append(1)
+    return {"name": name, "fps": fps, "frames": frames, "slips": slips, "holds": holds}
+
+
+def slip_cases() -> list[dict[str, Any]]:
+    return [case(name, stream, fps) for name, (stream, fps) in streams().items()]

@@ -1,0 +1,252 @@
+"""The slip of what is pressed on and held (SPEC section 9, "Slip")."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from .constants import COLUMNS, TAXELS
+
+LEAST_NOISE = 1600
+LONGEST_GAP = 7
+LIT = 32
+WIDEST = 2**63
+
+
+def bounded(value: int) -> int:
+    """A number that fits 64 bits with a sign."""
+    assert -WIDEST <= value < WIDEST, "an integer is too wide"
+    return value
+
+
+def energy_beside(light: Sequence[int], pattern: Sequence[int]) -> int:
+    """The energy of light that is not of a pattern."""
+    size = bounded(sum(part * part for part in pattern))
+    along = bounded(sum(part * one for part, one in zip(pattern, light)))
+    scale = bounded(256 * along) // size if size else 0
+    return bounded(sum((one - bounded(scale * part) // 256) ** 2 for one, part in zip(light, pattern)))
+
+
+def without_mean(light: Sequence[int]) -> list[int]:
+    """Light less its mean."""
+    return [one - sum(light) // TAXELS for one in light]
+
+
+def energy(light: Sequence[int]) -> int:
+    """The sum of squares."""
+    return bounded(sum(one * one for one in light))
+
+
+def slope(places: Sequence[int], times: Sequence[int]) -> int:
+    """The slope of times over places, by least squares."""
+    spread = len(places) * sum(place * place for place in places) - sum(places) ** 2
+    product = len(places) * sum(place * time for place, time in zip(places, times)) - sum(places) * sum(times)
+    return bounded(product) // spread if spread else 0
+
+
+@dataclass(frozen=True)
+class Slip:
+    """The record of a slip; the strength is exact."""
+
+    frame: int
+    onset_frame: int
+    held_since_frame: int
+    strength: Fraction
+
+
+@dataclass
+class Flash:
+    """The light of a press or of a rise, frame by frame: its number, light, energy and uneven energy."""
+
+    first: int
+    lights: list[list[int]] = field(default_factory=list)
+    seen: list[tuple[int, int, int, int]] = field(default_factory=list)
+
+    def add(self, frame: int, light: list[int]) -> None:
+        self.lights.append([min(frame - self.first, 31), *(one // 16 for one in light)])
+        self.seen.append((frame, sum(light), energy(light), energy(without_mean(light))))
+
+    def light(self) -> list[int]:
+        """The sums of each taxel."""
+        return [sum(row[1 + taxel] for row in self.lights) for taxel in range(TAXELS)]
+
+    def most(self, which: int) -> int:
+        """The greatest light (1), energy (2) or uneven energy (3) of a frame, at least 0."""
+        return max(0, *(seen[which] for seen in self.seen), 0)
+
+    def brightest(self) -> int:
+        """The first frame of the greatest energy."""
+        return next((seen[0] for seen in self.seen if seen[2] == self.most(2) > 0), self.first)
+
+    def total(self) -> int:
+        return sum(seen[1] for seen in self.seen)
+
+    def comes_from_side(self, most: int) -> bool:
+        """Whether times rise along the sensor by more than `most`."""
+        sums = self.light()
+        lit = [taxel for taxel in range(TAXELS) if sums[taxel] > 0 and sums[taxel] >= max(sums) // 8]
+        late = lambda taxel: sum(row[0] * row[1 + taxel] for row in self.lights)
+        times = [bounded(256 * late(taxel)) // sums[taxel] for taxel in lit]
+        along = (slope([taxel % COLUMNS for taxel in lit], times), slope([taxel // COLUMNS for taxel in lit], times))
+        return energy(along) > most * most
+
+
+class SlipDetector:
+    """Follows a stream of 25 taxels at a rate of feature frames per second."""
+
+    def __init__(self, per_second: Fraction) -> None:
+        at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
+        self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.least_age = (
+            at_30(frames) for frames in (16, 3, 24, 3, 16, 5, 2)
+        )
+        self.slope = (77 * per_second / 30).__floor__()
+        self.state = "new"
+        self.next, self.count = 0, 0
+        self.floor = [0] * TAXELS
+        self.noise = LEAST_NOISE
+        self.flash = Flash(0)
+        self.last_energy = 0
+        """The greatest energy of a touch that has not come to rest."""
+        self.pattern = [0] * TAXELS
+        self.press = (0, 0, 0)
+        """The greatest light and energy of the press, and all its light."""
+        self.level, self.held_since, self.has_moved = 0, 0, False
+
+    def holds(self) -> bool:
+        return self.state in ("held", "rise", "slip")
+
+    def take(self, frame: int, taxels: Sequence[int]) -> Slip | None:
+        """Takes the frame of a number, and returns the slip that it shows."""
+        if frame < self.next:
+            return None
+        if frame - self.next > LONGEST_GAP:
+            self.turn("new")
+        self.next = frame + 1
+        light = [16 * taxel - floor for taxel, floor in zip(taxels, self.floor)]
+        return getattr(self, f"in_{self.state}")(frame, light)
+
+    def turn(self, state: str) -> None:
+        self.state, self.count = state, 0
+
+    def move(self, light: list[int], below: int, above: int) -> None:
+        self.floor = [floor + one // (below if one < 0 else above) for floor, one in zip(self.floor, light)]
+
+    def is_touch(self, light: list[int]) -> bool:
+        return energy(without_mean(light)) > 64 * self.noise
+
+    def limit(self) -> int:
+        return 4 * max(self.noise, self.level)
+
+    def uneven_beside(self, light: list[int]) -> int:
+        return energy_beside(without_mean(light), [TAXELS * part - sum(self.pattern) for part in self.pattern])
+
+    def in_new(self, _: int, light: list[int]) -> None:
+        step = energy(without_mean(light)) - self.noise
+        self.noise = LEAST_NOISE if self.count < 2 else max(LEAST_NOISE, self.noise + step // 4)
+        self.move(light, 2 if self.count else 1, 2 if self.count else 1)
+        self.count += 1
+        if self.count >= self.new:
+            self.turn("dark")
+
+    def in_dark(self, frame: int, light: list[int]) -> None:
+        if rises(light) and self.is_touch(light):
+            self.begin("press", frame, light)
+            return
+        uneven = energy(without_mean(light))
+        if uneven < 4 * self.noise:
+            self.noise = max(LEAST_NOISE, self.noise + (uneven - self.noise) // 32)
+        self.move(light, 8, 8)
+
+    def begin(self, state: str, frame: int, light: list[int]) -> None:
+        self.turn(state)
+        self.flash = Flash(frame)
+        self.flash.add(frame, light)
+
+    def in_press(self, frame: int, light: list[int]) -> None:
+        flash, uneven = self.flash, energy(without_mean(light))
+        self.last_energy = flash.most(2)
+        if 256 * energy(light) <= flash.most(2) or 256 * uneven <= flash.most(3):
+            sums = flash.light()
+            self.pattern = [255 * max(one, 0) // max(1, *sums) for one in sums]
+            is_short = flash.brightest() - flash.first <= self.rises
+            is_wide = sum(part >= LIT for part in self.pattern) >= 5
+            self.turn("held" if is_short and is_wide and not flash.comes_from_side(self.slope) else "other")
+            self.press = (flash.most(1), flash.most(2), flash.total())
+            self.level, self.held_since, self.has_moved = self.noise, flash.first, False
+            self.move(light, 1, 1)
+            return
+        _, _, last, last_uneven = flash.seen[-1]
+        falls = last < flash.most(2)
+        if falls and 4 * energy(light) > 3 * last and 4 * uneven > 3 * last_uneven:
+            self.turn("other")
+        elif frame - flash.first > self.longest_press:
+            self.turn("other")
+        else:
+            flash.add(frame, light)
+
+    def in_held(self, frame: int, light: list[int]) -> None:
+        beside = self.uneven_beside(light)
+        is_bright = self.is_touch(light) and 64 * energy(light) > self.press[1]
+        if rises(light) and (beside > self.limit() or is_bright):
+            self.begin("rise", frame, light)
+            return
+        self.level += (beside - self.level) // 64
+        self.move(light, 2, 8)
+
+    def in_rise(self, frame: int, light: list[int]) -> Slip | None:
+        flash, last = self.flash, self.flash.seen[-1][2]
+        flash.add(frame, light)
+        age = frame - flash.first
+        if self.is_slip(age, light, last):
+            self.turn("slip")
+            self.last_energy = flash.most(2)
+            strength = Fraction(flash.most(1), max(1, self.press[0]))
+            return Slip(frame, flash.first, self.held_since, strength)
+        if 16 * energy(light) < flash.most(2) or age >= self.longest:
+            self.last_energy = flash.most(2)
+            self.turn("other" if 6 * flash.total() > self.press[2] else "held")
+            self.move(light, 1, 1)
+        return None
+
+    def is_slip(self, age: int, light: list[int], last: int) -> bool:
+        sums, flash = self.flash.light(), self.flash
+        lit = [taxel for taxel in range(TAXELS) if self.pattern[taxel] >= LIT]
+        bright = [taxel for taxel in lit if sums[taxel] > 0 and 100 * sums[taxel] ** 2 > self.noise * (age + 1)]
+        if not rises(light) or 2 * len(bright) < len(lit):
+            return False
+        if self.has_moved:
+            return self.is_touch(light) and age >= self.moved_age and 4 * energy(light) > flash.most(2)
+        if self.uneven_beside(light) <= self.limit() or 3 * energy(light) < last:
+            return False
+        beside = energy_beside(sums, [TAXELS * part for part in self.pattern])
+        parts = 12 if age == self.least_age and flash.brightest() == frame_of(flash) else 28
+        return (
+            4 * flash.total() > 5 * self.press[2]
+            or (3 * flash.most(1) < self.press[0] and 50 * beside > energy(sums))
+            or (age >= self.least_age and parts * beside > energy(sums))
+        )
+
+    def in_slip(self, frame: int, light: list[int]) -> None:
+        self.last_energy = max(self.last_energy, energy(light))
+        is_rest = 256 * energy(light) <= self.last_energy or 4 * energy(without_mean(light)) < 64 * self.noise
+        self.count = self.count + 1 if is_rest else 0
+        if self.count < self.rest:
+            self.move(light, 1, 64)
+            return
+        if self.state == "slip":
+            self.held_since, self.has_moved = frame, True
+        self.turn("held" if self.state == "slip" else "dark")
+        self.move(light, 1, 1)
+
+    in_other = in_slip
+
+
+def frame_of(flash: Flash) -> int:
+    """The newest frame."""
+    return flash.seen[-1][0]
+
+
+def rises(light: Sequence[int]) -> bool:
+    """Whether a fifth of the energy at most is below the floor."""
+    return energy(light) > 5 * sum(one * one for one in light if one < 0)
