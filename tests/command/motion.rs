@@ -46,6 +46,8 @@ fn other_touches_are_no_slips() {
         "kind = \"poke\"\nwhisker = [3, 3]",
         "kind = \"slide\"\nspecimen = \"Saw3\"\nspeed = 150",
         "kind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 30\ndirection = 60",
+        "kind = \"slide\"\nshape = \"ball\"\ndiameter = 14\nspeed = 120\ndirection = 30",
+        "kind = \"slide\"\nshape = \"ball\"\ndiameter = 9\nspeed = 70\ndirection = 200",
     ];
     let touches = touches.map(|touch| format!("[[touch]]\n{touch}\n"));
     let scene = folder.scene("others.toml", format!("fidelity = \"taxel\"\n{}", touches.concat()));
