@@ -81,7 +81,7 @@ approach = 2000
 """
 # A configuration with the published law.
 PUBLISHED = "published.toml"
-BALL, BOARDS = "ball.toml", "boards.toml"
+BALL, HELD, BOARDS = "ball.toml", "held.toml", "boards.toml"
 
 
 def fail(message):
@@ -118,6 +118,7 @@ class Wstac:
         (self.folder / "global.toml").write_text(f"{boards}[sensor]\nreadout_ms = 0\n")
         (self.folder / PUBLISHED).write_text('[speed]\nlaw = "published"\n')
         (self.folder / BALL).write_text('shape = "ball"\ndiameter = 15\nspeed = 100\ndirection = 30\n[sensor]\nsize = [200, 200]\n')
+        (self.folder / HELD).write_text(SLIDES + SLIDE.format("Sin2", 60, 270) + "hold = 2\n")
         run([self.command, "record", "scene:slides.toml", "-o", "slides.mcap", "--config", BOARDS], cwd=self.folder)
         self.run("slides.mcap", "--save-raw", "slides.raw")
         both = ["cam:left=scene:Saw3@150", "cam:right=scene:Tri3@120"]
@@ -134,7 +135,7 @@ def line(event, speed_decimals=2):
 
 def record_of(line):
     """Returns what tests/capi/records.c should print for an event or the end of a contact."""
-    if line["kind"] == "contact_end":
+    if line["kind"] != "event":
         return line
     speed, direction, texture = line["speed"] or {}, line["direction"] or {}, line["texture"] or {}
     place, width = line.get("place_mm", {}), line.get("width_mm", {})
@@ -648,6 +649,10 @@ def check_host_records(programs, wstac):
     same(found, expected, "records by a wave")
     known = [event["width_mm"] and event["place_sd_mm"] and event["basis"] for event in expected if event["kind"] == "event"]
     same((known, expected[0]["contacts"]), (["outline"], 1), "what a wave tells of a ball")
+    lines = wstac.run(f"scene:{HELD}", "--samples")
+    found = [json.loads(text) for text in programs.run(sanitized, f"scene:{HELD}").splitlines()]
+    same(found, [record_of(line) for line in lines if line["kind"] in ("event", "contact_end", "slip")], "records of a slip")
+    same([record["onset_frame"] for record in found if record["kind"] == "slip"], [105], "the onset of a slip")
 
 
 def example_line(record):

@@ -1,5 +1,5 @@
 /*
- * Prints the events of a source and the ends of their contacts as JSON, with every field of the header.
+ * Prints the events of a source, the ends of their contacts and slips as JSON, with every field of the header.
  *
  *     records SOURCE [CONFIG.toml]
  */
@@ -82,14 +82,18 @@ int main(int argc, char **argv)
     WstacStatus status = wstac_open(argc >= 2 ? argv[1] : "", &options, &sensor);
     while (status == WSTAC_STATUS_OK && record.kind != WSTAC_KIND_END) {
         status = wstac_next(sensor, &record);
-        if (status != WSTAC_STATUS_OK || (record.kind != WSTAC_KIND_EVENT && record.kind != WSTAC_KIND_CONTACT_END))
+        bool is_event = record.kind == WSTAC_KIND_EVENT, is_slip = record.kind == WSTAC_KIND_SLIP;
+        if (status != WSTAC_STATUS_OK || (!is_event && !is_slip && record.kind != WSTAC_KIND_CONTACT_END))
             continue;
-        bool is_event = record.kind == WSTAC_KIND_EVENT;
-        printf("{\"kind\": \"%s\"", is_event ? "event" : "contact_end");
+        printf("{\"kind\": \"%s\"", is_event ? "event" : is_slip ? "slip" : "contact_end");
         whole("frame", (int64_t)record.frame);
         whole("time_ns", record.time_ns);
         if (is_event) {
             print_event(&record.event, &record.texture);
+        } else if (is_slip) {
+            whole("onset_frame", (int64_t)record.onset_frame);
+            whole("held_since_frame", (int64_t)record.held_since_frame);
+            number("strength", record.strength);
         } else {
             whole("event_frame", (int64_t)record.event_frame);
             number("time_s", record.time_s);

@@ -1,8 +1,61 @@
-//! Tests of the motion in every frame, `wstac run --motion`.
+//! Tests of the motion in every frame, `wstac run --motion`, and of slips.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use wstac_tests::command::good;
 use wstac_tests::folder::Folder;
+
+use crate::monitor::board;
+
+/// The part moves from frame 105 on: 45 dark frames and 2 s of rest come first.
+#[test]
+fn a_held_part_that_slips_is_reported_by_hosts_and_boards() {
+    let folder = Folder::new("slip");
+    let held = "specimen = \"Sin2\"\nhold = 2\nspeed = 60\ndirection = 270\n";
+    let scene = folder.scene("slip.toml", format!("fidelity = \"taxel\"\n[[touch]]\nkind = \"slide\"\n{held}"));
+    let records = |more: &[&str]| {
+        let lines = good(&[&["run", &scene, "--json", "--model", "none"], more].concat());
+        lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect::<Vec<Value>>()
+    };
+    let found = records(&[]);
+    let slips: Vec<&Value> = found.iter().filter(|record| record["kind"] == "slip").collect();
+    let [slip] = slips[..] else { panic!("{found:?}") };
+    let (frame, strength) = (slip["frame"].as_u64().unwrap(), slip["strength"].as_f64().unwrap());
+    assert!((105..=108).contains(&frame) && (0.1..10.0).contains(&strength), "{slip}");
+    let expected = json!({
+        "kind": "slip", "frame": frame, "time_ns": frame * 1_000_000_000 / 30, "onset_frame": 105,
+        "held_since_frame": 45, "strength": strength,
+    });
+    assert_eq!(*slip, expected);
+    let text = good(&["run", &scene, "--model", "none"]);
+    let line = format!("slip at frame {frame}: held since frame 45, strength {strength:.2}");
+    assert!(text.lines().any(|found| found == line), "{text}");
+    let sent = folder.file("slip.bin", board::sent(&scene, &[], false, true).frames.concat());
+    assert_eq!(good(&["monitor", sent.to_str().unwrap()]), text);
+    let published = folder.file("published.toml", "[speed]\nlaw = \"published\"\n");
+    let found = records(&["--config", published.to_str().unwrap()]);
+    assert!(found.iter().all(|record| record["kind"] != "slip"), "{found:?}");
+}
+
+/// What is pressed on and lifted, or slides over an edge of the sensor, does not slip.
+#[test]
+fn other_touches_are_no_slips() {
+    let folder = Folder::new("no-slip");
+    let touches = [
+        "kind = \"press\"",
+        "kind = \"hold\"\nhold = 3",
+        "kind = \"poke\"\nwhisker = [3, 3]",
+        "kind = \"slide\"\nspecimen = \"Saw3\"\nspeed = 150",
+        "kind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 30\ndirection = 60",
+        "kind = \"slide\"\nshape = \"ball\"\ndiameter = 14\nspeed = 120\ndirection = 30",
+        "kind = \"slide\"\nshape = \"ball\"\ndiameter = 9\nspeed = 70\ndirection = 200",
+    ];
+    let touches = touches.map(|touch| format!("[[touch]]\n{touch}\n"));
+    let scene = folder.scene("others.toml", format!("fidelity = \"taxel\"\n{}", touches.concat()));
+    let text = good(&["run", &scene]);
+    // The release of the hold is an event of its own.
+    assert_eq!(text.lines().filter(|line| line.starts_with("event at")).count(), touches.len() + 1, "{text}");
+    assert!(!text.contains("slip"), "{text}");
+}
 
 /// A slow slide must not keep the follower from those behind it.
 #[test]

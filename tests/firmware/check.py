@@ -152,6 +152,20 @@ def by_matrix(wstac, folder, board=BOARDS[-1]):
     print(f"{board.core}: {len(events)} records with a matrix of cross-talk as on the host", flush=True)
 
 
+def slip(wstac, folder, board=BOARDS[2]):
+    """Checks that a board sends the host's slip of a held part."""
+    folder /= "slip"
+    folder.mkdir()
+    file, config = clip(wstac, folder, "held.toml"), by_wave(folder)
+    events = host(wstac, "run", file, "--readout", "0", "--json", "--config", config)
+    onsets = [line["onset_frame"] for line in map(json.loads, events) if line["kind"] == "slip"]
+    boards.run(board, boards.build(board.target, "--bin", "emulated", config=config) / "emulated", folder, serial="file:serial")
+    same(board, "a slip", host(wstac, "monitor", folder / "serial", "--json"), events)
+    if onsets != [75]:
+        sys.exit(f"the host's slips begin at frames {onsets}, expected 75")
+    print(f"{board.core}: a slip as on the host", flush=True)
+
+
 def refusals(folder):
     """Checks that a build names a pixel format that it does not know, and live motion that a small board has no memory for."""
     for named, expected in (
@@ -188,6 +202,7 @@ def main():
             numbers = measure(wstac, Path(folder), MODELS)
             wave(wstac, Path(folder), numbers)
             by_matrix(wstac, Path(folder))
+            slip(wstac, Path(folder))
             refusals(Path(folder))
             formats_too(wstac, Path(folder))
     if not base:

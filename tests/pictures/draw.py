@@ -1,5 +1,5 @@
-"""Draws the pictures of the README and the book from what the program prints: the sensor, one slide from frames to answer, the screens
-of wstac view and wstac doctor, a figure of wstac plot, and the overlay of wstac calibrate.
+"""Draws the pictures of the README and the book from what the program prints: the sensor, one slide from frames to answer, a slip, the
+screens of wstac view and wstac doctor, a figure of wstac plot, and the overlay of wstac calibrate.
 
 draw.py WSTAC FOLDER           writes them
 draw.py WSTAC FOLDER --check   compares what they say with those in the folder
@@ -21,7 +21,7 @@ from terminal import picture as as_picture
 from terminal import screen
 
 SCENE = "scene:Saw3@150,90deg"
-WIDTH, HEIGHT = 1280, 720
+HELD = pathlib.Path(__file__).parents[1] / "firmware/held.toml"
 # The frames that are shown, and how long one of them and the answer stay.
 FIRST, LAST, STEP = 32, 70, 2
 SECONDS, HOLD = 0.2, 3.2
@@ -51,24 +51,26 @@ def png(pixels):
     return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*part) for part in parts)
 
 
-class Slide:
-    """One slide: its frames, the taxels in them, the ten features of every frame, and the answer."""
+class Run:
+    """What a scene of this size gives: its frames, the taxels in them, and the records."""
 
-    def __init__(self, wstac):
+    def __init__(self, wstac, scene, width, height):
         run = lambda *arguments: subprocess.run([wstac, *arguments], check=True, capture_output=True).stdout
         with tempfile.TemporaryDirectory() as folder:
             raw = pathlib.Path(folder) / "frames.raw"
-            run("scene", "render", SCENE, "-o", str(raw))
+            run("scene", "render", scene, "-o", str(raw))
             data = raw.read_bytes()
-        size = WIDTH * HEIGHT
-        self.frames = [data[at : at + size] for at in range(0, len(data), size)]
+        self.width, self.height = width, height
+        self.frames = [data[at : at + width * height] for at in range(0, len(data), width * height)]
         # The paper layout (docs/SPEC.md, section 1).
-        side = min(WIDTH, HEIGHT)
+        side = min(width, height)
         axis = lambda size: [((size - side) // 2 + (15 + 80 * number) * side // 400, side // 8) for number in range(5)]
-        self.columns, self.rows = [[(at, at + taxel) for at, taxel in axis(size)] for size in (WIDTH, HEIGHT)]
-        lines = [json.loads(line) for line in run("run", SCENE, "--json", "--features").splitlines()]
-        self.features = [line["f"] for line in lines if line["kind"] == "features"]
-        (self.event,) = [line for line in lines if line["kind"] == "event"]
+        self.columns, self.rows = [[(at, at + taxel) for at, taxel in axis(size)] for size in (width, height)]
+        self.lines = [json.loads(line) for line in run("run", scene, "--json", "--features").splitlines()]
+
+    def of(self, kind):
+        """Returns the records of a kind."""
+        return [line for line in self.lines if line["kind"] == kind]
 
     def taxels(self, frame):
         """Returns the mean light of every taxel, row by row."""
@@ -76,7 +78,7 @@ class Slide:
         means = []
         for top, bottom in self.rows:
             for left, right in self.columns:
-                total = sum(sum(pixels[y * WIDTH + left : y * WIDTH + right]) for y in range(top, bottom))
+                total = sum(sum(pixels[y * self.width + left : y * self.width + right]) for y in range(top, bottom))
                 means.append(total / ((bottom - top) * (right - left)))
         return means
 
@@ -85,24 +87,65 @@ class Slide:
         pixels, border = self.frames[frame], 27
         ys = range(self.rows[0][0] - border, self.rows[-1][1] + border, 6)
         xs = range(self.columns[0][0] - border, self.columns[-1][1] + border, 6)
-        return [[pixels[y * WIDTH + x] if 0 <= y < HEIGHT and 0 <= x < WIDTH else 0 for x in xs] for y in ys]
+        return [[pixels[y * self.width + x] if 0 <= y < self.height and 0 <= x < self.width else 0 for x in xs] for y in ys]
 
 
 def arrow(x, y):
     return f"<path d='M{x} {y}h20m-7 -6l7 6l-7 6' stroke='{CALM}' stroke-width='2' fill='none'/>"
 
 
-def slide(wstac):
-    """Draws one slide: frames, taxels, features and the answer, as a film that repeats."""
-    shown = Slide(wstac)
-    frames = list(range(FIRST, LAST, STEP))
-    total = len(frames) * SECONDS + HOLD
-    at = [number * SECONDS / total for number in range(len(frames))]
-    times = ";".join(f"{time:.4f}" for time in at)
-    film = lambda name, values: (
+def film_of(count, seconds):
+    """Returns what makes a film of an attribute that has so many values, each for so many seconds; the last one stays longer."""
+    total = count * seconds + HOLD
+    times = ";".join(f"{number * seconds / total:.4f}" for number in range(count))
+    return lambda name, values: (
         f"<animate attributeName='{name}' calcMode='discrete' dur='{total:.1f}s' repeatCount='indefinite' "
         f"keyTimes='{times}' values='{';'.join(values)}'/>"
     )
+
+
+def taxels(x, y, lights, still, film):
+    """Returns 25 squares whose light is that of each frame in turn."""
+    peak = max(max(light) for light in lights)
+    for number in range(25):
+        opacities = [f"{0.06 + 0.94 * math.sqrt(light[number] / peak):.2f}" for light in lights]
+        place = f"x='{x + number % 5 * 37}' y='{y + number // 5 * 37}' width='34' height='34' rx='4'"
+        yield f"<rect {place} fill='{GREEN}' fill-opacity='{opacities[still]}'>{film('fill-opacity', opacities)}</rect>"
+
+
+def slip(wstac):
+    """Draws how a part that is pressed on and held slips: the light of the whiskers, and its sum over time."""
+    run = Run(wstac, f"scene:{HELD}", 400, 400)
+    (found,) = run.of("slip")
+    first, last = found["held_since_frame"] - 6, found["frame"] + 14
+    film = film_of(last - first, 0.1)
+    lights = [run.taxels(frame) for frame in range(first, last)]
+    sums = [math.log(sum(light)) for light in lights]
+    x = lambda frame: 260 + 640 * (frame - first) / (last - first - 1)
+    y = lambda value: 222 - 150 * (value - min(sums)) / (max(sums) - min(sums))
+    points = " ".join(f"{x(first + number):.1f},{y(value):.1f}" for number, value in enumerate(sums))
+    heads = [(20, "25 whiskers"), (260, "their light over time"), (x(found["held_since_frame"]), "press"), (x(found["onset_frame"]) - 130, "hold")]
+    parts = [text(at, 34 + 26 * (number > 1), head, 15, weight="bold" if number < 2 else "normal") for number, (at, head) in enumerate(heads)]
+    parts += taxels(20, 50, lights, found["frame"] - first, film)
+    parts.append(f"<polyline points='{points}' fill='none' stroke='{GREEN}' stroke-width='2'/>")
+    # What has not happened yet is covered.
+    covers = [f"{x(frame) + 2:.1f}" for frame in range(first, last)]
+    parts.append(f"<rect x='{covers[-1]}' y='64' width='680' height='166' fill='{PAPER}'>{film('x', covers)}</rect>")
+    parts.append(f"<rect x='904' y='64' width='700' height='166' fill='{PAPER}'/>")
+    shown = ["1" if frame >= found["frame"] else "0" for frame in range(first, last)]
+    at = x(found["frame"])
+    mark = f"<path d='M{at:.1f} 70V228' stroke='{INK}' stroke-dasharray='4 3'/>" + text(at - 6, 60, "slip", 15, "end", weight="bold")
+    parts.append(f"<g>{film('opacity', shown)}{mark}</g>")
+    parts.append(text(20, 258, "a part is pressed on, held for 1 s, and slips at 60 mm/s", 12, fill=CALM))
+    parts.append(text(900, 258, f"known at frame {found['frame']}, onset at frame {found['onset_frame']}; three times slower", 12, "end", CALM))
+    return svg(920, 274, "The light of a part that is pressed on, held, and slips", parts)
+
+
+def slide(wstac):
+    """Draws one slide: frames, taxels, features and the answer, as a film that repeats."""
+    shown = Run(wstac, SCENE, 1280, 720)
+    frames = list(range(FIRST, LAST, STEP))
+    film, features = film_of(len(frames), SECONDS), [line["f"] for line in shown.of("features")]
     parts = []
     heads = [(20, "camera frame"), (250, "25 taxel sums"), (480, "10 features"), (720, "answer")]
     parts += [text(x, 34, head, 15, weight="bold") for x, head in heads]
@@ -115,18 +158,13 @@ def slide(wstac):
         still = 1 if number == len(frames) // 2 else 0
         parts.append(f"<image x='20' y='50' width='184' height='184' opacity='{still}' href='data:image/png;base64,{data}'>{film('opacity', values)}</image>")
 
-    lights = [shown.taxels(frame) for frame in frames]
-    peak = max(max(light) for light in lights)
-    for number in range(25):
-        x, y = 250 + number % 5 * 37, 50 + number // 5 * 37
-        opacities = [f"{0.06 + 0.94 * math.sqrt(light[number] / peak):.2f}" for light in lights]
-        parts.append(f"<rect x='{x}' y='{y}' width='34' height='34' rx='4' fill='{GREEN}' fill-opacity='{opacities[len(frames) // 2]}'>{film('fill-opacity', opacities)}</rect>")
+    parts += taxels(250, 50, [shown.taxels(frame) for frame in frames], len(frames) // 2, film)
 
-    low, high = min(map(min, shown.features)), max(map(max, shown.features))
+    low, high = min(map(min, features)), max(map(max, features))
     for number, name in enumerate(ROWS_AND_COLUMNS):
         bottom = 66 + number * 18.4
         point = lambda k, value, bottom=bottom: f"{506 + (k - FIRST) * 168 / (LAST - FIRST):.1f},{bottom - 15 * (value - low) / (high - low):.1f}"
-        line = " ".join(point(frame, shown.features[frame][number]) for frame in range(FIRST, LAST))
+        line = " ".join(point(frame, features[frame][number]) for frame in range(FIRST, LAST))
         parts.append(text(480, bottom - 2, name, 11, fill=CALM))
         parts.append(f"<polyline points='{line}' fill='none' stroke='{GREEN}' stroke-width='1.5'/>")
     # What has not happened yet is covered.
@@ -135,7 +173,7 @@ def slide(wstac):
     parts.append(f"<rect x='676' y='44' width='220' height='200' fill='{PAPER}'/>")
     parts.append(arrow(688, 142))
 
-    event = shown.event
+    (event,) = shown.of("event")
     texture = event["texture"]
     direction = "upward" if abs(event["direction"]["deg"] - 90) < 10 else ""
     answer = [
@@ -239,6 +277,7 @@ def labels(picture):
 PICTURES = {
     "sensor.svg": (lambda _: sensor(), says),
     "slide.svg": (slide, says),
+    "slip.svg": (slip, says),
     "view.svg": (view, labels),
     "doctor.svg": (doctor, labels),
     "plot.svg": (plot, says),

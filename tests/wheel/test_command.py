@@ -49,6 +49,16 @@ def test_what_a_wave_tells_of_a_ball(tmp_path: Path) -> None:
     assert (row["width_mm"], row["width_sd_mm"]) == (line["width_mm"]["value"], line["width_mm"]["sd"])
 
 
+def test_a_held_part_slips(tmp_path: Path) -> None:
+    scene = tmp_path / "held.toml"
+    scene.write_text('fidelity = "taxel"\n[[touch]]\nkind = "slide"\nspecimen = "Sin2"\nhold = 2\nspeed = 60\n')
+    stream = wstac.open(f"scene:{scene}")
+    [slip] = [record for record in stream.records() if isinstance(record, wstac.Slip)]
+    assert [slip] == stream.slips == wstac.simulate(scene, frames=False).slips
+    assert [slip.record] == [line for line in command("run", f"scene:{scene}", "--json") if line["kind"] == "slip"]
+    assert slip.to_dict()["onset_frame"] == 105
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_a_recording(law: str, recording: Path, tmp_path: Path) -> None:
     config = tmp_path / "law.toml"

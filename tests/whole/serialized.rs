@@ -17,6 +17,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::stream::FeatureFrame;
 use wstac_core::touch::motion::Contact;
+use wstac_core::touch::slip::Slip;
 use wstac_tests::formats;
 
 /// Writes and reads `value`, and checks that every shorter message is refused.
@@ -83,6 +84,7 @@ fn data_types_are_read_as_they_were_written() {
     }
     round_trip(&Direction::by_arrival(Ok([359.5, 0.25])));
     round_trip(&ContactEnd::new(u64::MAX, 0));
+    round_trip(&Slip::new(u64::MAX, 1, 0, 0.4));
     round_trip(&[Reason::BaselineAbove, Reason::NeverValid, Reason::OutsideLaw]);
     round_trip(&[Reason::CutOff { at_most: None }, Reason::CutOff { at_most: Some(45.0) }]);
     for heading in [Ok(Heading::Right), Ok(Heading::Up), Ok(Heading::Left), Ok(Heading::Down)] {

@@ -1,6 +1,5 @@
-/* Stops a machine when something slips over the sensor faster than a limit: ./slip_stop SOURCE MM_S */
+/* Stops a machine when a part that is held begins to slip: ./slip_stop SOURCE */
 #include <stdio.h>
-#include <stdlib.h>
 #include <wstac.h>
 
 /* Put the call that stops your machine here. */
@@ -17,31 +16,26 @@ static void start(void)
 
 int main(int argc, char **argv)
 {
-    WstacOptions options = {.motion = 1};
     Wstac *sensor;
     WstacRecord record = {0};
-    char *end = NULL;
-    double limit = argc == 3 ? strtod(argv[2], &end) : 0;
-    if (end == NULL || end == argv[2] || *end != 0) {
-        fputs("slip_stop: wrong arguments, expected SOURCE MM_S\n", stderr);
+    if (argc != 2) {
+        fputs("slip_stop: wrong arguments, expected SOURCE\n", stderr);
         return 2;
     }
     int stopped = 0;
-    WstacStatus status = wstac_open(argv[1], &options, &sensor);
+    WstacStatus status = wstac_open(argv[1], NULL, &sensor);
     while (status == WSTAC_STATUS_OK && record.kind != WSTAC_KIND_END) {
         if ((status = wstac_next(sensor, &record)) != WSTAC_STATUS_OK)
             break;
-        const WstacEvent *slip = &record.event;
-        /* This comes with every frame while something slides. Two standard deviations make the decision safe. */
-        if (record.kind == WSTAC_KIND_MOTION && !stopped && slip->speed_mm_s - 2 * slip->speed_sd_mm_s > limit) {
-            printf("frame %.0f: slip at %.0f mm/s towards %.1f°\n", (double)record.frame, slip->speed_mm_s,
-                   slip->direction_deg);
+        /* A part was pressed on and held, and moves now. */
+        if (record.kind == WSTAC_KIND_SLIP && !stopped) {
+            printf("frame %.0f: slip since frame %.0f\n", (double)record.frame, (double)record.onset_frame);
             stop();
             stopped = 1;
         }
-        /* The light has left: nothing touches the sensor any more. */
+        /* The light has left: nothing moves on the sensor any more. */
         if (record.kind == WSTAC_KIND_CONTACT_END && stopped) {
-            printf("frame %.0f: released\n", (double)record.frame);
+            printf("frame %.0f: at rest or gone\n", (double)record.frame);
             start();
             stopped = 0;
         }

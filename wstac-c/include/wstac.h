@@ -77,6 +77,8 @@ enum WstacKind
   /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
   /// event the contact, and speed and direction with their standard deviations.
   WSTAC_KIND_MOTION = 8,
+  /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. The published law gives none.
+  WSTAC_KIND_SLIP = 9,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -273,6 +275,13 @@ typedef struct WstacRecord {
   const char *stamp;
   /// The most by which the stamp may be wrong in milliseconds; NAN where there is none.
   double stamp_within_ms;
+  /// Number of the first frame with light of a slip.
+  uint64_t onset_frame;
+  /// Number of the first frame with light of the press of a part that slips, or, after a slip, of the rest behind it.
+  uint64_t held_since_frame;
+  /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
+  /// other kinds.
+  double strength;
 } WstacRecord;
 
 #ifdef __cplusplus

@@ -7,7 +7,7 @@ use wstac_core::params::FEATURES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_core::touch::wave::Basis;
-use wstac_host::json::{angle, confidence, in_utc, millimeters, rounded, seconds, spread, within_ms};
+use wstac_host::json::{angle, confidence, in_utc, millimeters, rounded, seconds, spread, strength, within_ms};
 use wstac_host::output::{FaultReport, FrameFeatures, MotionReport, Output, SampleFrames, TactileEvent};
 use wstac_host::source::LossCounts;
 use wstac_host::texture::Texture;
@@ -42,6 +42,8 @@ pub enum WstacKind {
     /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
     /// event the contact, and speed and direction with their standard deviations.
     Motion = 8,
+    /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. The published law gives none.
+    Slip = 9,
 }
 
 /// Answer of the texture models. Strings are UTF-8, and null if no model tells.
@@ -183,6 +185,13 @@ pub struct WstacRecord {
     pub stamp: *const c_char,
     /// The most by which the stamp may be wrong in milliseconds; NAN where there is none.
     pub stamp_within_ms: f64,
+    /// Number of the first frame with light of a slip.
+    pub onset_frame: u64,
+    /// Number of the first frame with light of the press of a part that slips, or, after a slip, of the rest behind it.
+    pub held_since_frame: u64,
+    /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
+    /// other kinds.
+    pub strength: f64,
 }
 
 const EMPTY: WstacRecord = WstacRecord {
@@ -237,6 +246,9 @@ const EMPTY: WstacRecord = WstacRecord {
     time_ns: -1,
     stamp: ptr::null(),
     stamp_within_ms: f64::NAN,
+    onset_frame: 0,
+    held_since_frame: 0,
+    strength: f64::NAN,
 };
 
 const NO_TEXTURE: WstacTexture = WstacTexture {
@@ -298,6 +310,14 @@ impl Given {
                 frame: end.frame,
                 event_frame: end.event_frame,
                 time_s: end.time_s.map_or(f64::NAN, seconds),
+                ..EMPTY
+            },
+            Output::Slip(slip) => WstacRecord {
+                kind: WstacKind::Slip,
+                frame: slip.frame,
+                onset_frame: slip.onset_frame,
+                held_since_frame: slip.held_since_frame,
+                strength: strength(slip.strength),
                 ..EMPTY
             },
             Output::Event(event) => WstacRecord {

@@ -1,11 +1,8 @@
-//! Stops a machine when something slips over the sensor faster than a limit.
+//! Stops a machine when a part that is held begins to slip.
 //!
-//!     cargo run -p wstac-cli --example slip_stop SOURCE MM_S
-use std::ffi::OsString;
-
+//!     cargo run -p wstac-cli --example slip_stop SOURCE
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::angle;
-use wstac_host::output::{Output, OutputOptions};
+use wstac_host::output::Output;
 use wstac_host::session::Session;
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_linux::source::Cameras;
@@ -22,32 +19,21 @@ fn start() {
 }
 
 fn main() -> Result<(), Error> {
-    let arguments: Vec<OsString> = std::env::args_os().skip(1).collect();
-    let (spec, limit) = match arguments.as_slice() {
-        [spec, limit] => {
-            (spec, limit.to_str().and_then(|limit| limit.parse::<f32>().ok()).filter(|limit| limit.is_finite()))
-        }
-        _ => return Err(Error::new(ErrorKind::Usage, "slip_stop", "wrong arguments, expected SOURCE MM_S")),
-    };
-    let limit = limit.ok_or_else(|| Error::new(ErrorKind::Usage, "MM_S", "not a number, expected a speed in mm/s"))?;
-    let source = open(spec, &OpenOptions::default(), &[&Cameras, &Scenes])?;
-    let outputs = OutputOptions { motion: true, ..OutputOptions::default() };
+    let spec = std::env::args_os().nth(1);
+    let spec = spec.ok_or_else(|| Error::new(ErrorKind::Usage, "slip_stop", "wrong arguments, expected SOURCE"))?;
+    let source = open(&spec, &OpenOptions::default(), &[&Cameras, &Scenes])?;
     let mut stopped = false;
-    for output in Session::builder(source).outputs(outputs).build()? {
+    for output in Session::builder(source).build()? {
         match output? {
-            // This comes with every frame while something slides. Two standard deviations make the decision safe.
-            Output::Motion(motion) => {
-                let slip = motion.velocity;
-                if !stopped && slip.mm_s - 2.0 * slip.mm_s_sd > limit {
-                    let direction = angle(slip.degrees);
-                    println!("frame {}: slip at {:.0} mm/s towards {direction:.1}°", motion.frame, slip.mm_s);
-                    stop();
-                    stopped = true;
-                }
+            // A part was pressed on and held, and moves now.
+            Output::Slip(slip) if !stopped => {
+                println!("frame {}: slip since frame {}", slip.frame, slip.onset_frame);
+                stop();
+                stopped = true;
             }
-            // The light has left: nothing touches the sensor any more.
+            // The light has left: nothing moves on the sensor any more.
             Output::ContactEnd(end) if stopped => {
-                println!("frame {}: released", end.frame);
+                println!("frame {}: at rest or gone", end.frame);
                 start();
                 stopped = false;
             }

@@ -17,6 +17,7 @@ use wstac_core::touch::at_once::AtOnce;
 #[cfg(feature = "motion")]
 use wstac_core::touch::motion::LiveContact;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
+use wstac_core::touch::slip::SlipDetector;
 use wstac_core::wire::{Answers, FrameTime, Hello, Message, ModelFacts, Outbox, Request, SAMPLE_PART, Telemetry, Text};
 
 #[cfg(feature = "learn")]
@@ -31,6 +32,8 @@ use crate::textures::{ModelSample, Textures};
 
 /// The number of frames from one status to the next: about one second.
 const STATUS_EVERY: u64 = 30;
+/// The number of detectors of slips: one if the law takes taxels. A microbit has no memory for it.
+const SLIPS: usize = (<setup::Law as EventLaw>::ANSWERS_AT_ONCE && !cfg!(microbit)) as usize;
 
 /// Takes messages. A message without room is left out.
 pub trait Publisher {
@@ -64,6 +67,7 @@ struct Sender {
     law: setup::Law,
     /// None, unless the law answers at once.
     at_once: [AtOnce; <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
+    slip: [SlipDetector; SLIPS],
     motion: MotionConfig,
     textures: Textures,
     /// The texture model.
@@ -130,6 +134,7 @@ impl Reader {
             sender: Sender {
                 law,
                 at_once: [AtOnce::new(motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
+                slip: [SlipDetector::new(rate); SLIPS],
                 motion,
                 textures: Textures::default(),
                 #[cfg(feature = "models")]
@@ -432,6 +437,9 @@ impl Sender {
             && let Some(frame) = update.frame()
         {
             out.send(&Message::Features { frame: frame.number, features: frame.features });
+        }
+        if let Some(slip) = self.slip.first_mut().and_then(|slip| slip.push(update)) {
+            out.send(&Message::Slip(slip));
         }
         if let Some(interrupted) = update.interrupted() {
             self.at_once = self.at_once.map(|_| AtOnce::new(self.motion));

@@ -14,7 +14,7 @@ use wstac_core::touch::wave::{Basis, Measured};
 
 use crate::output::{
     ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
-    Stamp, StreamClock, StreamSummary, TactileEvent,
+    SlipReport, Stamp, StreamClock, StreamSummary, TactileEvent,
 };
 use crate::source::LossCounts;
 use crate::texture::Texture;
@@ -102,6 +102,22 @@ pub enum JsonLine<'a> {
         /// yet.
         time_s: Option<f64>,
     },
+    /// A held part that begins to slip.
+    Slip {
+        /// The number of the frame that shows the slip.
+        frame: u64,
+        /// The time of that frame in nanoseconds; `None` from a board whose clock is not known yet.
+        time_ns: Option<u64>,
+        /// The wall-clock time of the frame.
+        #[serde(flatten)]
+        stamp: StampFields,
+        /// The number of the first frame with light of the motion.
+        onset_frame: u64,
+        /// The number of the first frame with light of the press, or, after a slip, of the rest behind it.
+        held_since_frame: u64,
+        /// The most light of a frame since the onset, as a fraction of the press's brightest frame, with two decimals.
+        strength: f64,
+    },
     /// A fault of the source.
     Fault {
         /// The number of the feature frame that comes next.
@@ -170,6 +186,10 @@ impl<'a> JsonLine<'a> {
             Output::ContactEnd(ContactEndReport { frame, event_frame, time_ns, stamp, time_s }) => {
                 let (stamp, time_s) = (StampFields::new(stamp), time_s.map(seconds));
                 Self::ContactEnd { frame, event_frame, time_ns, stamp, time_s }
+            }
+            Output::Slip(SlipReport { frame, time_ns, stamp, onset_frame, held_since_frame, strength: light }) => {
+                let (stamp, strength) = (StampFields::new(stamp), strength(light));
+                Self::Slip { frame, time_ns, stamp, onset_frame, held_since_frame, strength }
             }
             Output::Fault(FaultReport { frame, time_ns, stamp, ref fault }) => {
                 let (fault, message) = (fault.kind.name(), fault.to_string());
@@ -416,6 +436,11 @@ pub fn spread(degrees: f32) -> f64 {
 /// Returns a length in mm for output, with two decimals.
 pub fn millimeters(length: f32) -> f64 {
     rounded_to(f64::from(length), 2) + 0.0
+}
+
+/// Returns the strength of a slip for output, with two decimals.
+pub fn strength(light: f32) -> f64 {
+    rounded_to(f64::from(light), 2)
 }
 
 /// Returns a time in seconds for output, with four decimals.

@@ -8,6 +8,7 @@ use wstac_core::features::Features;
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, StreamEnd};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::touch::motion::{ReadoutTime, Velocity};
+use wstac_core::touch::slip::Slip;
 use wstac_core::touch::wave::Basis;
 
 pub(crate) use self::event::Answering;
@@ -58,6 +59,8 @@ pub enum Output {
     Interrupted(InterruptedReport),
     /// The end of the touch of an event: its light has left.
     ContactEnd(ContactEndReport),
+    /// A held part begins to slip. The published law has none.
+    Slip(SlipReport),
     /// Camera frames that were lost.
     Lost(LostFrames),
     /// A fault of the source. The source goes on.
@@ -88,6 +91,7 @@ impl Output {
             Self::EarlyTexture(texture) => texture.frame,
             Self::Interrupted(sample) => sample.frame,
             Self::ContactEnd(end) => end.frame,
+            Self::Slip(slip) => slip.frame,
             Self::Lost(lost) => lost.frame,
             Self::Fault(fault) => fault.frame,
             Self::BaselineDisturbed { frame } => *frame,
@@ -108,6 +112,7 @@ impl Output {
             Self::EarlyTexture(texture) => (texture.time_ns, texture.stamp),
             Self::Interrupted(sample) => (sample.time_ns, sample.stamp),
             Self::ContactEnd(end) => (end.time_ns, end.stamp),
+            Self::Slip(slip) => (slip.time_ns, slip.stamp),
             Self::Fault(fault) => (fault.time_ns, fault.stamp),
             Self::End(end) => (end.time_ns, end.stamp),
             Self::Lost(_) | Self::BaselineDisturbed { .. } => (None, None),
@@ -129,6 +134,9 @@ impl Output {
             Self::ContactEnd(end) => {
                 count(&mut end.frame);
                 count(&mut end.event_frame);
+            }
+            Self::Slip(slip) => {
+                [&mut slip.frame, &mut slip.onset_frame, &mut slip.held_since_frame].into_iter().for_each(count);
             }
             Self::EarlyTexture(texture) => count(&mut texture.frame),
             Self::Interrupted(sample) => count(&mut sample.frame),
@@ -169,6 +177,7 @@ impl Output {
                 count(&mut end.time_ns);
                 count_s(&mut end.time_s);
             }
+            Self::Slip(slip) => count(&mut slip.time_ns),
             Self::EarlyTexture(texture) => count(&mut texture.time_ns),
             Self::Interrupted(sample) => count(&mut sample.time_ns),
             Self::Fault(fault) => count(&mut fault.time_ns),
@@ -262,6 +271,33 @@ impl ContactEndReport {
         let ContactEnd { frame, event_frame, .. } = end;
         let RecordTimes { time_ns, stamp, time_s } = RecordTimes::new(frame, clock);
         Self { frame, event_frame, time_ns, stamp, time_s }
+    }
+}
+
+/// A held part that begins to slip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct SlipReport {
+    /// The number of the frame that shows the slip.
+    pub frame: u64,
+    /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not known yet.
+    pub time_ns: Option<u64>,
+    /// The wall-clock time of that frame; `None` where the source knows none.
+    pub stamp: Option<Stamp>,
+    /// The number of the first frame with light of the motion.
+    pub onset_frame: u64,
+    /// The number of the first frame with light of the press, or, after a slip, of the rest behind it.
+    pub held_since_frame: u64,
+    /// The most light of a frame since the onset, as a fraction of the press's brightest frame.
+    pub strength: f32,
+}
+
+impl SlipReport {
+    /// Creates the report of a slip. `clock` is that of the frames, if it is known.
+    pub(crate) fn new(slip: Slip, clock: Option<&FrameClock>) -> Self {
+        let Slip { frame, onset_frame, held_since_frame, strength, .. } = slip;
+        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(frame, clock);
+        Self { frame, time_ns, stamp, onset_frame, held_since_frame, strength }
     }
 }
 

@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 use wstac_core::touch::motion::Velocity;
 use wstac_core::touch::wave::Measured;
 
-use crate::json::{angle, confidence, real, rounded, short, with_deviation};
+use crate::json::{angle, confidence, real, rounded, short, strength, with_deviation};
 use crate::output::{DisturbedBaseline, Output, TactileEvent};
 use crate::plural::counted;
 use crate::texture::{Texture, pattern_and_depth};
@@ -53,6 +53,10 @@ pub fn text(line: &mut String, record: &Output) -> fmt::Result {
         ),
         Output::ContactEnd(end) => {
             write!(line, "end of contact at frame {}, of the event at frame {}", end.frame, end.event_frame)
+        }
+        Output::Slip(slip) => {
+            write!(line, "slip at frame {}: held since frame {}", slip.frame, slip.held_since_frame)?;
+            write!(line, ", strength {:.2}", strength(slip.strength))
         }
         Output::Fault(report) => {
             write!(line, "at frame {}: {}: {}", report.frame, report.fault.kind, report.fault)

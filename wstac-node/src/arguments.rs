@@ -126,6 +126,7 @@ const HELP: &str = r"Keys under wstac/SENSOR/, with the JSON objects of wstac ru
   event        a tactile event; its number, from 0, is attached
   event/*      answers with the last 1000 events under their numbers
   contact_end  the end of an event's touch
+  slip         a held part begins to slip
   texture      a texture that is known before its event
   incomplete   an event that a gap interrupted
   motion       speed and direction while something slides

@@ -24,6 +24,7 @@ pub(crate) struct Message {
 pub(crate) enum Topic {
     Event,
     ContactEnd,
+    Slip,
     Texture,
     Incomplete,
     Motion,
@@ -36,9 +37,10 @@ pub(crate) enum Topic {
 
 impl Topic {
     /// All topics, in the order of their declaration.
-    pub(crate) const ALL: [(Self, &str); 10] = [
+    pub(crate) const ALL: [(Self, &str); 11] = [
         (Self::Event, "event"),
         (Self::ContactEnd, "contact_end"),
+        (Self::Slip, "slip"),
         (Self::Texture, "texture"),
         (Self::Incomplete, "incomplete"),
         (Self::Motion, "motion"),
@@ -63,6 +65,7 @@ impl Topic {
         Some(match output {
             Output::Event(_) => Self::Event,
             Output::ContactEnd(_) => Self::ContactEnd,
+            Output::Slip(_) => Self::Slip,
             Output::EarlyTexture(_) => Self::Texture,
             Output::Interrupted(_) => Self::Incomplete,
             Output::Motion(_) => Self::Motion,

@@ -1,4 +1,4 @@
-"""Stops a machine when something slips over the sensor faster than a limit: python slip_stop.py SOURCE MM_S"""
+"""Stops a machine when a part that is held begins to slip: python slip_stop.py SOURCE"""
 
 import sys
 
@@ -15,19 +15,16 @@ def start() -> None:
     print("  start")
 
 
-limit = float(sys.argv[2])
 stopped = False
-for record in wstac.open(sys.argv[1], motion=True).records():
-    # This comes with every frame while something slides. Two standard deviations make the decision safe.
-    if isinstance(record, wstac.Motion):
-        speed, direction = record.speed, record.direction
-        if not stopped and speed.mm_s - 2 * (speed.sd or 0) > limit:
-            print(f"frame {record.frame}: slip at {speed.mm_s:.0f} mm/s towards {direction.deg:.1f}°")
-            stop()
-            stopped = True
-    # The light has left: nothing touches the sensor any more.
+for record in wstac.open(sys.argv[1]).records():
+    # A part was pressed on and held, and moves now.
+    if isinstance(record, wstac.Slip) and not stopped:
+        print(f"frame {record.frame}: slip since frame {record.onset_frame}")
+        stop()
+        stopped = True
+    # The light has left: nothing moves on the sensor any more.
     elif isinstance(record, wstac.ContactEnd) and stopped:
-        print(f"frame {record.frame}: released")
+        print(f"frame {record.frame}: at rest or gone")
         start()
         stopped = False
     elif isinstance(record, wstac.Fault):

@@ -37,6 +37,7 @@ from ._answers import (
     Lost,
     Measured,
     Motion,
+    Slip,
     Speed,
     Texture,
 )
@@ -73,6 +74,7 @@ __all__ = [
     "NotFoundError",
     "Pipeline",
     "Recording",
+    "Slip",
     "Speed",
     "SpeedFit",
     "Stream",

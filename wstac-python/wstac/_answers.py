@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 from dataclasses import MISSING, asdict, dataclass, field, fields
 from datetime import datetime
-from typing import Any, Optional, Union
+from typing import Any, ClassVar, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
@@ -308,7 +308,23 @@ def _stamped(found: dict[str, Any]) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class ContactEnd:
+class _Row:
+    """Base of records whose fields are those of JSON."""
+
+    _kind: ClassVar[str]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns it as one flat row, such as `pandas.DataFrame` takes."""
+        return asdict(self)
+
+    @property
+    def record(self) -> dict[str, Any]:
+        """The object that `wstac run --json` prints."""
+        return _stamped({"kind": self._kind, **asdict(self)})
+
+
+@dataclass(frozen=True)
+class ContactEnd(_Row):
     """The end of the touch of an event: its light has left. A law of durations gives none.
 
     >>> import wstac
@@ -317,6 +333,7 @@ class ContactEnd:
     (ContactEnd(frame=74, event_frame=35, time_s=2.4667), 74, 'contact_end')
     """
 
+    _kind = "contact_end"
     frame: int
     """Number of the first dark frame behind the touch."""
     event_frame: int
@@ -330,14 +347,33 @@ class ContactEnd:
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
     """The most by which the stamp may be wrong, in ms."""
 
-    def to_dict(self) -> dict[str, Any]:
-        """Returns it as one flat row, such as `pandas.DataFrame` takes."""
-        return asdict(self)
 
-    @property
-    def record(self) -> dict[str, Any]:
-        """The object that `wstac run --json` prints."""
-        return _stamped({"kind": "contact_end", **asdict(self)})
+@dataclass(frozen=True)
+class Slip(_Row):
+    """A held part begins to slip. The published law gives none.
+
+    >>> import wstac
+    >>> held = {"kind": "slide", "specimen": "Sin2", "hold": 1, "speed": 60}
+    >>> scene = wstac.simulate({"touch": [held], "fidelity": "taxel"}, frames=False)
+    >>> [slip.onset_frame for slip in scene.slips]
+    [75]
+    """
+
+    _kind = "slip"
+    frame: int
+    """Number of the frame that shows the slip."""
+    onset_frame: int
+    """Number of the first frame with light of the motion."""
+    held_since_frame: int
+    """Number of the first frame with light of the press, or, after a slip, of the rest behind it."""
+    strength: float
+    """Most light of a frame since the onset, as a fraction of the press's brightest frame."""
+    time_ns: Optional[int] = field(default=None, repr=False)
+    """Time of the frame in nanoseconds, by the clock of the end record; None if it is not known."""
+    stamp: Optional[datetime] = field(default=None, repr=False)
+    """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
+    stamp_within_ms: Optional[float] = field(default=None, repr=False)
+    """The most by which the stamp may be wrong, in ms."""
 
 
 @dataclass(frozen=True)
@@ -529,7 +565,7 @@ class End:
     """Time in which the camera reads its rows, in ms: 0 for a global shutter, None if nothing states it."""
 
 
-Record = Union[Event, Motion, EarlyTexture, Incomplete, ContactEnd, Fault, Lost, End]
+Record = Union[Event, Motion, EarlyTexture, Incomplete, ContactEnd, Slip, Fault, Lost, End]
 
 _KINDS: dict[str, Any] = {
     "event": Event,
@@ -537,6 +573,7 @@ _KINDS: dict[str, Any] = {
     "texture": EarlyTexture,
     "incomplete": Incomplete,
     "contact_end": ContactEnd,
+    "slip": Slip,
     "fault": Fault,
     "end": End,
 }
@@ -583,6 +620,7 @@ class Records:
     early_textures: list[EarlyTexture] = field(default_factory=list)
     incomplete: list[Incomplete] = field(default_factory=list)
     contact_ends: list[ContactEnd] = field(default_factory=list)
+    slips: list[Slip] = field(default_factory=list)
     faults: list[Fault] = field(default_factory=list)
     lost: list[Lost] = field(default_factory=list)
     end: Optional[End] = None
@@ -596,6 +634,7 @@ class Records:
             EarlyTexture: self.early_textures,
             Incomplete: self.incomplete,
             ContactEnd: self.contact_ends,
+            Slip: self.slips,
             Fault: self.faults,
             Lost: self.lost,
         }
@@ -612,8 +651,9 @@ class Records:
         weeks.
         """
         self.events.clear()
-        for records in (self.motions, self.early_textures, self.incomplete, self.contact_ends, self.faults, self.lost):
-            del records[:-MOST]
+        for records in vars(self).values():
+            if isinstance(records, list):
+                del records[:-MOST]
 
 
 class Recorded:
@@ -647,6 +687,11 @@ class Recorded:
     def contact_ends(self) -> list[ContactEnd]:
         """Ends of the touches of events, so far; the last 10 000. A law of durations gives none."""
         return self._records.contact_ends
+
+    @property
+    def slips(self) -> list[Slip]:
+        """Slips of held parts, so far; the last 10 000."""
+        return self._records.slips
 
     @property
     def lost(self) -> list[Lost]:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import ContactEnd, EarlyTexture, End, Event, Fault, Incomplete, Lost, Records
+from ._answers import ContactEnd, EarlyTexture, End, Event, Fault, Incomplete, Lost, Records, Slip
 from ._frames import Fps, Frames
 from ._models import Config, Configuration, Models, Path, as_json
 from ._stream import source_options
@@ -93,6 +93,8 @@ class Recording:
     """Samples that a gap of lost frames interrupted."""
     contact_ends: list[ContactEnd]
     """Ends of the touches of events; empty by a law of durations."""
+    slips: list[Slip]
+    """Slips of held parts."""
     faults: list[Fault]
     """Faults of the source."""
     lost: list[Lost]
@@ -203,6 +205,7 @@ def _recording(native: _wstac.Source, with_frames: bool, truth: list[Truth]) -> 
         early_textures=records.early_textures,
         incomplete=records.incomplete,
         contact_ends=records.contact_ends,
+        slips=records.slips,
         faults=records.faults,
         lost=records.lost,
         end=records.end,

@@ -142,7 +142,7 @@ class Stream(Recorded):
         raise StopIteration
 
     def records(self) -> Iterator[Record]:
-        """Yields every record as it comes: events, motions, ends of contacts, early textures, faults, lost frames, and the end.
+        """Yields every record as it comes: events, motions, ends of contacts, slips, early textures, faults, lost frames, and the end.
 
         Raises `Error` if the source fails, after all records before that.
 

@@ -147,6 +147,8 @@ class Sensor {
       row.title = Object.entries(said).map(([name, text]) => name + ": " + text).join("; ");
       row.classList.toggle("doubtful", !record.reliable);
       this.part("newest").textContent = cells.map(([name, text]) => name + " " + text).join(", ");
+    } else if (record.kind === "slip") {
+      this.words(record.frame, "slip, held since frame " + record.held_since_frame, "slip");
     } else if (record.kind === "fault") {
       this.words(record.frame, record.fault + ": " + record.message, "fault");
     } else if (record.kind === "incomplete") {

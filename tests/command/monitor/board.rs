@@ -13,6 +13,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
 use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout};
+use wstac_core::touch::slip::SlipDetector;
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_core::wire::{Answers, Hello, LONGEST, Message, ModelFacts, Text, TextureAnswer, encode, sample_parts};
 use wstac_host::model_file::ModelFile;
@@ -55,6 +56,7 @@ struct Board<'m> {
     models: Vec<Model<'m>>,
     dropped: u64,
     live: LiveWave,
+    slip: SlipDetector,
     /// The number of the next event.
     events: u16,
     /// Whether features, samples and motion are sent, too.
@@ -76,6 +78,7 @@ pub(crate) fn sent(scene: &str, models: &[ModelFile], all: bool, at_once: bool) 
         models: models.iter().map(|file| file.model().unwrap()).collect(),
         dropped: 0,
         live: LiveWave::new(MotionConfig::published(info.rate).with_readout(Readout::GLOBAL)),
+        slip: SlipDetector::new(info.rate),
         events: 0,
         all,
         at_once: AtOnce::new(MotionConfig::published(info.rate)),
@@ -126,6 +129,9 @@ impl Board<'_> {
             && let Some(frame) = update.frame()
         {
             self.sent.push(&Message::Features { frame: frame.number, features: frame.features });
+        }
+        if let Some(slip) = self.slip.push(update) {
+            self.sent.push(&Message::Slip(slip));
         }
         if let Some(sample) = update.interrupted() {
             self.sent.push(&Message::InterruptedSample(sample));

@@ -294,6 +294,8 @@ Output with --json, one object per line (wrapped here):
    "frames_filled":0,"reliable":true}
   {"kind":"contact_end","frame":75,"event_frame":35,
    "time_ns":2500000000,"time_s":2.5}
+  {"kind":"slip","frame":131,"time_ns":4366666666,"onset_frame":129,
+   "held_since_frame":96,"strength":0.4}
   {"kind":"texture","frame":137,"time_ns":4566666666,"frames":40,
    "texture":{…}}
   {"kind":"incomplete","frame":300,"time_ns":10000000000,"frames":12}
@@ -366,6 +368,11 @@ Output with --json, one object per line (wrapped here):
               "confidence" instead of "sd", and "speed_at_most" is an
               upper bound of the speed of an event that is cut off.
   contact_end says that the light of an event's touch has left.
+  slip        says that a part that was pressed on and held begins to
+              slip: "onset_frame" is the first frame with light of the
+              motion, "held_since_frame" that of the press, or of the rest
+              behind the last slip, and "strength" the most light of a
+              frame since the onset as a fraction of the press's.
   texture     is printed as soon as a model that needs fewer than 70
               frames has them. The event that follows has the same.
   incomplete  is an event that lost frames or the stream's end cut off.

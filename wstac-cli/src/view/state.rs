@@ -110,7 +110,7 @@ impl State {
                 self.dropped = end.dropped;
                 self.say(About::Note, text_of(output));
             }
-            Output::Interrupted(_) | Output::Fault(_) | Output::BaselineDisturbed { .. } => {
+            Output::Slip(_) | Output::Interrupted(_) | Output::Fault(_) | Output::BaselineDisturbed { .. } => {
                 self.say(About::Trouble, text_of(output));
             }
             _ => {}

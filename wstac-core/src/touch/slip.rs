@@ -35,10 +35,13 @@ const LEAST_LIT: usize = 5;
 #[non_exhaustive]
 pub struct Slip {
     /// The number of the frame of the alarm: the newest one.
+    #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub frame: u64,
     /// The number of the first frame with light of the motion.
+    #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub onset_frame: u64,
     /// The number of the first frame with light of the press, or, after a slip, of the rest behind it.
+    #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub held_since_frame: u64,
     /// The most light of a frame since the onset, as a fraction of the press's brightest frame: above 0.
     pub strength: f32,

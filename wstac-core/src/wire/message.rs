@@ -25,6 +25,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::Texture;
 use crate::touch::motion::{Contact, Velocity};
+use crate::touch::slip::Slip;
 use crate::touch::wave::{Basis, Extent};
 
 /// A message from a board to a host.
@@ -127,7 +128,7 @@ pub enum Message<'a> {
         #[serde(serialize_with = "super::numbers::long")]
         board_us: u64,
     },
-    // These come last: without the feature they have no number.
+    // Each has its number also where a feature is missing, since the last message has one for all.
     /// The settings that the board uses: the answer to [`Request::Settings`].
     #[cfg(feature = "settings")]
     Settings(SettingsInUse),
@@ -143,7 +144,29 @@ pub enum Message<'a> {
     /// The board's model, and the one that is being sent: the answer to every request about models.
     #[cfg(feature = "models")]
     Model(BoardModel),
+    #[cfg(not(feature = "settings"))]
+    #[doc(hidden)]
+    NoSettings(Never),
+    #[cfg(not(feature = "settings"))]
+    #[doc(hidden)]
+    NoSet(Never),
+    #[cfg(not(feature = "learn"))]
+    #[doc(hidden)]
+    NoLearning(Never),
+    #[cfg(not(feature = "learn"))]
+    #[doc(hidden)]
+    NoTextures(Never),
+    #[cfg(not(feature = "models"))]
+    #[doc(hidden)]
+    NoModel(Never),
+    /// A held part begins to slip. A board without the memory for it sends none.
+    Slip(Slip),
 }
+
+/// The content of a message whose feature is missing: it has no value, so such a message is unknown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[expect(clippy::exhaustive_enums, reason = "it has no value")]
+pub enum Never {}
 
 /// The state of a board, as far as the board knows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

@@ -43,7 +43,7 @@
 //! A whole frame may still have numbers that nothing can have, from a board that is wrong. A receiver refuses such a
 //! message ([`DecodeError::Impossible`]): a speed that is not above 0 or not finite, an angle outside 0 ≤ degrees < 360,
 //! a standard deviation below 0, a confidence above 1, more frames than a sample has, a feature above ln 5, a speed of a
-//! touch that does not slide, more slides than are needed, and a frame number or count above 2^53.
+//! touch that does not slide, a slip before its onset, more slides than are needed, and a frame number or count above 2^53.
 //!
 //! ## Versions
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is. A receiver skips messages that it does
@@ -63,7 +63,8 @@
 //!
 //! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns,
 //! and `Request::Model` and those behind it about models that are sent to a board. [`Answers`] ends with the reason why
-//! it is not reliable, what it is known by, and how many frames of the sample had arrived.
+//! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that a held
+//! part begins to slip.
 
 mod decoder;
 mod frame;
@@ -72,7 +73,7 @@ mod learned;
 mod message;
 #[cfg(feature = "models")]
 mod models;
-mod numbers;
+pub(crate) mod numbers;
 mod outbox;
 mod picture;
 mod possible;
@@ -88,8 +89,8 @@ pub use learned::{
     TextureName,
 };
 pub use message::{
-    Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
-    sample_parts,
+    Answers, Fault, FrameTime, Hello, Message, ModelFacts, Never, Request, SAMPLE_PART, Telemetry, TextureAnswer,
+    Wanted, sample_parts,
 };
 #[cfg(feature = "models")]
 pub use models::{AcceptedModels, BoardModel, MODEL_PIECE, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep};

@@ -14,7 +14,7 @@ const FRAME_BYTES: usize = 2 * FEATURES;
 /// takes 1200 bytes off a Cortex-M4's code.
 #[inline(never)]
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
-pub(super) fn long<S: Serializer>(number: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+pub(crate) fn long<S: Serializer>(number: &u64, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_u64(*number)
 }
 

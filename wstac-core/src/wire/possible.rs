@@ -60,6 +60,8 @@ pub enum Quantity {
     Slides,
     /// The reliability of an event, which contradicts its other answers.
     Reliability,
+    /// The strength of a slip.
+    Strength,
 }
 
 impl fmt::Display for Quantity {
@@ -78,6 +80,7 @@ impl fmt::Display for Quantity {
             Self::Temperature => "temperature",
             Self::Slides => "number of slides",
             Self::Reliability => "reliability",
+            Self::Strength => "strength",
         })
     }
 }
@@ -108,6 +111,12 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         Message::ContactEnd(end) => {
             number(end.frame).and_then(|()| ensure(end.event_frame <= end.frame, Quantity::FrameNumber))
         }
+        Message::Slip(slip) => {
+            number(slip.frame)?;
+            let is_ordered = slip.held_since_frame <= slip.onset_frame && slip.onset_frame <= slip.frame;
+            ensure(is_ordered, Quantity::FrameNumber)?;
+            ensure(slip.strength > 0.0 && slip.strength.is_finite(), Quantity::Strength)
+        }
         Message::Telemetry(telemetry) => {
             number(telemetry.uptime_ms)?;
             telemetry.last_frame.map_or(Ok(()), |last| number(last.frame).and_then(|()| number(last.board_us)))?;
@@ -122,6 +131,12 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         // Settings check themselves as they are read.
         #[cfg(feature = "settings")]
         Message::Settings(_) | Message::Set(_) => Ok(()),
+        #[cfg(not(feature = "settings"))]
+        Message::NoSettings(never) | Message::NoSet(never) => match *never {},
+        #[cfg(not(feature = "learn"))]
+        Message::NoLearning(never) | Message::NoTextures(never) => match *never {},
+        #[cfg(not(feature = "models"))]
+        Message::NoModel(never) => match *never {},
         // Sizes and checksums may be anything, and the host compares them with those of its file.
         #[cfg(feature = "models")]
         Message::Model(_) => Ok(()),

@@ -18,6 +18,7 @@ use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::texture::texture;
 use crate::touch::motion::{Contact, Velocity};
+use crate::touch::slip::Slip;
 use crate::touch::wave::{Basis, Extent, Measured};
 
 static MODEL: Forest<'static> = crate::include_model!(Forest, "../../tests/models/small.wsm");
@@ -159,6 +160,7 @@ fn messages() -> Vec<Message<'static>> {
     all.extend(learned::tests::messages());
     #[cfg(feature = "models")]
     all.extend(models::tests::messages());
+    all.push(Message::Slip(Slip::new(LAST, LAST, 0, 0.4)));
     all
 }
 
@@ -425,6 +427,9 @@ fn cobs(content: &[u8]) -> Vec<u8> {
 fn other_versions_and_unknown_messages_are_told_apart_from_damage() {
     let lost = Message::Lost { frames: 9 };
     assert_eq!(frame_of(&[4, 5, 6, 9]), frame(&lost, 5));
+    // A slip has the same number with and without the features of the messages before it.
+    let slip = Message::Slip(Slip::new(131, 129, 96, 0.5));
+    assert_eq!(frame_of(&[4, 5, 21, 0x83, 1, 0x81, 1, 96, 0, 0, 0, 0x3F]), frame(&slip, 5));
     for (content, expected) in [
         (&[1, 5, 6, 9][..], Err(DecodeError::Version(1))),
         (&[0, 5, 6, 9], Err(DecodeError::Version(0))),
@@ -632,6 +637,14 @@ fn impossible_counts_are_refused_and_the_last_possible_ones_are_not() {
     assert_eq!(event(&|answers| answers.direction = Direction::by_arrival(never)), Some(Quantity::Contact));
     assert_eq!(event(&|answers| (answers.touch, answers.end) = (Some(5), Some(5))), too_many);
     assert_eq!(refused(&Message::ContactEnd(ContactEnd::new(4, 5))), Some(Quantity::FrameNumber));
+    for (slip, expected) in [
+        (Slip::new(4, 5, 3, 0.4), Quantity::FrameNumber),
+        (Slip::new(5, 3, 4, 0.4), Quantity::FrameNumber),
+        (Slip::new(5, 4, 3, 0.0), Quantity::Strength),
+        (Slip::new(5, 4, 3, f32::NAN), Quantity::Strength),
+    ] {
+        assert_eq!(refused(&Message::Slip(slip)), Some(expected), "{slip:?}");
+    }
     for frames in [0, 71, 255] {
         assert_eq!(refused(&Message::Texture { frame: 0, frames, texture }), too_many);
     }
@@ -670,6 +683,7 @@ fn impossible_counts_are_refused_and_the_last_possible_ones_are_not() {
             Message::End { stream: StreamEnd::new(0), dropped: frame },
             Message::ContactEnd(ContactEnd::new(frame, 0)),
             Message::ContactEnd(ContactEnd::new(0, frame)),
+            Message::Slip(Slip::new(frame, 3, 2, 0.4)),
             Message::Motion { frame, velocity, basis: None },
             Message::Telemetry(Telemetry { uptime_ms: frame, ..telemetry() }),
         ] {

@@ -16,7 +16,7 @@ use super::delivery::{Arrival, Delivery};
 use crate::frame_clock::FrameClock;
 use crate::output::{
     ContactEndReport, DisturbedBaseline, EarlyTexture, FrameFeatures, InterruptedReport, MotionReport, Output,
-    OutputOptions, RecordTimes, StreamClock, StreamSummary, TactileEvent,
+    OutputOptions, RecordTimes, SlipReport, StreamClock, StreamSummary, TactileEvent,
 };
 use crate::plural::counted;
 use crate::texture::Texture;
@@ -168,6 +168,10 @@ impl BoardState {
             Message::ContactEnd(end) => {
                 self.reach(end.frame);
                 give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, self.clock.as_ref()))))
+            }
+            Message::Slip(slip) => {
+                self.reach(slip.frame.saturating_add(1));
+                give(Report::Output(Output::Slip(SlipReport::new(*slip, self.clock.as_ref()))))
             }
             Message::Lost { frames } => {
                 self.progress.dropped = self.progress.dropped.saturating_add(*frames);

@@ -12,6 +12,7 @@ use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample, StreamEnd
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{Contact, Velocity};
+use wstac_core::touch::slip::Slip;
 use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Text, TextureAnswer, Wanted, encode};
 
 use super::*;
@@ -414,6 +415,10 @@ fn assert_possible(output: &Output) {
         }
         Output::Interrupted(sample) => assert!(sample.frame <= 1 << 53 && sample.frames < 70, "{sample:?}"),
         Output::Features(features) => assert!(features.features.iter().all(|&feature| feature < 3300)),
+        Output::Slip(slip) => {
+            assert!(slip.held_since_frame <= slip.onset_frame && slip.onset_frame <= slip.frame, "{slip:?}");
+            assert!(slip.frame <= 1 << 53 && slip.strength > 0.0 && slip.strength.is_finite(), "{slip:?}");
+        }
         Output::ContactEnd(end) => assert!(end.frame.max(end.event_frame) <= 1 << 53, "{end:?}"),
         _ => {}
     }
@@ -486,6 +491,7 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
         Message::InterruptedSample(InterruptedSample::new(200, 7)),
         Message::Status { stream, dropped: 3 },
         Message::ContactEnd(ContactEnd::new(240, 200)),
+        Message::Slip(Slip::new(300, 298, 240, 0.4)),
         Message::Features { frame: 9, features: [-2048; 10] },
         Message::Lost { frames: 3 },
     ];

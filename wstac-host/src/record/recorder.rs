@@ -350,6 +350,7 @@ impl Recorder {
             Output::Fault(_) => self.line([Topic::Faults, Topic::FaultsJson], Level::Warning, text, output),
             Output::Event(_)
             | Output::ContactEnd(_)
+            | Output::Slip(_)
             | Output::EarlyTexture(_)
             | Output::Interrupted(_)
             | Output::End(_) => {

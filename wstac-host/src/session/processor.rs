@@ -12,6 +12,7 @@ use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::{LiveWave, MotionConfig};
+use wstac_core::touch::slip::SlipDetector;
 
 use super::stream_config::HostPipeline;
 use crate::config::Config;
@@ -19,7 +20,7 @@ use crate::error::{Error, ErrorKind};
 use crate::frame_clock::FrameClock;
 use crate::output::{
     Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
-    MotionReport, Output, OutputOptions, ReadoutUsed, RecordTimes, StreamSummary, TactileEvent,
+    MotionReport, Output, OutputOptions, ReadoutUsed, RecordTimes, SlipReport, StreamSummary, TactileEvent,
 };
 use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
@@ -41,6 +42,8 @@ pub struct Processor {
     clock: FrameClock,
     /// Follows motion, if it was asked for.
     live: Option<LiveWave>,
+    /// Watches held parts, if the law takes taxels.
+    slip: Option<SlipDetector>,
     options: OutputOptions,
     dropped: u64,
     dropped_by: LossCounts,
@@ -199,6 +202,7 @@ impl Processor {
             readout: ReadoutUsed::of(config.readout(info)),
             clock: FrameClock::new(info.rate, info.clock),
             live: options.motion.then(|| LiveWave::new(motion)),
+            slip: law.takes_taxels().then(|| SlipDetector::new(info.rate)),
             textures: Textures::default(),
             options,
             dropped: 0,
@@ -499,6 +503,7 @@ impl Processor {
         if let Some(live) = &mut self.live {
             live.reset();
         }
+        self.slip = self.slip.map(|_| SlipDetector::new(self.pipeline.geometry().rate()));
     }
 
     /// Returns the motion in the newest frame, if it was asked for and something slides.
@@ -525,9 +530,9 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, doubts, at_once, .. } = self;
+        let Self { pipeline, textures, law, durations, motion, clock, options, doubts, at_once, slip, .. } = self;
         let (motion, options) = (*motion, *options);
-        (pipeline, Answers { textures, law, durations, motion, clock, options, doubts, at_once })
+        (pipeline, Answers { textures, law, durations, motion, clock, options, doubts, at_once, slip })
     }
 }
 
@@ -541,6 +546,7 @@ struct Answers<'p> {
     options: OutputOptions,
     doubts: &'p mut Doubts,
     at_once: &'p mut AtOnce,
+    slip: &'p mut Option<SlipDetector>,
 }
 
 impl Answers<'_> {
@@ -595,6 +601,9 @@ impl Answers<'_> {
             let (frame, features) = (frame.number, frame.features);
             let RecordTimes { time_ns, stamp, .. } = self.times(frame);
             emit(Output::Features(FrameFeatures { frame, time_ns, stamp, features }))?;
+        }
+        if let Some(slip) = self.slip.as_mut().and_then(|slip| slip.push(update)) {
+            emit(Output::Slip(SlipReport::new(slip, Some(self.clock))))?;
         }
         if let Some(sample) = update.interrupted() {
             *self.at_once = AtOnce::new(self.motion);
