@@ -91,7 +91,7 @@ impl Result {
 
 const HEAD: &str = "\
 slides | reliable, % | speed error, %: median | p95 | direction error, °: median | p95 | wrong | speed within 1 sd, % | direction |
-|---|---|---|---|---|---|---|---|---|---|";
+| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 /// Returns the slides of answered touches.
 fn cases(answered: &[Answered]) -> Vec<Case<'_>> {
@@ -143,7 +143,7 @@ fn goals(page: &mut String, cases: &[Case<'_>]) {
     let [all, main, wide, narrow, slow, fast] =
         [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0], [10.0, 100.0], [100.0, 600.0]]
             .map(|[low, high]| within(low, high));
-    let _ = writeln!(page, "| goal | speed, mm/s | wanted | reached |\n|---|---|---|---|");
+    let _ = writeln!(page, "| goal | speed, mm/s | wanted | reached |\n| --- | --- | --- | --- |");
     let mut row = |goal: &str, speed: &str, wanted: &str, reached: String| {
         let _ = writeln!(page, "| {goal} | {speed} | {wanted} | {reached} |");
     };
@@ -182,7 +182,7 @@ fn kinds(page: &mut String) {
         page,
         "| touch | seen | events | slide | press | poke | unclear | right, % of seen (goal: at least 99) |"
     );
-    let _ = writeln!(page, "|---|---|---|---|---|---|---|---|");
+    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- |");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);
         let contacts: Vec<Contact> = answered.iter().filter_map(|one| Some(one.motion?.contact)).collect();

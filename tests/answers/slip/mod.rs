@@ -100,7 +100,7 @@ pub(crate) fn section(page: &mut String) {
     page.push_str(include_str!("../slip.txt"));
     let _ = writeln!(
         page,
-        "| part | 10 to 20 mm/s | 20 to 50 | 50 to 100 | 100 to 300 | goal: 95 |\n|---|---|---|---|---|---|"
+        "| part | 10 to 20 mm/s | 20 to 50 | 50 to 100 | 100 to 300 | goal: 95 |\n| --- | --- | --- | --- | --- | --- |"
     );
     let mut all = vec![];
     for (kind, name, goal) in [(Kind::Textured, "textured", TEXTURED), (Kind::Flat, "flat", FLAT)] {
@@ -118,7 +118,7 @@ pub(crate) fn section(page: &mut String) {
         "\nThe goal is for textured parts from {} mm/s, and for flat ones from {} mm/s. \
          {missed} % of all were not taken for held, {early} % reported before they moved.\n\
          With disturbances, {OF_FAULT} of each part at these speeds, and {} releases:\n\n\
-         | disturbance | in time, % | not held | early | releases reported |\n|---|---|---|---|---|",
+         | disturbance | in time, % | not held | early | releases reported |\n| --- | --- | --- | --- | --- |",
         TEXTURED[0],
         FLAT[0],
         2 * OF_FAULT,
