@@ -10,6 +10,7 @@ use super::candidate::{NONE, short};
 use super::parameters::{AnswerLaw, Format, KERNELS, STRIDES, kernel_name};
 use super::prices::Core;
 use super::row::Row;
+use wstac_core::params::NOMINAL_FRAME_RATE;
 
 /// The quantity of a term.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,8 +25,6 @@ enum What {
     Ram,
     /// Frames from the first touch to the answer.
     Frames,
-    /// The same in seconds.
-    Latency,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -62,7 +61,8 @@ impl FromStr for Budget {
                 let or_equal = value.starts_with('=');
                 let value = value.strip_prefix('=').unwrap_or(value).trim();
                 let what = what(name).ok_or_else(|| format!("term {term:?}: {name:?}, expected {EXPECTED}"))?;
-                let most = number(value, &what).map_err(|error| format!("term {term:?}: {error}"))?;
+                let units = if name.eq_ignore_ascii_case("latency") { TIMES } else { units(&what) };
+                let most = number(value, units).map_err(|error| format!("term {term:?}: {error}"))?;
                 budget.limits.push(Limit { term: term.to_owned(), what, most, or_equal });
             } else {
                 let value = rest.strip_prefix('=').unwrap_or(rest).trim();
@@ -97,8 +97,7 @@ fn what(name: &str) -> Option<What> {
     match name.as_str() {
         "flash" => Some(What::Flash),
         "ram" => Some(What::Ram),
-        "frames" => Some(What::Frames),
-        "latency" => Some(What::Latency),
+        "frames" | "latency" => Some(What::Frames),
         name => core(name).map(What::Frame),
     }
 }
@@ -116,14 +115,20 @@ const BYTES: &[(&str, f64)] = &[
     ("", 1.0),
 ];
 
-/// Reads a number above 0: bytes in K of 1024, all others in k or M.
-fn number(text: &str, what: &What) -> Result<f64, String> {
-    let units: &[(&str, f64)] = match what {
+/// Units of time, in frames.
+const TIMES: &[(&str, f64)] = &[("ms", NOMINAL_FRAME_RATE as f64 / 1e3), ("s", NOMINAL_FRAME_RATE as f64)];
+
+/// Returns the units of a quantity: bytes in K of 1024, instructions in k or M.
+fn units(what: &What) -> &'static [(&'static str, f64)] {
+    match what {
         What::Flash | What::Ram => BYTES,
         What::Frames => &[("", 1.0)],
-        What::Latency => &[("ms", 1e-3), ("s", 1.0)],
         What::Frame(_) | What::Event(_) => &[("k", 1e3), ("K", 1e3), ("M", 1e6), ("", 1.0)],
-    };
+    }
+}
+
+/// Reads a number above 0.
+fn number(text: &str, units: &[(&str, f64)]) -> Result<f64, String> {
     let read = units.iter().find_map(|(unit, scale)| {
         let number: f64 = text.strip_suffix(unit)?.trim().parse().ok()?;
         let scaled = number * scale;
@@ -132,7 +137,7 @@ fn number(text: &str, what: &What) -> Result<f64, String> {
     let names: Vec<&str> = units.iter().map(|(unit, _)| *unit).filter(|unit| !unit.is_empty()).collect();
     read.ok_or_else(|| match names[..] {
         [] => format!("{text:?}, expected a number above 0"),
-        _ if *what == What::Latency => {
+        _ if names.contains(&"s") => {
             format!("{text:?}, expected a number above 0 with its unit, as in 0.6s or 600ms")
         }
         _ => format!("{text:?}, expected a number above 0, with or without {}", names.join(", ")),

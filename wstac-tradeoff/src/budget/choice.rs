@@ -9,7 +9,6 @@ use crate::parameters::Format;
 use crate::prices::{Core, Price, Prices};
 use crate::row::{Row, motion_latency};
 use crate::table::grouped;
-use wstac_core::params::NOMINAL_FRAME_RATE;
 
 /// Difference of scores, in percent, up to which they count as nearly equal; sensors differ by more.
 const NEARLY: f64 = 1.0;
@@ -143,18 +142,11 @@ impl<'q> Question<'q> {
                 What::Event(core) => all.push(of_core(core, Price::event)),
                 What::Flash => all.extend(cores.iter().map(|core| of_core(*core, |price| price.flash))),
                 What::Ram => all.extend(cores.iter().map(|core| of_core(*core, |price| price.ram))),
-                What::Frames => all.push(of_row(self.frames(row))),
-                What::Latency => {
-                    all.push(of_row(self.frames(row).map(|frames| frames / f64::from(NOMINAL_FRAME_RATE))));
-                }
+                What::Frames if self.by.is_of_motion() => all.push(of_row(motion_latency(row, self.rows))),
+                What::Frames => all.push(of_row(row.found.latency)),
             }
         }
         all
-    }
-
-    /// Returns the frames from the first touch to the answer that counts.
-    fn frames(&self, row: &Row) -> Option<f64> {
-        if self.by.is_of_motion() { motion_latency(row, self.rows) } else { row.found.latency }
     }
 
     /// Explains why no row fits.
@@ -203,14 +195,12 @@ impl fmt::Display for Taken<'_> {
             What::Flash => "bytes of flash",
             What::Ram => "bytes of RAM",
             What::Frames => "frames to the answer",
-            What::Latency => "seconds to the answer",
         };
         if let Some(core) = self.core {
             write!(f, "{}: ", core.name())?;
         }
         match (self.takes, &self.limit.what) {
             (Some(takes), What::Frames) => write!(f, "{takes:.1} {unit}"),
-            (Some(takes), What::Latency) => write!(f, "{takes:.2} {unit}"),
             (Some(takes), _) => write!(f, "{} {unit}", grouped(takes as i64)),
             (None, _) => write!(f, "{unit} not known"),
         }?;
