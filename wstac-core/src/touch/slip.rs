@@ -134,13 +134,11 @@ struct Light {
 
 impl Light {
     fn new(of: [i32; TAXELS]) -> Self {
-        let sum = of.iter().map(|&light| i64::from(light)).sum();
-        let mut light = Self { of, sum, energy: 0, uneven: 0, rises: false };
-        light.energy = light.beside(&[0; TAXELS], false);
-        light.uneven = light.beside(&[0; TAXELS], true);
+        let sum: i64 = of.iter().map(|&light| i64::from(light)).sum();
+        let squares = |less: i64| of.iter().map(|&light| (i64::from(light) - less).pow(2)).sum();
+        let (energy, uneven) = (squares(0), squares(sum.div_euclid(TAXELS as i64)));
         let fallen: i64 = of.iter().map(|&light| i64::from(light.min(0)).pow(2)).sum();
-        light.rises = light.energy > 5 * fallen;
-        light
+        Self { of, sum, energy, uneven, rises: energy > 5 * fallen }
     }
 
     /// Returns whether light has come that is not the same for all taxels.
