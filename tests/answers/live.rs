@@ -298,7 +298,7 @@ pub(crate) fn objects(seed: u64, count: u64) -> String {
     let mut page = String::from(
         "| object | first velocity: answered, % of touches | within 3 frames of the last whisker | by 2 frames after the touch \
          | wrong, % of answered | all velocities: % of frames | wrong, % |\n\
-         | --- | --- | --- | --- | --- | --- | --- |\n",
+         |---|---|---|---|---|---|---|\n",
     );
     for (name, kind) in OBJECTS {
         let all = each(count, |number| follow_object(kind, PLAIN, seed, number));
@@ -324,7 +324,7 @@ pub(crate) fn objects(seed: u64, count: u64) -> String {
 pub(crate) fn cameras(seed: u64, count: u64) -> String {
     let mut page = String::from(
         "| mix of objects | first velocity: answered, % of touches | wrong, % of answered | all velocities: wrong, % |\n\
-         | --- | --- | --- | --- |\n",
+         |---|---|---|---|\n",
     );
     for condition in CONDITIONS {
         let all = each(count, |number| follow_object(scenes::Kind::Mix, condition, seed, number));
@@ -362,7 +362,7 @@ const COLUMNS: &str = "speed error, %: median | p95 | direction error, °: media
 /// A table of the first answers of slides.
 fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
     let _ = writeln!(page, "| first velocity: {property} | slides | in time (goal: all), % | {COLUMNS} |");
-    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    let _ = writeln!(page, "|---|---|---|---|---|---|---|---|---|---|");
     for (name, slides) in rows {
         let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
         let in_time = first.iter().filter(|said| said.delay <= 3.0).count();

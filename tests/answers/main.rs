@@ -91,7 +91,7 @@ impl Result {
 
 const HEAD: &str = "\
 slides | reliable, % | speed error, %: median | p95 | direction error, °: median | p95 | wrong | speed within 1 sd, % | direction |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+|---|---|---|---|---|---|---|---|---|---|";
 
 /// Returns the slides of answered touches.
 fn cases(answered: &[Answered]) -> Vec<Case<'_>> {
@@ -125,7 +125,7 @@ pub(crate) fn share(count: usize, of: usize) -> String {
 pub(crate) fn interval(count: usize, of: usize) -> String {
     let [low, high] = wilson(count as u32, of as u32);
     let share = count as f64 / of.max(1) as f64;
-    format!("{:.1} ({:.1} … {:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+    format!("{:.1} ({:.1}…{:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
 }
 
 /// Returns a percentile with its interval of 95 %, by the ranks that a percentile may have by chance.
@@ -133,7 +133,7 @@ fn quantile(errors: &[f64], fraction: f64, unit: f64) -> String {
     let n = errors.len() as f64;
     let half = 1.96 * (fraction * (1.0 - fraction) / n.max(1.0)).sqrt();
     let at = |fraction: f64| percentile(errors.to_vec(), fraction.clamp(0.0, 1.0)).map_or(f64::NAN, |x| unit * x);
-    format!("{:.2} ({:.2} … {:.2})", at(fraction), at(fraction - half), at(fraction + half))
+    format!("{:.2} ({:.2}…{:.2})", at(fraction), at(fraction - half), at(fraction + half))
 }
 
 /// The goals beside what was reached.
@@ -143,7 +143,7 @@ fn goals(page: &mut String, cases: &[Case<'_>]) {
     let [all, main, wide, narrow, slow, fast] =
         [[10.0, 600.0], [20.0, 400.0], [15.0, 600.0], [60.0, 300.0], [10.0, 100.0], [100.0, 600.0]]
             .map(|[low, high]| within(low, high));
-    let _ = writeln!(page, "| goal | speed, mm/s | wanted | reached |\n| --- | --- | --- | --- |");
+    let _ = writeln!(page, "| goal | speed, mm/s | wanted | reached |\n|---|---|---|---|");
     let mut row = |goal: &str, speed: &str, wanted: &str, reached: String| {
         let _ = writeln!(page, "| {goal} | {speed} | {wanted} | {reached} |");
     };
@@ -182,7 +182,7 @@ fn kinds(page: &mut String) {
         page,
         "| touch | seen | events | slide | press | poke | unclear | right, % of seen (goal: at least 99) |"
     );
-    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- |");
+    let _ = writeln!(page, "|---|---|---|---|---|---|---|---|");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);
         let contacts: Vec<Contact> = answered.iter().filter_map(|one| Some(one.motion?.contact)).collect();

@@ -165,7 +165,7 @@ const READOUTS: &str = "
 Reliable slides by speed and direction, in percent, by the readout in ms:
 
 | slides | known: 0 | 10 | 20 | 33 | unknown: 0 | 10 | 20 | 33 |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- |
+|---|---|---|---|---|---|---|---|---|
 ";
 
 fn row(found: &[Found]) -> String {

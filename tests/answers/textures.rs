@@ -161,7 +161,7 @@ fn conditions() -> [(&'static str, Conditions); 7] {
 /// Returns the head of a table with a column for each model.
 fn head(what: &str, about: &str) -> String {
     let names = MODELS.map(|(name, _)| format!(" `{name}` |"))[..DETAILED].concat();
-    format!("\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(DETAILED))
+    format!("\n{about}\n\n| {what} | slides |{names}\n|---| ---: |{}\n", " ---: |".repeat(DETAILED))
 }
 
 /// Returns the table of right answers under conditions that no model was trained in.
@@ -301,7 +301,7 @@ Unknown textures have a depth or a period at least 1.5 times outside the trained
 Models of ten sums find fewer, and are set to refuse about 1 % of trained ones.
 
 | model | goal, % | accuracy, % | at 50 to 200 mm/s (goal: 95), % | calibration error | unknown textures found (goal: 80), % | trained textures refused (goal: at most 3), % |
-| --- | ---: | ---: | ---: | ---: | ---: | ---: |
+|---| ---: | ---: | ---: | ---: | ---: | ---: |
 ";
 
 const CONDITIONS: &str =
@@ -314,5 +314,5 @@ The textures are `Sin`, `Saw` and `Tri` of 1.5, 2.5 and 3.5 mm, and `Saw` of 3 m
 All slides of a model are of one unseen sensor, of any speed, direction and length.
 
 | base | sensors | accuracy, % | worst sensor, % | known, % |
-| --- | ---: | ---: | ---: | ---: |
+|---| ---: | ---: | ---: | ---: |
 ";

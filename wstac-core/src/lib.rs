@@ -19,6 +19,7 @@
 //! | features → events | [`paper::trigger`], [`paper::baseline`], [`paper::baseline_policy`], [`paper::sample`] |
 //! | event → speed, direction, kind of touch | [`law`]: [`touch::motion`], or [`paper::speed`] and [`paper::direction`] |
 //! | event → texture | [`texture`] with a [`model`], and with textures that are [`learned`]; [`touch::path_sample`] |
+//! | a held part → the onset of its slip | [`touch::slip`] |
 //! | half an event → texture | [`paper::early`] |
 //! | all of it | [`pipeline`] |
 //! | why an answer is missing or not reliable | [`reason`] |

@@ -68,7 +68,7 @@ pub(crate) fn section(page: &mut String) {
     page.push_str(include_str!("../at_once.txt"));
     let _ = writeln!(
         page,
-        "| touch | after, s: median/p95 | reliable/wrong, % | within 1/2 sd, %: speed, direction |\n| --- | --- | --- | --- |"
+        "| touch | after, s: median/p95 | reliable/wrong, % | within 1/2 sd, %: speed, direction |\n|---|---|---|---|"
     );
     let (mut early, mut reliable) = (0, 0);
     for row in ROWS.iter().filter(|row| row.kind != Kind::Mix || HARD.contains(&row.fault)) {

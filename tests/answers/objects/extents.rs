@@ -23,10 +23,10 @@ pub(super) const HEADS: [&str; 2] = [PLACES, ACCELERATIONS];
 const PLACES: &str = "\
 | touch | place, % of reliable | error, mm: median/p95 | within 1/2 sd, % | width, % of reliable | error, mm: median/p95 | \
 within 1/2 sd, % | contacts right, % |
-| --- | --- | --- | --- | --- | --- | --- | --- |";
+|---|---|---|---|---|---|---|---|";
 const ACCELERATIONS: &str = "\
 | touch | acceleration, % of reliable | error, % of the speed over the sensor: median/p95 | within 1/2 sd, % |
-| --- | --- | --- | --- |";
+|---|---|---|---|";
 
 /// Measured values beside what is true.
 #[derive(Default)]

@@ -334,7 +334,7 @@ impl Tally {
 const HEAD: &str = "\
 reliable, % | by an edge, % | wrong, % | speed error, %: median, p95 | direction error, °: median, p95 | \
 speed within 1, 2 sd, % | direction | missed goals |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+|---|---|---|---|---|---|---|---|---|";
 
 impl Tally {
     /// Returns the cells of a row of the page, with intervals and goals. What misses its goal is bold.
@@ -372,7 +372,7 @@ impl Tally {
 const PAGE_HEAD: &str = "\
 | touch | reliable, % | wrong, % | speed error, %: median/p95 | direction error, °: median/p95 | within 1/2 sd, %: speed, direction | \
 most frequent doubt |
-| --- | --- | --- | --- | --- | --- | --- |";
+|---|---|---|---|---|---|---|";
 /// Bounds of the speeds of the table by speed, in mm/s, and its touches of each kind and speed.
 const DECADES: [[f64; 2]; 4] = [[10.0, 30.0], [30.0, 100.0], [100.0, 300.0], [300.0, 600.0]];
 const OF_DECADE: u64 = 300;
@@ -393,7 +393,7 @@ pub(crate) fn section(page: &mut String) {
     let _ = writeln!(
         page,
         "\nBy speed in mm/s, {OF_DECADE} of each, reliable/wrong in %:\n\n\
-         | touch | 10 to 30 | 30 to 100 | 100 to 300 | 300 to 600 |\n| --- | --- | --- | --- | --- |"
+         | touch | 10 to 30 | 30 to 100 | 100 to 300 | 300 to 600 |\n|---|---|---|---|---|"
     );
     for row in
         ROWS.iter().filter(|row| row.fault == Fault::None && row.goal.reliable.is_some() && row.kind != Kind::Mix)

@@ -7,8 +7,8 @@ use std::fmt::Write as _;
 use wstac_core::touch::slip::{Slip, SlipDetector};
 use wstac_host::statistics::percentile;
 
-use crate::share;
 use crate::touches::each;
+use crate::{interval, share};
 use streams::{Fault, JUDGE, Kind, Stream, draw, hold};
 
 /// Grasps of a row, of each kind of part with a disturbance, and touches of the other rows.
@@ -66,20 +66,19 @@ impl Watched {
     }
 }
 
-/// Returns the cells of grasps: the parts that were held, reported in time, and reported before any motion; the latency.
-fn grasps(watched: &[Watched]) -> String {
-    let count = |is: &dyn Fn(&Watched) -> bool| watched.iter().filter(|one| is(one)).count();
+/// Returns the part of grasps that were reported in time, and the latency in frames: median and 95th percentile.
+fn in_time(watched: &[Watched]) -> String {
+    let soon = watched.iter().filter(|one| one.is_soon()).count();
     let latencies: Vec<f64> = watched.iter().filter_map(Watched::latency).filter(|latency| *latency >= 0.0).collect();
     let frames =
         |fraction| percentile(latencies.clone(), fraction).map_or("–".into(), |latency| format!("{latency:.0}"));
-    format!(
-        "{} | {} | {} | {}/{}",
-        share(count(&|one| one.is_held), watched.len()),
-        crate::interval(count(&Watched::is_soon), watched.len()),
-        share(count(&|one| one.latency().is_some_and(|latency| latency < 0.0)), watched.len()),
-        frames(0.5),
-        frames(0.95),
-    )
+    format!("{}, {}/{}", interval(soon, watched.len()), frames(0.5), frames(0.95))
+}
+
+/// Returns the parts that were not held, and that were reported before they moved.
+fn not_held(watched: &[Watched]) -> [String; 2] {
+    let count = |is: &dyn Fn(&Watched) -> bool| share(watched.iter().filter(|one| is(one)).count(), watched.len());
+    [count(&|one| !one.is_held), count(&|one| one.latency().is_some_and(|latency| latency < 0.0))]
 }
 
 /// Returns the part of streams without a slip that have one.
@@ -93,7 +92,7 @@ fn per_hour(count: usize, hours: f64) -> String {
         count * (1.0 - 1.0 / (9.0 * count) + side * 1.96 / (3.0 * count.sqrt())).max(0.0).powi(3) / hours
     };
     let low = if count == 0 { 0.0 } else { limit(count as f64, -1.0) };
-    format!("{:.2} ({low:.2} … {:.2})", count as f64 / hours, limit(count as f64 + 1.0, 1.0))
+    format!("{:.2} ({low:.2}…{:.2})", count as f64 / hours, limit(count as f64 + 1.0, 1.0))
 }
 
 /// Writes the section of the page.
@@ -101,20 +100,27 @@ pub(crate) fn section(page: &mut String) {
     page.push_str(include_str!("../slip.txt"));
     let _ = writeln!(
         page,
-        "| part | speed, mm/s | held, % | within {SOON} frames, % | before, % | latency, frames: median/p95 |\n\
-         | --- | --- | --- | --- | --- | --- |"
+        "| part | 10 to 20 mm/s | 20 to 50 | 50 to 100 | 100 to 300 | goal: 95 |\n|---|---|---|---|---|---|"
     );
+    let mut all = vec![];
     for (kind, name, goal) in [(Kind::Textured, "textured", TEXTURED), (Kind::Flat, "flat", FLAT)] {
+        let _ = write!(page, "| {name} |");
         for speeds in BANDS.into_iter().chain([goal]) {
-            let cells = grasps(&watched(kind, Fault::None, speeds, GRASPS));
-            let _ = writeln!(page, "| {name} | {} to {} | {cells} |", speeds[0], speeds[1]);
+            let watched = watched(kind, Fault::None, speeds, GRASPS);
+            let _ = write!(page, " {} |", in_time(&watched));
+            all.extend(watched);
         }
+        page.push('\n');
     }
+    let [missed, early] = not_held(&all);
     let _ = writeln!(
         page,
-        "\nThe lines from 20 and 50 mm/s have the goal, 95 %. With disturbances, {OF_FAULT} of each part from these speeds on, and {} releases:\n\n\
-         | disturbance | held, % | within {SOON} frames, % | before, % | latency | releases reported as slip, % |\n\
-         | --- | --- | --- | --- | --- | --- |",
+        "\nThe goal is for textured parts from {} mm/s, and for flat ones from {} mm/s. \
+         {missed} % of all were not taken for held, {early} % reported before they moved.\n\
+         With disturbances, {OF_FAULT} of each part at these speeds, and {} releases:\n\n\
+         | disturbance | in time, % | not held | early | releases reported |\n|---|---|---|---|---|",
+        TEXTURED[0],
+        FLAT[0],
         2 * OF_FAULT,
     );
     for (fault, name) in [
@@ -137,7 +143,8 @@ pub(crate) fn section(page: &mut String) {
         let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);
         both.extend(watched(Kind::Flat, fault, FLAT, OF_FAULT));
         let releases = watched(Kind::Release, fault, TEXTURED, 2 * OF_FAULT);
-        let _ = writeln!(page, "| {name} | {} | {} |", grasps(&both), wrong(&releases));
+        let [missed, early] = not_held(&both);
+        let _ = writeln!(page, "| {name} | {} | {missed} | {early} | {} |", in_time(&both), wrong(&releases));
     }
     others(page);
     holds(page);
@@ -172,7 +179,7 @@ fn others(page: &mut String) {
 
 /// Writes how often a hold has a slip.
 fn holds(page: &mut String) {
-    let _ = writeln!(page, "\n| hold | hours held | slips per hour (goal: at most 1) |\n| --- | --- | --- |");
+    let _ = write!(page, "Slips per hour of holding (goal: at most 1):");
     for (fault, name, count) in [
         (Fault::Noise, "three times the noise", HOLDS),
         (Fault::Drift, "ambient light that drifts", HOLDS),
@@ -183,7 +190,12 @@ fn holds(page: &mut String) {
         let watched = each(count, |number| watch(&hold(fault, HOLD_S, JUDGE, number)));
         let slips = watched.iter().map(|one| one.slips.len()).sum();
         let hours = watched.iter().map(|one| one.held_s).sum::<f64>() / 3600.0;
-        let _ = writeln!(page, "| {name} | {hours:.1} | {} |", per_hour(slips, hours));
+        let _ = write!(
+            page,
+            "{} {name} {} of {hours:.0} h",
+            if fault == Fault::Noise { "" } else { "," },
+            per_hour(slips, hours)
+        );
     }
-    page.push('\n');
+    page.push_str(".\n\n");
 }

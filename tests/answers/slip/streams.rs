@@ -82,7 +82,6 @@ impl Fault {
 /// The frames of a stream that have arrived, in the unit of a ring, and the frames in which a held part begins to move.
 pub(crate) struct Stream {
     pub(crate) rate: FrameRate,
-    pub(crate) speed_mm_s: f64,
     pub(crate) frames: Vec<(u64, [u16; TAXELS])>,
     pub(crate) slips: Vec<u64>,
 }
@@ -299,15 +298,15 @@ pub(crate) fn draw(kind: Kind, fault: Fault, [low, high]: [f64; 2], seed: u64, n
     let script = draw.script(touches.clone(), fault, seed);
     let (frames, start) = frames(&mut draw, &script, fault, None);
     let slide = touches[0].slide().filter(|_| matches!(kind, Kind::Textured | Kind::Flat | Kind::Again));
-    let speed_mm_s = slide.map_or(0.0, |slide| slide.speed_mm_s);
     let first = slide.and_then(|slide| slide.held);
     let first = first.map(|held| start + script.whisker.overlap_mm / held.approach_mm_s + held.hold_s);
     let rest = slide.and_then(|slide| slide.rest);
+    let speed_mm_s = slide.map_or(1.0, |slide| slide.speed_mm_s);
     let second = rest.zip(first).map(|(rest, first)| first + rest.first_mm / speed_mm_s + rest.rest_s);
     let rate = script.sensor.rate;
     let per_s = rate.per_second() / f64::from(rate.frames_added());
     let slips = first.into_iter().chain(second).map(|time| (time * per_s) as u64).collect();
-    Stream { rate, speed_mm_s, frames, slips }
+    Stream { rate, frames, slips }
 }
 
 /// Draws the stream of a hold of this time in s that has no slip.
@@ -319,5 +318,5 @@ pub(crate) fn hold(fault: Fault, hold_s: f64, seed: u64, number: u64) -> Stream 
     }
     let script = draw.script(vec![touch], fault, seed);
     let (frames, _) = frames(&mut draw, &script, fault, Some(hold_s));
-    Stream { rate: script.sensor.rate, speed_mm_s: 0.0, frames, slips: vec![] }
+    Stream { rate: script.sensor.rate, frames, slips: vec![] }
 }

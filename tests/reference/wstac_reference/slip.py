@@ -98,7 +98,7 @@ class SlipDetector:
     def __init__(self, per_second: Fraction) -> None:
         at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
         self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.least_age = (
-            at_30(frames) for frames in (16, 3, 24, 3, 16, 5, 2)
+            at_30(frames) for frames in (16, 12, 32, 3, 16, 5, 2)
         )
         self.slope = (77 * per_second / 30).__floor__()
         self.state = "new"
@@ -112,6 +112,8 @@ class SlipDetector:
         self.press = (0, 0, 0)
         """The greatest light and energy of the press, and all its light."""
         self.level, self.held_since, self.has_moved = 0, 0, False
+        self.wait = 0
+        """Frames to wait for what may be a release: it takes as long as the press."""
 
     def holds(self) -> bool:
         return self.state in ("held", "rise", "slip")
@@ -173,12 +175,13 @@ class SlipDetector:
             is_wide = sum(part >= LIT for part in self.pattern) >= 5
             self.turn("held" if is_short and is_wide and not flash.comes_from_side(self.slope) else "other")
             self.press = (flash.most(1), flash.most(2), flash.total())
+            self.wait = max(self.least_age, flash.brightest() - flash.first)
             self.level, self.held_since, self.has_moved = self.noise, flash.first, False
             self.move(light, 1, 1)
             return
         _, _, last, last_uneven = flash.seen[-1]
-        falls = last < flash.most(2)
-        if falls and 4 * energy(light) > 3 * last and 4 * uneven > 3 * last_uneven:
+        falls = 8 * last < 7 * flash.most(2)
+        if falls and 16 * energy(light) > 9 * last and 16 * uneven > 9 * last_uneven:
             self.turn("other")
         elif frame - flash.first > self.longest_press:
             self.turn("other")
@@ -220,11 +223,11 @@ class SlipDetector:
         if self.uneven_beside(light) <= self.limit() or 3 * energy(light) < last:
             return False
         beside = energy_beside(sums, [TAXELS * part for part in self.pattern])
-        parts = 12 if age == self.least_age and flash.brightest() == frame_of(flash) else 28
+        parts = 12 if age == self.wait and flash.brightest() == frame_of(flash) else 28
         return (
             4 * flash.total() > 5 * self.press[2]
             or (3 * flash.most(1) < self.press[0] and 50 * beside > energy(sums))
-            or (age >= self.least_age and parts * beside > energy(sums))
+            or (age >= self.wait and parts * beside > energy(sums))
         )
 
     def in_slip(self, frame: int, light: list[int]) -> None:

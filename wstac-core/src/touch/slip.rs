@@ -4,9 +4,18 @@ use crate::params::{COLUMNS, LONGEST_FILLED_GAP, NOMINAL_FRAME_RATE, TAXELS};
 use crate::pipeline::Update;
 use crate::rate::FrameRate;
 
-/// Frames at 30 per second: to know the dark; from the first light of a press to its brightest frame, and to its end; of
-/// rest; of a rise that is neither a slip nor a release; and to tell a slip from a press or a release of any pattern.
-const TIMES: [u32; 7] = [16, 3, 24, 3, 16, 5, 2];
+/// Frames at 30 per second to know the dark.
+const LEARNS: u32 = 16;
+/// Most frames at 30 per second from the first light of a press to its brightest frame, and to its end.
+const RISES: u32 = 12;
+const PRESS: u32 = 32;
+/// Frames at 30 per second of rest behind a slip or another touch.
+const REST: u32 = 3;
+/// Least frames at 30 per second to tell a slip from a release of the press's pattern, and of an unknown one.
+const KNOWN: u32 = 2;
+const UNKNOWN: u32 = 5;
+/// Frames at 30 per second after which light in a hold that is no slip has ended.
+const LONGEST: u32 = 16;
 /// Lost frames in a row after which the hold is no longer known.
 const LONGEST_GAP: u64 = LONGEST_FILLED_GAP as u64;
 /// A touch has so many times the energy of noise, rest a fourth of it, and what differs from a pattern so many times.
@@ -64,11 +73,10 @@ enum State {
 /// Watches for a press, and then for the slip of what is held.
 #[derive(Clone, Copy, Debug)]
 pub struct SlipDetector {
-    times: [u8; 7],
-    slope: u16,
+    rate: FrameRate,
     state: State,
     /// Frames of the dark or of rest.
-    quiet: u8,
+    quiet: u16,
     /// Whether there was a slip since the press: then what is held has another pattern, or has left.
     has_moved: bool,
     /// The press's pattern: the brightest is 255.
@@ -126,13 +134,11 @@ struct Light {
 
 impl Light {
     fn new(of: [i32; TAXELS]) -> Self {
-        let sum = of.iter().map(|&light| i64::from(light)).sum();
-        let mut light = Self { of, sum, energy: 0, uneven: 0, rises: false };
-        light.energy = light.beside(&[0; TAXELS], false);
-        light.uneven = light.beside(&[0; TAXELS], true);
+        let sum: i64 = of.iter().map(|&light| i64::from(light)).sum();
+        let squares = |less: i64| of.iter().map(|&light| (i64::from(light) - less).pow(2)).sum();
+        let (energy, uneven) = (squares(0), squares(sum.div_euclid(TAXELS as i64)));
         let fallen: i64 = of.iter().map(|&light| i64::from(light.min(0)).pow(2)).sum();
-        light.rises = light.energy > 5 * fallen;
-        light
+        Self { of, sum, energy, uneven, rises: energy > 5 * fallen }
     }
 
     /// Returns whether light has come that is not the same for all taxels.
@@ -159,10 +165,10 @@ impl Light {
     }
 }
 
-/// Returns how many feature frames of a rate are so many frames at 30 per second, in parts of a frame, rounded down.
-const fn frames(count: u32, rate: FrameRate, parts: u64) -> u64 {
+/// Returns how many feature frames so many frames at 30 per second are, rounded down.
+const fn feature_frames(frames: u32, rate: FrameRate) -> u64 {
     let per = rate.denominator() as u64 * rate.frames_added() as u64 * NOMINAL_FRAME_RATE as u64;
-    match (parts * count as u64 * rate.numerator() as u64).checked_div(per) {
+    match (frames as u64 * rate.numerator() as u64).checked_div(per) {
         Some(frames) => frames,
         None => 0,
     }
@@ -171,15 +177,8 @@ const fn frames(count: u32, rate: FrameRate, parts: u64) -> u64 {
 impl SlipDetector {
     /// Creates the state before the first frame, for a camera's frame rate.
     pub const fn new(rate: FrameRate) -> Self {
-        let mut times = [0; 7];
-        let mut which = 0;
-        while which < times.len() {
-            times[which] = frames(TIMES[which], rate, 2).div_ceil(2) as u8;
-            which += 1;
-        }
         Self {
-            times,
-            slope: frames(SLOPE, rate, 1) as u16,
+            rate,
             state: State::New,
             quiet: 0,
             has_moved: false,
@@ -239,8 +238,9 @@ impl SlipDetector {
         }
     }
 
-    fn time(&self, which: usize) -> u64 {
-        self.times.get(which).copied().unwrap_or(0).into()
+    /// Returns how many feature frames so many frames at 30 per second are; ties round up.
+    fn time(&self, frames: u32) -> u64 {
+        feature_frames(2 * frames, self.rate).div_ceil(2)
     }
 
     fn turn(&mut self, state: State) {
@@ -276,7 +276,7 @@ impl SlipDetector {
         let half = u8::from(self.quiet > 0);
         self.follow(light, half, half);
         self.quiet += 1;
-        if u64::from(self.quiet) >= self.time(0) {
+        if u64::from(self.quiet) >= self.time(LEARNS) {
             self.turn(State::Dark);
         }
     }
@@ -294,18 +294,20 @@ impl SlipDetector {
 
     fn press(&mut self, frame: u64, light: &Light) {
         let now = self.now;
-        // Energy falls as the square of light: to a sixteenth, and by an eighth in every frame.
+        // A press is brightest at its end; then its energy falls as the square of light.
         if 256 * light.energy <= now.energy || 256 * light.uneven <= now.uneven {
-            let is_press =
-                now.brightest - self.since <= self.time(1) && self.learn_pattern() >= LEAST_LIT && !self.is_from_side();
+            let is_press = now.brightest - self.since <= self.time(RISES)
+                && self.learn_pattern() >= LEAST_LIT
+                && !self.is_from_side();
             self.turn(if is_press { State::Held } else { State::Other });
             (self.held_since, self.press, self.level, self.has_moved) = (self.since, now, self.noise, false);
             self.follow(light, 0, 0);
             return;
         }
-        let has_risen =
-            now.last[0] < now.energy && 4 * light.energy > 3 * now.last[0] && 4 * light.uneven > 3 * now.last[1];
-        if has_risen || frame - self.since > self.time(2) {
+        let has_risen = 8 * now.last[0] < 7 * now.energy
+            && 16 * light.energy > 9 * now.last[0]
+            && 16 * light.uneven > 9 * now.last[1];
+        if has_risen || frame - self.since > self.time(PRESS) {
             self.turn(State::Other);
             return;
         }
@@ -349,7 +351,8 @@ impl SlipDetector {
             let spread = lit * square - place * place;
             if spread > 0 { (lit * product - place * times).div_euclid(spread) } else { 0 }
         });
-        slopes.iter().map(|slope| slope * slope).sum::<i64>() > i64::from(self.slope) * i64::from(self.slope)
+        let most = feature_frames(SLOPE, self.rate).min(u16::MAX.into()) as i64;
+        slopes.iter().map(|slope| slope * slope).sum::<i64>() > most * most
     }
 
     fn hold(&mut self, frame: u64, light: &Light) {
@@ -376,14 +379,15 @@ impl SlipDetector {
         let sums = Light::new(self.light);
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
         let is_slip = if self.has_moved {
-            light.rises && light.is_touch(self.noise) && age >= self.time(5) && 4 * light.energy > now.energy
+            light.rises && light.is_touch(self.noise) && age >= self.time(UNKNOWN) && 4 * light.energy > now.energy
         } else {
             let differs = |part| part * beside > energy;
             let is_more = 4 * now.sum > 5 * press.sum;
             let is_weak = 3 * now.peak < press.peak && differs(50);
-            // The light of a release from rows that are read late still rises.
-            let rises_still = age == self.time(6) && now.brightest == frame;
-            let is_late = age >= self.time(6) && differs(if rises_still { 12 } else { 28 });
+            // A release takes as long as its press, and its light from rows that are read late still rises.
+            let least = self.time(KNOWN).max(press.brightest - self.held_since);
+            let rises_still = age == least && now.brightest == frame;
+            let is_late = age >= least && differs(if rises_still { 12 } else { 28 });
             let falls = 3 * light.energy < last;
             is_lit && !falls && (is_more || is_weak || is_late)
         };
@@ -391,7 +395,7 @@ impl SlipDetector {
             self.turn(State::Slip);
             return Some(Slip::new(frame, self.since, self.held_since, now.peak as f32 / press.peak.max(1) as f32));
         }
-        if 16 * light.energy < now.energy || age >= self.time(4) {
+        if 16 * light.energy < now.energy || age >= self.time(LONGEST) {
             let is_release = 6 * now.sum > press.sum;
             self.turn(if is_release { State::Other } else { State::Held });
             self.follow(light, 0, 0);
@@ -403,7 +407,7 @@ impl SlipDetector {
         self.now.energy = self.now.energy.max(light.energy);
         let is_rest = 256 * light.energy <= self.now.energy || 4 * light.uneven < TOUCH * self.noise;
         self.quiet = if is_rest { self.quiet + 1 } else { 0 };
-        if u64::from(self.quiet) >= self.time(3) {
+        if u64::from(self.quiet) >= self.time(REST) {
             if self.state == State::Slip {
                 (self.has_moved, self.held_since) = (true, frame);
                 self.turn(State::Held);
