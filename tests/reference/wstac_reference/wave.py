@@ -46,12 +46,14 @@ FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
-FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.14, 0.31, 0.01), (0.17, 0.28, 0.009)))
+FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.17, 0.31, 0.011), (0.21, 0.28, 0.01)))
 """Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
-CHANGE_OF_PHASES = (2.0, 1.3)
+OF_EDGE = 1.5
+"""Times the mean square of lateness without a dome, if all whiskers are lit: the square of a sine's height by the phase."""
+CHANGE_OF_PHASES = (2.3, 1.2)
 """Change of the slowness of a third of the touch, in deviations by the phase; and times that of the curvature."""
 OF_FLASH = 4.1
 """Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
@@ -537,7 +539,10 @@ def answer_of_wave(
         return sum(float(of[way] @ ((columns.T * weights) @ each)) ** 2 for each in sines) / 2
 
     factors, flash = FACTORS[is_nearly_full], OF_FLASH * wave.lacks**2
-    of_edge = scale**2 if is_full else 0.0
+    # A dome is no error of a plane.
+    high = dome * (places**2).sum(axis=1)
+    flat = late - (high - weights @ high / weights.sum())
+    of_edge = OF_EDGE * float(weights @ flat**2 / weights.sum()) if is_full else 0.0
     in_phase = [
         ((of_phase + flash) ** 2 + of_edge) * by_phase(inverse, plane, way)
         for way, (_, _, of_phase) in enumerate(factors, 1)
@@ -559,11 +564,8 @@ def answer_of_wave(
     if twist > max(TWIST[0], TWIST[1] * twist_sd):
         raise Refused("two objects" if is_apart else "turning")
     unit = 1 / (whole + 0.23)
-    # A dome is no error of a plane.
-    high = dome * (places**2).sum(axis=1)
-    late = late - (high - weights @ high / weights.sum())
-    farthest = float(np.abs(late * wave.gains).max() / wave.gains.max()) * unit
-    rms = math.sqrt(float(weights @ late**2 / weights.sum())) * unit
+    farthest = float(np.abs(flat * wave.gains).max() / wave.gains.max()) * unit
+    rms = math.sqrt(float(weights @ flat**2 / weights.sum())) * unit
     if is_apart or farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
         raise Refused("two objects" if is_apart else "not alike")
     deg = math.degrees(math.atan2(up, right)) % 360

@@ -101,13 +101,16 @@ const LOST: f32 = 0.005;
 /// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
 /// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] =
-    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.14, 0.31, 0.01], [0.17, 0.28, 0.009]]];
+    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.17, 0.31, 0.011], [0.21, 0.28, 0.01]]];
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation, which has
 /// a term of its own.
 const OF_PHASE: f32 = 600.0;
+/// Times the mean square of lateness without a dome, if all whiskers are lit: the square of the most that sharp edges are late by
+/// the phase.
+const OF_EDGE: f32 = 1.5;
 /// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor, without
 /// that of sharp edges.
-const CHANGE_OF_PHASES: [f32; 2] = [2.0, 1.3];
+const CHANGE_OF_PHASES: [f32; 2] = [2.3, 1.2];
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
 /// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -501,8 +504,9 @@ impl Rest {
             let [sine, cosine] = wave.locked.map(|sums| of.of_others(k, columns, &sums));
             0.5 * (sine * sine + cosine * cosine)
         };
+        let late = wave.late_without(dome);
         // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
-        let of_edge = if is_full { of_plane.variance * (1.0 / ONE_WEIGHT) } else { 0.0 };
+        let of_edge = if is_full { OF_EDGE * late[1] * late[1] } else { 0.0 };
         let curved = of_phases(&curve, 3, &[one, along, across, along_2, across_2]);
         let phase = if is_full { CHANGE_OF_PHASES[1] * (factors[0][2] + flash) } else { 0.0 };
         let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
@@ -511,7 +515,7 @@ impl Rest {
             [of_plane.variance_of(k, late) + phases + shared, phases].map(|square| sqrt(square) * unit)
         });
         Some(Self {
-            late: wave.late_without(dome).map(|late| late / (slowness + LATE_FROM)),
+            late: late.map(|late| late / (slowness + LATE_FROM)),
             miss: wave.miss,
             change: if is_full && change <= NOISE_OF_CHANGE { 0.0 } else { change * unit },
             faster: [(dome - u).abs() * over, length([curve.deviation(3), phase * sqrt(curved)]) * over],
