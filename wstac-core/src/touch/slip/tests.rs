@@ -1,6 +1,11 @@
 use std::vec::Vec;
 
 use super::*;
+use crate::green::gray::Gray;
+use crate::layout::{FrameSize, Layout};
+use crate::pipeline::Pipeline;
+use crate::taxels::FrameGeometry;
+use crate::touch::taxel_ring::TaxelRing;
 
 /// Frames of 25 taxels that glow with what a touch adds, above a dark level with noise of one unit.
 struct Scene {
@@ -9,13 +14,15 @@ struct Scene {
     seed: u32,
     glow: [f32; TAXELS],
     ambient: f32,
+    noise: f32,
     slips: Vec<Slip>,
 }
 
 impl Scene {
     fn new() -> Self {
         let detector = SlipDetector::new(FrameRate::NOMINAL);
-        let mut scene = Self { detector, frame: 0, seed: 1, glow: [0.0; TAXELS], ambient: 300.0, slips: Vec::new() };
+        let mut scene =
+            Self { detector, frame: 0, seed: 1, glow: [0.0; TAXELS], ambient: 300.0, noise: 4.0, slips: Vec::new() };
         scene.dark(30);
         scene
     }
@@ -24,7 +31,7 @@ impl Scene {
         let taxels = core::array::from_fn(|taxel| {
             self.glow[taxel] = 0.47 * self.glow[taxel] + light(taxel);
             self.seed = self.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (self.ambient + self.glow[taxel] + (self.seed >> 24) as f32 / 64.0) as u16
+            (self.ambient + self.glow[taxel] + (self.seed >> 24) as f32 * self.noise / 256.0) as u16
         });
         self.slips.extend(self.detector.push_taxels(self.frame, &taxels));
         self.frame += 1;
@@ -128,6 +135,20 @@ fn ambient_light_and_creep_are_no_slip() {
 }
 
 #[test]
+fn a_noise_that_has_grown_is_learned() {
+    let mut scene = Scene::new();
+    scene.noise = 64.0;
+    scene.dark(2500);
+    for light in [1.0, 2.0] {
+        scene.push(|taxel| light * (900.0 + 100.0 * PATTERN[taxel]));
+    }
+    scene.dark(60);
+    assert!(scene.detector.held_since_frame().is_some());
+    scene.slip(10, 40.0);
+    assert_eq!(scene.slips.len(), 1);
+}
+
+#[test]
 fn lost_frames() {
     for (lost, held) in [(1, true), (7, true), (8, false)] {
         let mut scene = Scene::new();
@@ -165,4 +186,32 @@ fn the_dark_the_brightest_and_any_rate() {
         assert_eq!(detector.push_taxels(u64::MAX, &[0; TAXELS]), None);
         assert_eq!(detector.push_taxels(u64::MAX, &[0; TAXELS]), None);
     }
+}
+
+#[test]
+fn pipelines_hand_over_whole_feature_frames() {
+    let rate = FrameRate::new(60, 1).unwrap();
+    let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap(), rate).unwrap();
+    let mut pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build().unwrap();
+    let (mut detector, mut slips, mut held) = (SlipDetector::new(rate), Vec::new(), Vec::new());
+    for frame in 0..200_u32 {
+        let light = |taxel: usize| match frame {
+            80..84 => 4000.0 * PATTERN[taxel],
+            140..160 => 400.0 * PATTERN[(7 * taxel + frame as usize / 2) % TAXELS],
+            _ => 0.0,
+        };
+        // A lost camera frame leaves half a feature frame.
+        let update = if frame == 101 {
+            pipeline.push_lost(1)
+        } else {
+            pipeline.push_taxels(&core::array::from_fn(|taxel| 9000 + light(taxel) as u32))
+        };
+        assert_eq!(update.newest_taxels().is_some(), frame % 2 == 1 && frame != 101, "{frame}");
+        slips.extend(detector.push(&update));
+        held.extend(detector.held_since_frame());
+    }
+    assert_eq!((slips.len(), slips[0].onset_frame, held[0]), (1, 70, 40));
+    // Without a store of taxels there is nothing to watch.
+    let mut pipeline = Pipeline::builder(geometry).build().unwrap();
+    assert!((0..9).all(|_| pipeline.push_taxels(&[9; TAXELS]).newest_taxels().is_none()));
 }
