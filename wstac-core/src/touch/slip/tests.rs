@@ -1,6 +1,11 @@
 use std::vec::Vec;
 
 use super::*;
+use crate::green::gray::Gray;
+use crate::layout::{FrameSize, Layout};
+use crate::pipeline::Pipeline;
+use crate::taxels::FrameGeometry;
+use crate::touch::taxel_ring::TaxelRing;
 
 /// Frames of 25 taxels that glow with what a touch adds, above a dark level with noise of one unit.
 struct Scene {
@@ -165,4 +170,32 @@ fn the_dark_the_brightest_and_any_rate() {
         assert_eq!(detector.push_taxels(u64::MAX, &[0; TAXELS]), None);
         assert_eq!(detector.push_taxels(u64::MAX, &[0; TAXELS]), None);
     }
+}
+
+#[test]
+fn pipelines_hand_over_whole_feature_frames() {
+    let rate = FrameRate::new(60, 1).unwrap();
+    let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap(), rate).unwrap();
+    let mut pipeline = Pipeline::builder(geometry).taxels::<TaxelRing>().build().unwrap();
+    let (mut detector, mut slips, mut held) = (SlipDetector::new(rate), Vec::new(), Vec::new());
+    for frame in 0..200_u32 {
+        let light = |taxel: usize| match frame {
+            80..84 => 4000.0 * PATTERN[taxel],
+            140..160 => 400.0 * PATTERN[(7 * taxel + frame as usize / 2) % TAXELS],
+            _ => 0.0,
+        };
+        // A lost camera frame leaves half a feature frame.
+        let update = if frame == 101 {
+            pipeline.push_lost(1)
+        } else {
+            pipeline.push_taxels(&core::array::from_fn(|taxel| 9000 + light(taxel) as u32))
+        };
+        assert_eq!(update.newest_taxels().is_some(), frame % 2 == 1 && frame != 101, "{frame}");
+        slips.extend(detector.push(&update));
+        held.extend(detector.held_since_frame());
+    }
+    assert_eq!((slips.len(), slips[0].onset_frame, held[0]), (1, 70, 40));
+    // Without a store of taxels there is nothing to watch.
+    let mut pipeline = Pipeline::builder(geometry).build().unwrap();
+    assert!((0..9).all(|_| pipeline.push_taxels(&[9; TAXELS]).newest_taxels().is_none()));
 }
