@@ -118,18 +118,14 @@ pub(crate) fn section(page: &mut String) {
         "\nThe goal is for textured parts from {} mm/s, and for flat ones from {} mm/s. \
          {missed} % of all were not taken for held, {early} % reported before they moved.\n\
          With disturbances, {OF_FAULT} of each part at these speeds, and {} releases:\n\n\
-         | disturbance | in time, % | not held | early | releases reported |\n|---|---|---|---|---|",
+         | disturbance | in time, % | not held | releases reported |\n|---|---|---|---|",
         TEXTURED[0],
         FLAT[0],
         2 * OF_FAULT,
     );
     for (fault, name) in [
         (Fault::None, "none"),
-        (Fault::Noise, "three times the noise"),
-        (Fault::Drift, "ambient light that drifts"),
-        (Fault::Tremor, "tremor"),
-        (Fault::Creep, "creep of the afterglow"),
-        (Fault::All, "these four"),
+        (Fault::All, "noise × 3, drift, tremor, creep"),
         (Fault::Lost, "5 % of the frames lost"),
         (Fault::Rate(15), "15 frames per second"),
         (Fault::Rate(45), "45 frames per second"),
@@ -143,8 +139,8 @@ pub(crate) fn section(page: &mut String) {
         let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);
         both.extend(watched(Kind::Flat, fault, FLAT, OF_FAULT));
         let releases = watched(Kind::Release, fault, TEXTURED, 2 * OF_FAULT);
-        let [missed, early] = not_held(&both);
-        let _ = writeln!(page, "| {name} | {} | {missed} | {early} | {} |", in_time(&both), wrong(&releases));
+        let [missed, _] = not_held(&both);
+        let _ = writeln!(page, "| {name} | {} | {missed} | {} |", in_time(&both), wrong(&releases));
     }
     others(page);
     holds(page);
@@ -158,12 +154,12 @@ fn others(page: &mut String) {
         one.slips.iter().any(|slip| (from..from.saturating_add(10)).contains(&slip.frame))
     };
     let rows = [
-        (Kind::Plate, "flat plates that are held and lifted"),
+        (Kind::Plate, "plates that are lifted"),
         (Kind::Slide, "slides from the side"),
-        (Kind::Press, "presses of 20 to 300 ms"),
+        (Kind::Press, "short presses"),
         (Kind::Poke, "pokes"),
-        (Kind::Twist, "twists right after the press"),
-        (Kind::Row, "four of these touches, one after the other"),
+        (Kind::Twist, "twists without a hold"),
+        (Kind::Row, "four of the last four kinds in a row"),
     ];
     let said: Vec<String> = rows
         .into_iter()
@@ -171,7 +167,7 @@ fn others(page: &mut String) {
         .collect();
     let _ = writeln!(
         page,
-        "\nOther touches with a slip, {OTHERS} of each: {}.\nA second slip after a rest of 1.5 s is reported within 10 frames in {} %.",
+        "\nSlips in other touches, {OTHERS} of each: {}.\nA second slip after a rest of 1.5 s is reported within 10 frames in {} %.",
         said.join(", "),
         share(again.iter().filter(|one| second(one)).count(), again.len()),
     );
@@ -181,11 +177,11 @@ fn others(page: &mut String) {
 fn holds(page: &mut String) {
     let _ = write!(page, "Slips per hour of holding (goal: at most 1):");
     for (fault, name, count) in [
-        (Fault::Noise, "three times the noise", HOLDS),
-        (Fault::Drift, "ambient light that drifts", HOLDS),
+        (Fault::Noise, "noise × 3", HOLDS),
+        (Fault::Drift, "drift", HOLDS),
         (Fault::Tremor, "tremor", HOLDS),
-        (Fault::Creep, "creep of the afterglow", HOLDS),
-        (Fault::All, "these four", HOLDS_OF_ALL),
+        (Fault::Creep, "creep", HOLDS),
+        (Fault::All, "all four", HOLDS_OF_ALL),
     ] {
         let watched = each(count, |number| watch(&hold(fault, HOLD_S, JUDGE, number)));
         let slips = watched.iter().map(|one| one.slips.len()).sum();

@@ -95,6 +95,13 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
     for ambient in (WHITE, 0, WHITE, WHITE, 0, DARK):
         extremes.ambient = ambient
         extremes.dark(12).flash(2000.0).dark(3)
+    noisy = new("noisy")
+    noisy.noise = 40
+    noisy.dark(12).flash(40.0, 2).dark(12)
+    # Another touch for so long that its light may be noise.
+    long = new("long").side(2)
+    for step in range(340):
+        long.add([4.0 * (taxel == step % 2) for taxel in range(TAXELS)])
     cases = {
         "slip": new("slip").flash().dark(20).slip(12, 3.0).dark(20).slip(9, 3.0).dark(14).flash().dark(20),
         "slip-weak": new("slip-weak", noise=2).flash().dark(16).slip(10, 0.2).dark(8),
@@ -106,10 +113,12 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
         "tremor": tremor.slip(6, 2.0),
         "one-whisker": one.flash().dark(14).slip(6, 2.0),
         "extremes": extremes,
+        "noisy": noisy,
+        "long": long.flash(4.0).dark(12).slip(6, 1.0),
         "lost": new("lost").flash(frames=3, lost=1).dark(12).dark(7, True).dark(6).flash(frames=3, lost=0).dark(16).flash()
         .dark(12).dark(8, True).dark(24).flash().dark(12).slip(2, 3.0).dark(1, True).slip(6, 3.0),
     }
-    made = {name: (stream, (30, 1)) for name, stream in cases.items()}
+    made = {name: (stream, (15 if name == "long" else 30, 1)) for name, stream in cases.items()}
     for fps in ((15, 1), (45, 1), (60, 1), (30000, 1001)):
         name = f"slip-{fps[0]}"
         made[name] = (new(name).flash(frames=2).dark(20).slip(9, 3.0).dark(20).flash(frames=2).dark(9), fps)

@@ -97,8 +97,8 @@ class SlipDetector:
 
     def __init__(self, per_second: Fraction) -> None:
         at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
-        self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.least_age = (
-            at_30(frames) for frames in (16, 12, 32, 3, 16, 5, 2)
+        self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.least_age, self.noisy = (
+            at_30(frames) for frames in (16, 12, 32, 3, 16, 5, 2, 512)
         )
         self.slope = (77 * per_second / 30).__floor__()
         self.state = "new"
@@ -155,9 +155,8 @@ class SlipDetector:
         if rises(light) and self.is_touch(light):
             self.begin("press", frame, light)
             return
-        uneven = energy(without_mean(light))
-        if uneven < 4 * self.noise:
-            self.noise = max(LEAST_NOISE, self.noise + (uneven - self.noise) // 32)
+        uneven = min(energy(without_mean(light)), 4 * self.noise)
+        self.noise = max(LEAST_NOISE, self.noise + (uneven - self.noise) // 32)
         self.move(light, 8, 8)
 
     def begin(self, state: str, frame: int, light: list[int]) -> None:
@@ -235,6 +234,8 @@ class SlipDetector:
         is_rest = 256 * energy(light) <= self.last_energy or 4 * energy(without_mean(light)) < 64 * self.noise
         self.count = self.count + 1 if is_rest else 0
         if self.count < self.rest:
+            if self.state == "other" and frame - self.flash.first > self.noisy:
+                self.noise = max(self.noise, min(self.noise + self.noise // 256, energy(without_mean(light))))
             self.move(light, 1, 64)
             return
         if self.state == "slip":

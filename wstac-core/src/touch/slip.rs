@@ -16,6 +16,8 @@ const KNOWN: u32 = 2;
 const UNKNOWN: u32 = 5;
 /// Frames at 30 per second after which light in a hold that is no slip has ended.
 const LONGEST: u32 = 16;
+/// Frames at 30 per second after which what does not come to rest may be noise that has grown.
+const NOISY: u32 = 512;
 /// Lost frames in a row after which the hold is no longer known.
 const LONGEST_GAP: u64 = LONGEST_FILLED_GAP as u64;
 /// A touch has so many times the energy of noise, rest a fourth of it, and what differs from a pattern so many times.
@@ -286,9 +288,8 @@ impl SlipDetector {
             self.begin(State::Press, frame, light);
             return;
         }
-        if light.uneven < DIFFERS * self.noise {
-            self.noise = (self.noise + ((light.uneven - self.noise) >> 5)).max(LEAST_NOISE);
-        }
+        let uneven = light.uneven.min(DIFFERS * self.noise);
+        self.noise = (self.noise + ((uneven - self.noise) >> 5)).max(LEAST_NOISE);
         self.follow(light, 3, 3);
     }
 
@@ -416,6 +417,9 @@ impl SlipDetector {
             }
             self.follow(light, 0, 0);
             return;
+        }
+        if self.state == State::Other && frame - self.since > self.time(NOISY) {
+            self.noise = self.noise.max((self.noise + (self.noise >> 8)).min(light.uneven));
         }
         self.follow(light, 0, 6);
     }

@@ -14,13 +14,15 @@ struct Scene {
     seed: u32,
     glow: [f32; TAXELS],
     ambient: f32,
+    noise: f32,
     slips: Vec<Slip>,
 }
 
 impl Scene {
     fn new() -> Self {
         let detector = SlipDetector::new(FrameRate::NOMINAL);
-        let mut scene = Self { detector, frame: 0, seed: 1, glow: [0.0; TAXELS], ambient: 300.0, slips: Vec::new() };
+        let mut scene =
+            Self { detector, frame: 0, seed: 1, glow: [0.0; TAXELS], ambient: 300.0, noise: 4.0, slips: Vec::new() };
         scene.dark(30);
         scene
     }
@@ -29,7 +31,7 @@ impl Scene {
         let taxels = core::array::from_fn(|taxel| {
             self.glow[taxel] = 0.47 * self.glow[taxel] + light(taxel);
             self.seed = self.seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (self.ambient + self.glow[taxel] + (self.seed >> 24) as f32 / 64.0) as u16
+            (self.ambient + self.glow[taxel] + (self.seed >> 24) as f32 * self.noise / 256.0) as u16
         });
         self.slips.extend(self.detector.push_taxels(self.frame, &taxels));
         self.frame += 1;
@@ -129,6 +131,19 @@ fn ambient_light_and_creep_are_no_slip() {
     }
     assert_eq!((scene.detector.held_since_frame(), scene.slips.len()), (Some(90), 0));
     scene.slip(10, 20.0);
+    assert_eq!(scene.slips.len(), 1);
+}
+
+#[test]
+fn a_noise_that_has_grown_is_learned() {
+    let mut scene = Scene::new();
+    scene.noise = 64.0;
+    scene.dark(2500);
+    scene.flash();
+    scene.flash();
+    scene.dark(60);
+    assert!(scene.detector.held_since_frame().is_some());
+    scene.slip(10, 40.0);
     assert_eq!(scene.slips.len(), 1);
 }
 
