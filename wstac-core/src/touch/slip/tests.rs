@@ -139,8 +139,9 @@ fn a_noise_that_has_grown_is_learned() {
     let mut scene = Scene::new();
     scene.noise = 64.0;
     scene.dark(2500);
-    scene.flash();
-    scene.flash();
+    for light in [1.0, 2.0] {
+        scene.push(|taxel| light * (900.0 + 100.0 * PATTERN[taxel]));
+    }
     scene.dark(60);
     assert!(scene.detector.held_since_frame().is_some());
     scene.slip(10, 40.0);
