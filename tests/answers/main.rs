@@ -220,6 +220,9 @@ fn main() {
             "readout" => readout::table(&mut section),
             "judge" => objects::section(&mut section),
             "at-once" => objects::at_once::section(&mut section),
+            "conditions" => {
+                section = textures::conditions::section(|name| options.iter().all(|part| name.contains(part.as_str())))
+            }
             "base" => {
                 kinds(&mut section);
                 section += &live::cameras(objects::scenes::JUDGE, live::OF_CONDITION);

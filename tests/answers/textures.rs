@@ -1,19 +1,20 @@
 //! The answers of the shipped models of the path about textures: the ten of the paper, unknown ones, and new ones.
 
+pub(crate) mod conditions;
+
 use std::fmt::Write as _;
 
 use wstac_core::model::Model;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::{INPUTS, Input};
-use wstac_core::rate::FrameRate;
 use wstac_host::model_file::ModelFile;
 use wstac_scene::specimen::Specimen;
 use wstac_tests::textures::{NEW, UNKNOWN_KINDS, unknown};
-use wstac_train::dataset::path::{Conditions, PathSlide, RandomSlides};
+use wstac_train::dataset::path::{PathSlide, RandomSlides};
 use wstac_train::model::calibrate::{LabeledSamples, Quality, calibration_error};
 use wstac_train::model::learn::learn;
 
-use crate::{interval, share};
+use crate::interval;
 
 /// Slides of the ten textures, of unknown ones, and of new ones on each sensor.
 const SLIDES: u32 = 2000;
@@ -51,7 +52,9 @@ struct Said {
 /// Returns the sample of a slide that a model takes, if the slide shows enough of the path.
 fn sample<'s>(model: &Model, slide: &'s PathSlide) -> Option<&'s [i16; INPUTS]> {
     let path = if model.input() == Input::Path { &slide.path } else { &slide.taxel_path };
-    path.as_ref().filter(|path| path.covers(model.frames())).map(wstac_core::touch::path_sample::PathSample::numbers)
+    path.as_ref()
+        .filter(|path| slide.slides && path.covers(model.frames()))
+        .map(wstac_core::touch::path_sample::PathSample::numbers)
 }
 
 /// Returns what a model says about each slide; `None` without a sample.
@@ -144,47 +147,10 @@ fn learned(base: &ModelFile, input: Input) -> (Vec<f64>, f64) {
     (accuracies, known)
 }
 
-/// Returns conditions that no model was trained in, with their names.
-fn conditions() -> [(&'static str, Conditions); 7] {
-    let of = |fps: u32| Conditions { rate: FrameRate::new(fps, 1).expect("a rate"), ..Conditions::default() };
-    [
-        ("15 frames per second", of(15)),
-        ("25 frames per second", of(25)),
-        ("60 frames per second", of(60)),
-        ("5 % of the frames lost", Conditions { lost: 0.05, ..Conditions::default() }),
-        ("one weak whisker", Conditions { weak: 1, ..Conditions::default() }),
-        ("one dead whisker", Conditions { dead: 1, ..Conditions::default() }),
-        ("one dead whisker, three weak ones", Conditions { dead: 1, weak: 3, ..Conditions::default() }),
-    ]
-}
-
 /// Returns the head of a table with a column for each model.
 fn head(what: &str, about: &str) -> String {
     let names = MODELS.map(|(name, _)| format!(" `{name}` |"))[..DETAILED].concat();
     format!("\n{about}\n\n| {what} | slides |{names}\n| --- | ---: |{}\n", " ---: |".repeat(DETAILED))
-}
-
-/// Returns the table of right answers under conditions that no model was trained in.
-fn under_conditions(files: &[ModelFile]) -> String {
-    let mut page = head("condition", CONDITIONS);
-    for (number, (name, conditions)) in conditions().into_iter().enumerate() {
-        let wanted = RandomSlides {
-            slides: OTHERS,
-            seed: 88_010 + number as u64,
-            sensors: [FIRST_SENSOR + 3000, 1000],
-            conditions,
-            ..RandomSlides::default()
-        };
-        let slides = wanted.all().expect("the scenes are valid");
-        let _ = write!(page, "| {name} | {} |", slides.len());
-        for file in files {
-            let all = said(&file.model().expect("a shipped model"), &slides);
-            let right = all.iter().filter(|said| is_right(said.as_ref())).count();
-            let _ = write!(page, " {} |", share(right, slides.len()));
-        }
-        page.push('\n');
-    }
-    page
 }
 
 /// Returns the table of what models would say of slides at speeds that they were not trained on.
@@ -255,7 +221,7 @@ pub(crate) fn section() -> String {
     }
     page += &head("speed", BY_SPEED);
     page += &by_speed(&tens[..DETAILED], &slides);
-    page += &under_conditions(&files[..DETAILED]);
+    page += &conditions::section(|_| true);
     page += &at_other_speeds(&files[..DETAILED]);
     page += &head("unknown textures", "Unknown textures that are found, in percent, by their kind:");
     for (kind, name) in UNKNOWN_KINDS.iter().enumerate() {
@@ -303,10 +269,6 @@ Models of ten sums find fewer, and are set to refuse about 1 % of trained ones.
 | model | goal, % | accuracy, % | at 50 to 200 mm/s (goal: 95), % | calibration error | unknown textures found (goal: 80), % | trained textures refused (goal: at most 3), % |
 | --- | ---: | ---: | ---: | ---: | ---: | ---: |
 ";
-
-const CONDITIONS: &str =
-    "Right answers in percent, within 4.5 points, under conditions that no model was trained in; a weak whisker has 15 % of its light.
-After a lost frame, models of 25 taxels do not answer:";
 
 const LEARNING: &str = "
 `wstac model learn` makes a model of ten new textures from five slides of each; the goal is 90 %.
