@@ -10,3 +10,5 @@ pub mod calibrate;
 mod canvas;
 pub mod crosstalk;
 pub mod doctor;
+pub mod gains;
+mod light;

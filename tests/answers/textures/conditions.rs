@@ -2,9 +2,13 @@
 
 use std::fmt::Write as _;
 
+use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::rate::FrameRate;
+use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::crosstalk::Correction;
 use wstac_core::touch::motion::{Readout, ReadoutTime, RowOrder};
+use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
 use wstac_host::source::{Source, SourceEvent};
 use wstac_scene::rng::Rng;
@@ -13,6 +17,7 @@ use wstac_scene::source::SceneSource;
 use wstac_scene::specimen::Specimen;
 use wstac_scene::{Dead, SceneConfig, Slide, Touch, Weak};
 use wstac_setup::calibrate::Watch;
+use wstac_setup::gains::{self, GainsWatch};
 use wstac_train::dataset::path::{PathSlide, RandomSlides};
 
 use super::{FIRST_SENSOR, is_right, said};
@@ -46,6 +51,8 @@ struct Condition {
     gains: f64,
     /// Whether the camera has a pose.
     posed: bool,
+    /// Whether gains were calibrated.
+    calibrated: bool,
 }
 
 const USUAL: Condition = Condition {
@@ -58,10 +65,11 @@ const USUAL: Condition = Condition {
     readout_ms: 0.0,
     gains: 1.0,
     posed: false,
+    calibrated: false,
 };
 
 /// Conditions with their names, and the goals of right and of wrong answers in percent.
-const CONDITIONS: [(&str, Condition, Option<f64>, f64); 18] = [
+const CONDITIONS: [(&str, Condition, Option<f64>, f64); 23] = [
     ("at most 5 mm per frame", USUAL, Some(98.0), 1.0),
     ("60 frames per second, at most 5 mm per frame", Condition { fps: 60, speeds: ALL, ..USUAL }, Some(98.0), 1.0),
     ("readout of up to 33 ms, known", Condition { readout_ms: 33.0, ..USUAL }, Some(98.0), 1.0),
@@ -71,6 +79,16 @@ const CONDITIONS: [(&str, Condition, Option<f64>, f64); 18] = [
     (
         "oblique cameras, gains spread three times",
         Condition { posed: true, gains: 3.0, slides: 300, ..USUAL },
+        Some(98.0),
+        1.0,
+    ),
+    ("calibrated, usual gains", Condition { calibrated: true, ..USUAL }, Some(98.0), 1.0),
+    ("calibrated, gains spread three times", Condition { gains: 3.0, calibrated: true, ..USUAL }, Some(98.0), 1.0),
+    ("calibrated, one weak whisker", Condition { weak: 1, calibrated: true, ..USUAL }, Some(98.0), 1.0),
+    ("calibrated, oblique cameras", Condition { posed: true, calibrated: true, slides: 300, ..USUAL }, Some(98.0), 1.0),
+    (
+        "calibrated, oblique cameras, gains spread three times",
+        Condition { posed: true, gains: 3.0, calibrated: true, slides: 300, ..USUAL },
         Some(98.0),
         1.0,
     ),
@@ -143,6 +161,25 @@ fn calibrated(script: &SceneConfig) -> Option<Layout> {
     watch.calibrate().result.ok().map(|calibration| calibration.layout)
 }
 
+/// Returns the correction of gains that five slides of flat blocks tell before a camera, as a configuration has it.
+fn flat_field(script: &SceneConfig, layout: Layout, rng: &mut Rng) -> Option<Correction> {
+    let specimen = Specimen::ALL[0];
+    let slide = |_| Touch::Slide(Slide::new(specimen, 60.0 + 60.0 * rng.uniform(), 360.0 * rng.uniform()));
+    let script = SceneConfig { touches: (0..5).map(slide).collect(), lead_in: 27, ..script.clone() };
+    let mut source = SceneSource::new(&script).expect("the scene is valid");
+    let geometry = FrameGeometry::new(Any::new(source.info().format, source.info().color, YcbcrMethod::default()), layout, script.sensor.rate).expect("sums fit");
+    let mut watch = GainsWatch::new(geometry);
+    while let Ok(event) = source.next_event() {
+        if matches!(event, SourceEvent::End) {
+            break;
+        }
+        watch.take(&event);
+    }
+    let gains = watch.gains().inspect_err(|error| eprintln!("{error}")).ok()?;
+    let text = gains::written_to(&gains, "").expect("it is valid");
+    Config::parse(&text).expect("it is valid").layout.correction()
+}
+
 impl Condition {
     /// Changes the scene of a slide. Returns its layout; `None` if calibration refuses.
     fn alter(&self, script: &mut SceneConfig, rng: &mut Rng) -> Option<Layout> {
@@ -177,6 +214,7 @@ impl Condition {
             let (slide, sensor, mut script) = slides.drawn(number as u32);
             let mut rng = Rng::new(seed, 3_000_000_000 + number);
             let layout = self.alter(&mut script, &mut rng)?;
+            let correction = if self.calibrated { Some(flat_field(&script, layout, &mut rng)?) } else { None };
             let mut run = 0;
             let is_lost = || {
                 if run == 0 && rng.uniform() < self.lost.0 {
@@ -186,7 +224,7 @@ impl Condition {
                 run = run.saturating_sub(1);
                 is_lost
             };
-            Some(of_scene(slide, sensor, &script, layout, is_lost))
+            Some(of_scene(slide, sensor, &script, (layout, correction), is_lost))
         };
         each(self.slides, of).into_iter().flatten().collect()
     }
@@ -197,12 +235,12 @@ fn of_scene(
     slide: Slide,
     sensor: u32,
     script: &SceneConfig,
-    layout: Layout,
+    (layout, correction): (Layout, Option<Correction>),
     is_lost: impl FnMut() -> bool,
 ) -> PathSlide {
     let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32);
     let readout = Readout::of_layout(time, RowOrder::Down, &layout, script.sensor.rate);
-    PathSlide::of_scene(slide, sensor, script, layout, readout, is_lost).expect("the scene is valid")
+    PathSlide::of_scene(slide, sensor, script, layout, (readout, correction), is_lost).expect("the scene is valid")
 }
 
 /// Returns the tables of conditions and objects whose names are wanted.
@@ -219,6 +257,15 @@ pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
             let all = said(&file.model().expect("a shipped model"), &slides);
             let right = all.iter().filter(|said| is_right(said.as_ref())).count();
             let wrong = all.iter().flatten().filter(|said| said.known && !said.right).count();
+            eprintln!(
+                "DEV {name}: no sample {} (velocity {}, slides {}, sums path {}, taxel path {}) unknown {}",
+                all.iter().filter(|a| a.is_none()).count(),
+                slides.iter().filter(|s| s.measured.is_none()).count(),
+                slides.iter().filter(|s| !s.slides).count(),
+                slides.iter().filter(|s| s.path.is_none()).count(),
+                slides.iter().filter(|s| s.taxel_path.is_none()).count(),
+                all.iter().flatten().filter(|s| !s.known).count()
+            );
             let _ = write!(page, " {} | {} |", interval(right, slides.len()), interval(wrong, slides.len()));
         }
         let _ = writeln!(page, " {} |", goal.map_or("–".into(), |goal| format!("at least {goal}")));
@@ -232,7 +279,7 @@ pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
             let script = scenes::draw(kind, Fault::None, OBJECT_SPEEDS, scenes::JUDGE, number).script;
             let slide = script.touches.last().and_then(Touch::slide).copied().expect("it slides");
             let layout = Layout::paper(script.sensor.size).expect("a layout");
-            of_scene(slide, script.light.unit, &script, layout, || false)
+            of_scene(slide, script.light.unit, &script, (layout, None), || false)
         });
         let _ = write!(page, "| {name} | {} |", slides.len());
         for file in &files {

@@ -14,6 +14,7 @@ use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::crosstalk::Correction;
 use wstac_core::touch::motion::{MotionConfig, Readout};
 use wstac_core::touch::path_sample::PathSample;
 use wstac_host::error::{Error, ErrorKind};
@@ -111,7 +112,7 @@ impl RandomSlides {
     fn slide(&self, number: u32) -> Result<PathSlide, Error> {
         let (slide, sensor, scene) = self.drawn(number);
         let layout = Layout::paper(scene.sensor.size).map_err(|error| wrong(&error))?;
-        PathSlide::of_scene(slide, sensor, &scene, layout, Readout::GLOBAL, || false)
+        PathSlide::of_scene(slide, sensor, &scene, layout, (Readout::GLOBAL, None), || false)
     }
 
     /// Simulates all slides, in parallel. They are in the order of their numbers.
@@ -173,7 +174,7 @@ impl PathSlide {
         sensor: u32,
         script: &SceneConfig,
         layout: Layout,
-        readout: Readout,
+        (readout, correction): (Readout, Option<Correction>),
         mut is_lost: impl FnMut() -> bool,
     ) -> Result<Self, Error> {
         let rate = script.sensor.rate;
@@ -182,6 +183,7 @@ impl PathSlide {
         let mut pipeline =
             Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
         pipeline.keep_taxels();
+        pipeline.set_correction(correction);
         let (config, whole) = (MotionConfig::published(rate).with_readout(readout), SAMPLE_FRAMES as u8);
         let mut scene = Scene::new(script)?;
         while let Some(frame) = scene.next_shot() {
