@@ -1,8 +1,8 @@
 //! Gains of whiskers: slides over all of them tell how bright each is beside the others.
 //!
-//! [`GainsWatch`] takes the frames: the first 25 are untouched, then something wide slides over all whiskers, a few times.
-//! Light adds up over a slide. Its logarithm, less a + b d² at the distance d from the middle, is that of the gain: a dome
-//! lowers outer whiskers, and models know it. Whiskers off that curve count less.
+//! [`GainsWatch`] takes the frames: the first 25 are untouched, then a block with saw teeth slides over all whiskers, a few
+//! times. Light adds up over a slide. Divided by that of a whisker at its place in the simulated sensor, by which models were
+//! trained, and by the median of all, it is the gain.
 
 use wstac_core::green::any::Any;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
@@ -20,11 +20,12 @@ const DARK_FRAMES: u32 = 5;
 /// Least light of a whisker, as a fraction of the median: others are dead. A slide has at most two dead ones.
 const LEAST: f64 = 0.05;
 const MOST_DEAD: usize = 2;
-/// Distance from the curve at which a whisker counts half, as a logarithm.
-const HALF: f64 = 0.15;
+/// Logarithm of the light of a saw block by the square of the distance from the middle, in pitches: its differences are the
+/// same for teeth of 2 to 4 mm, at any speed, in any direction (by simulation: a dome lowers outer whiskers).
+const OF_SAW: [(usize, f64); 6] = [(0, 0.349), (1, 0.256), (2, 0.169), (4, 0.0), (5, -0.084), (8, -0.346)];
 /// Fewest slides, and the largest standard deviation of a gain as a fraction.
 const LEAST_SLIDES: usize = 3;
-const MOST_SD: f64 = 0.04;
+const MOST_SD: f64 = 0.02;
 
 /// Light of slides over all whiskers.
 #[derive(Clone, Debug)]
@@ -98,39 +99,19 @@ impl GainsWatch {
 
 /// Returns the logarithm of each whisker's gain by its light over a slide, `None` of a dead one; `None` if too many are.
 fn logarithms(sums: &[f64; TAXELS]) -> Option<[Option<f64>; TAXELS]> {
-    let mut sorted = *sums;
-    sorted.sort_by(f64::total_cmp);
-    let least = LEAST * sorted[TAXELS / 2];
-    let lit: Vec<(usize, f64, f64)> = (0..TAXELS)
-        .filter(|taxel| sums[*taxel] > least.max(f64::MIN_POSITIVE))
-        .map(|taxel| (taxel, square_distance(taxel), sums[taxel].ln()))
-        .collect();
-    if lit.len() + MOST_DEAD < TAXELS {
-        return None;
-    }
-    let (mut level, mut slope) = (sorted[TAXELS / 2].ln(), 0.0);
-    for _ in 0..20 {
-        let mut moments = [0.0; 5];
-        for (_, x, y) in &lit {
-            let weight = 1.0 / (1.0 + ((y - level - slope * x) / HALF).powi(2));
-            let terms = [1.0, *x, x * x, *y, x * y];
-            moments.iter_mut().zip(terms).for_each(|(sum, term)| *sum += weight * term);
-        }
-        let [n, x, xx, y, xy] = moments;
-        slope = (n * xy - x * y) / (n * xx - x * x);
-        level = (y - slope * x) / n;
-    }
-    let mut gains = [None; TAXELS];
-    for (taxel, x, y) in lit {
-        gains[taxel] = Some(y - level - slope * x);
-    }
-    Some(gains)
-}
-
-/// Returns the square of a whisker's distance from the middle, in pitches.
-fn square_distance(taxel: usize) -> f64 {
-    let [row, column] = [(taxel / COLUMNS).abs_diff(ROWS / 2), (taxel % COLUMNS).abs_diff(COLUMNS / 2)];
-    (row * row + column * column) as f64
+    let median = |mut numbers: Vec<f64>| {
+        numbers.sort_by(f64::total_cmp);
+        numbers.get(numbers.len() / 2).copied()
+    };
+    let least = LEAST * median(sums.to_vec())?;
+    let gains: [Option<f64>; TAXELS] = core::array::from_fn(|taxel| {
+        let [row, column] = [(taxel / COLUMNS).abs_diff(ROWS / 2), (taxel % COLUMNS).abs_diff(COLUMNS / 2)];
+        let (_, expected) = OF_SAW.iter().find(|(squared, _)| *squared == row * row + column * column)?;
+        (sums[taxel] > least.max(f64::MIN_POSITIVE)).then(|| sums[taxel].ln() - expected)
+    });
+    let middle = median(gains.into_iter().flatten().collect())?;
+    let is_slide = gains.iter().flatten().count() + MOST_DEAD >= TAXELS;
+    is_slide.then(|| gains.map(|gain| gain.map(|gain| gain - middle)))
 }
 
 /// Returns the text of a configuration with these as `gains` of `[layout]`, and nothing else changed.

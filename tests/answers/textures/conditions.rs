@@ -14,7 +14,7 @@ use wstac_host::source::{Source, SourceEvent};
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::{Fidelity, Pose};
 use wstac_scene::source::SceneSource;
-use wstac_scene::specimen::Specimen;
+use wstac_scene::specimen::{Pattern, Specimen};
 use wstac_scene::{Dead, SceneConfig, Slide, Touch, Weak};
 use wstac_setup::calibrate::Watch;
 use wstac_setup::gains::{self, GainsWatch};
@@ -74,21 +74,21 @@ const CONDITIONS: [(&str, Condition, Option<f64>, f64); 23] = [
     ("60 frames per second, at most 5 mm per frame", Condition { fps: 60, speeds: ALL, ..USUAL }, Some(98.0), 1.0),
     ("readout of up to 33 ms, known", Condition { readout_ms: 33.0, ..USUAL }, Some(98.0), 1.0),
     ("gains spread three times", Condition { gains: 3.0, ..USUAL }, Some(98.0), 1.0),
-    ("oblique cameras", Condition { posed: true, slides: 300, ..USUAL }, Some(98.0), 1.0),
+    ("oblique cameras", Condition { posed: true, slides: 200, ..USUAL }, Some(98.0), 1.0),
     ("readout, gains spread three times", Condition { readout_ms: 33.0, gains: 3.0, ..USUAL }, Some(98.0), 1.0),
     (
         "oblique cameras, gains spread three times",
-        Condition { posed: true, gains: 3.0, slides: 300, ..USUAL },
+        Condition { posed: true, gains: 3.0, slides: 200, ..USUAL },
         Some(98.0),
         1.0,
     ),
     ("calibrated, usual gains", Condition { calibrated: true, ..USUAL }, Some(98.0), 1.0),
     ("calibrated, gains spread three times", Condition { gains: 3.0, calibrated: true, ..USUAL }, Some(98.0), 1.0),
     ("calibrated, one weak whisker", Condition { weak: 1, calibrated: true, ..USUAL }, Some(98.0), 1.0),
-    ("calibrated, oblique cameras", Condition { posed: true, calibrated: true, slides: 300, ..USUAL }, Some(98.0), 1.0),
+    ("calibrated, oblique cameras", Condition { posed: true, calibrated: true, slides: 200, ..USUAL }, Some(98.0), 1.0),
     (
         "calibrated, oblique cameras, gains spread three times",
-        Condition { posed: true, gains: 3.0, calibrated: true, slides: 300, ..USUAL },
+        Condition { posed: true, gains: 3.0, calibrated: true, slides: 200, ..USUAL },
         Some(98.0),
         1.0,
     ),
@@ -161,13 +161,18 @@ fn calibrated(script: &SceneConfig) -> Option<Layout> {
     watch.calibrate().result.ok().map(|calibration| calibration.layout)
 }
 
-/// Returns the correction of gains that five slides of flat blocks tell before a camera, as a configuration has it.
-fn flat_field(script: &SceneConfig, layout: Layout, rng: &mut Rng) -> Option<Correction> {
-    let specimen = Specimen::ALL[0];
+/// Returns the correction of gains that three slides of a saw block tell before a camera, as a configuration has it.
+fn calibrated_gains(script: &SceneConfig, layout: Layout, rng: &mut Rng) -> Option<Correction> {
+    let specimen = Specimen::block(Pattern::Saw, 3.0);
     let slide = |_| Touch::Slide(Slide::new(specimen, 60.0 + 60.0 * rng.uniform(), 360.0 * rng.uniform()));
-    let script = SceneConfig { touches: (0..5).map(slide).collect(), lead_in: 27, ..script.clone() };
+    let script = SceneConfig { touches: (0..3).map(slide).collect(), lead_in: 27, ..script.clone() };
     let mut source = SceneSource::new(&script).expect("the scene is valid");
-    let geometry = FrameGeometry::new(Any::new(source.info().format, source.info().color, YcbcrMethod::default()), layout, script.sensor.rate).expect("sums fit");
+    let geometry = FrameGeometry::new(
+        Any::new(source.info().format, source.info().color, YcbcrMethod::default()),
+        layout,
+        script.sensor.rate,
+    )
+    .expect("sums fit");
     let mut watch = GainsWatch::new(geometry);
     while let Ok(event) = source.next_event() {
         if matches!(event, SourceEvent::End) {
@@ -214,7 +219,7 @@ impl Condition {
             let (slide, sensor, mut script) = slides.drawn(number as u32);
             let mut rng = Rng::new(seed, 3_000_000_000 + number);
             let layout = self.alter(&mut script, &mut rng)?;
-            let correction = if self.calibrated { Some(flat_field(&script, layout, &mut rng)?) } else { None };
+            let correction = if self.calibrated { Some(calibrated_gains(&script, layout, &mut rng)?) } else { None };
             let mut run = 0;
             let is_lost = || {
                 if run == 0 && rng.uniform() < self.lost.0 {
