@@ -125,3 +125,66 @@ pub fn written_to(gains: &[f64; TAXELS], text: &str) -> Result<String, Error> {
         .collect();
     with_layout_key(text, "gains", &format!("gains = [\n{}]\n", rows.concat()))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wstac_host::config::Config;
+    use wstac_host::source::Source;
+    use wstac_scene::SceneConfig;
+    use wstac_scene::source::SceneSource;
+
+    /// Returns a watch that has seen a scene of these touches.
+    fn watched(touches: &str, keys: &str) -> GainsWatch {
+        let text = format!("lead_in = 27\nfidelity = \"taxel\"\n{keys}\n{touches}");
+        let mut source = SceneSource::new(&SceneConfig::from_toml("slides", &text).unwrap()).unwrap();
+        let mut watch = GainsWatch::new(Config::default().geometry(source.info()).unwrap());
+        let mut ends = Vec::new();
+        loop {
+            let event = source.next_event().unwrap();
+            if matches!(event, SourceEvent::End) {
+                break;
+            }
+            ends.extend(watch.take(&event));
+        }
+        assert!(ends.iter().copied().eq(1..=watch.slides.len()), "{ends:?}");
+        watch
+    }
+
+    fn slides(specimens: &[&str]) -> String {
+        let one = |(number, specimen): (usize, &&str)| {
+            let (speed, direction) = (60 + 25 * number, 100 * number);
+            format!("[[touch]]\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n")
+        };
+        specimens.iter().enumerate().map(one).collect()
+    }
+
+    #[test]
+    fn gains_are_those_of_the_sensor() {
+        let even = watched(&slides(&["Saw2", "Saw3", "Saw4"]), "[light]\ngain_deviation = 0").gains().unwrap();
+        assert!(even.iter().all(|gain| (gain - 1.0).abs() < 0.01), "the table is that of the scene: {even:?}");
+        let keys = "[light]\ngain_deviation = 0\nweak = [[2, 3, 0.15], [5, 5, 0.6]]\ndead = [[4, 1]]";
+        let found = watched(&slides(&["Saw3"; 3]), keys).gains().unwrap();
+        for (taxel, gain) in found.into_iter().enumerate() {
+            let expected =
+                [(7, 0.15), (24, 0.6)].iter().find(|(weak, _)| *weak == taxel).map_or(1.0, |(_, gain)| *gain);
+            assert!((gain / expected - 1.0).abs() < 0.02, "{taxel}: {gain}, expected {expected}");
+        }
+        let text = written_to(&found, "[layout]\npreset = \"paper\"\ngains = [1.5]\n# more\n").unwrap();
+        assert!(text.starts_with("[layout]\ngains = [\n") && text.ends_with("preset = \"paper\"\n# more\n"), "{text}");
+        assert!(Config::parse(&text).unwrap().layout.correction().is_some());
+    }
+
+    #[test]
+    fn touches_that_tell_no_gains_are_refused() {
+        let poke = "[[touch]]\nkind = \"poke\"\nwhisker = [3, 3]\n";
+        for (touches, says) in [
+            (slides(&["Saw3"; 2]), "found 2 slides"),
+            (format!("{poke}{poke}{}", slides(&["Saw3"; 2])), "found 2 slides"),
+            (slides(&["Fla0", "Sin4", "Saw3"]), "do not agree about the whisker in row"),
+        ] {
+            let refusal = watched(&touches, "").gains().unwrap_err();
+            assert!(refusal.contains(says), "{refusal}, expected {says}");
+        }
+    }
+}

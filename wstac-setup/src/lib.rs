@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`calibrate`] | the places of the whiskers in the picture |
 //! | [`crosstalk`] | the light of a whisker that other taxels see |
+//! | [`gains`] | how bright each whisker is |
 //! | [`doctor`] | a camera's rate, levels, noise and drift |
 
 pub mod calibrate;
