@@ -181,6 +181,8 @@ impl std::fmt::Display for Crosstalk {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wstac_host::config::Config;
+    use wstac_host::error::ErrorKind;
     use wstac_host::source::Source;
     use wstac_scene::SceneConfig;
     use wstac_scene::source::SceneSource;
@@ -237,7 +239,7 @@ mod tests {
         assert!(drifting.contains("does not follow its own"), "{drifting}");
         let early = error(poked(0..TAXELS, "lead_in = 3"));
         assert!(early.contains("25 untouched frames first"), "{early}");
-        let none = CrosstalkWatch::new(*poked([0], "").sums.camera());
+        let none = CrosstalkWatch::new(*poked([0], "").light.camera());
         assert_eq!(error(none), "expected 25 untouched frames first, found 0, or a touch in them");
     }
 

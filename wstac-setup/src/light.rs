@@ -24,11 +24,17 @@ impl LightAboveDark {
         Self { sums: TaxelSums::new(geometry), untouched: Vec::new(), dark: [0.0; TAXELS], noise: 0.0 }
     }
 
-    /// Returns the number of untouched frames so far, and the largest standard deviation of a taxel in them.
+    #[cfg(test)]
+    pub(crate) fn camera(&self) -> &FrameGeometry<Any> {
+        self.sums.camera()
+    }
+
+    /// Returns the number of untouched frames so far.
     pub(crate) fn untouched(&self) -> usize {
         self.untouched.len()
     }
 
+    /// Returns the largest standard deviation of a taxel in the untouched frames.
     pub(crate) fn noise(&self) -> f64 {
         self.noise
     }
