@@ -154,7 +154,9 @@ mod tests {
     fn slides(specimens: &[&str]) -> String {
         let one = |(number, specimen): (usize, &&str)| {
             let (speed, direction) = (60 + 25 * number, 100 * number);
-            format!("[[touch]]\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n")
+            format!(
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n"
+            )
         };
         specimens.iter().enumerate().map(one).collect()
     }

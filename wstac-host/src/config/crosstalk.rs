@@ -150,7 +150,8 @@ mod tests {
         let mix = |row: &Vec<f64>| row.iter().zip(&gains).map(|(part, gain)| 10_000.0 * part * gain).sum::<f64>();
         let mixed = core::array::from_fn(|taxel| mix(&matrix[taxel]).round() as u16);
         let found = correction(Some(&matrix), Some(&gains)).unwrap().unwrap().apply(&mixed);
-        assert!(found.iter().all(|light| light.abs_diff(10_000) <= 5), "{found:?}");
+        // Weights are rounded: the limit is half a unit and the sum of all light times 2^-14.
+        assert!(found.iter().all(|light| light.abs_diff(10_000) <= 18), "{found:?}");
         // Beside a whisker with 15 % of the light, all others are lowered.
         let weak: Vec<f64> = (0..TAXELS).map(|taxel| if taxel == 3 { 0.15 } else { 1.0 }).collect();
         let found = correction(None, Some(&weak)).unwrap().unwrap().apply(&seen(&weak));
