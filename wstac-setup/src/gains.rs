@@ -1,6 +1,6 @@
 //! Gains of whiskers: slides over all of them tell how bright each is beside the others.
 //!
-//! [`GainsWatch`] takes the frames: the first 25 are untouched, then a block with saw teeth slides over all whiskers, a few
+//! [`GainsWatch`] takes the frames: the first 25 are untouched, then a block with teeth of 4 mm slides over all whiskers, a few
 //! times. Light adds up over a slide. Divided by that of a whisker at its place in the simulated sensor, by which models were
 //! trained, and by the median of all, it is the gain.
 
@@ -20,9 +20,9 @@ const DARK_FRAMES: u32 = 5;
 /// Least light of a whisker, as a fraction of the median: others are dead. A slide has at most two dead ones.
 const LEAST: f64 = 0.05;
 const MOST_DEAD: usize = 2;
-/// Logarithm of the light of a saw block by the square of the distance from the middle, in pitches: its differences are the
-/// same for teeth of 2 to 4 mm, at any speed, in any direction (by simulation: a dome lowers outer whiskers).
-const OF_SAW: [(usize, f64); 6] = [(0, 0.349), (1, 0.256), (2, 0.169), (4, 0.0), (5, -0.084), (8, -0.346)];
+/// Logarithm of a whisker's light by the square of its distance from the middle, in pitches, for teeth of 4 mm: its differences
+/// are the same for all patterns, at any speed, in any direction (by simulation: a dome lowers outer whiskers).
+const OF_DEEP: [(usize, f64); 6] = [(0, 0.349), (1, 0.256), (2, 0.169), (4, 0.0), (5, -0.084), (8, -0.346)];
 /// Fewest slides, and the largest standard deviation of a gain as a fraction.
 const LEAST_SLIDES: usize = 3;
 const MOST_SD: f64 = 0.02;
@@ -106,7 +106,7 @@ fn logarithms(sums: &[f64; TAXELS]) -> Option<[Option<f64>; TAXELS]> {
     let least = LEAST * median(sums.to_vec())?;
     let gains: [Option<f64>; TAXELS] = core::array::from_fn(|taxel| {
         let [row, column] = [(taxel / COLUMNS).abs_diff(ROWS / 2), (taxel % COLUMNS).abs_diff(COLUMNS / 2)];
-        let (_, expected) = OF_SAW.iter().find(|(squared, _)| *squared == row * row + column * column)?;
+        let (_, expected) = OF_DEEP.iter().find(|(squared, _)| *squared == row * row + column * column)?;
         (sums[taxel] > least.max(f64::MIN_POSITIVE)).then(|| sums[taxel].ln() - expected)
     });
     let middle = median(gains.into_iter().flatten().collect())?;
@@ -163,10 +163,10 @@ mod tests {
 
     #[test]
     fn gains_are_those_of_the_sensor() {
-        let even = watched(&slides(&["Saw2", "Saw3", "Saw4"]), "[light]\ngain_deviation = 0").gains().unwrap();
+        let even = watched(&slides(&["Saw4", "Sin4", "Tri4"]), "[light]\ngain_deviation = 0").gains().unwrap();
         assert!(even.iter().all(|gain| (gain - 1.0).abs() < 0.01), "the table is that of the scene: {even:?}");
         let keys = "[light]\ngain_deviation = 0\nweak = [[2, 3, 0.15], [5, 5, 0.6]]\ndead = [[4, 1]]";
-        let found = watched(&slides(&["Saw3"; 3]), keys).gains().unwrap();
+        let found = watched(&slides(&["Saw4"; 3]), keys).gains().unwrap();
         for (taxel, gain) in found.into_iter().enumerate() {
             let expected =
                 [(7, 0.15), (24, 0.6)].iter().find(|(weak, _)| *weak == taxel).map_or(1.0, |(_, gain)| *gain);
@@ -181,9 +181,9 @@ mod tests {
     fn touches_that_tell_no_gains_are_refused() {
         let poke = "[[touch]]\nkind = \"poke\"\nwhisker = [3, 3]\n";
         for (touches, says) in [
-            (slides(&["Saw3"; 2]), "found 2 slides"),
-            (format!("{poke}{poke}{}", slides(&["Saw3"; 2])), "found 2 slides"),
-            (slides(&["Fla0", "Sin4", "Saw3"]), "do not agree about the whisker in row"),
+            (slides(&["Saw4"; 2]), "found 2 slides"),
+            (format!("{poke}{poke}{}", slides(&["Saw4"; 2])), "found 2 slides"),
+            (slides(&["Sin2", "Saw4", "Saw3"]), "do not agree about the whisker in row"),
         ] {
             let refusal = watched(&touches, "").gains().unwrap_err();
             assert!(refusal.contains(says), "{refusal}, expected {says}");

@@ -155,9 +155,9 @@ fn calibrated(script: &SceneConfig) -> Option<Layout> {
     watch.calibrate().result.ok().map(|calibration| calibration.layout)
 }
 
-/// Returns the correction of gains that three slides of a saw block tell before a camera, as a configuration has it.
+/// Returns the correction of gains that three slides of `Saw4` tell before a camera, as a configuration has it.
 fn calibrated_gains(script: &SceneConfig, layout: Layout, rng: &mut Rng) -> Option<Correction> {
-    let specimen = Specimen::block(Pattern::Saw, 3.0);
+    let specimen = Specimen::block(Pattern::Saw, 4.0);
     let slide = |_| Touch::Slide(Slide::new(specimen, 60.0 + 60.0 * rng.uniform(), 360.0 * rng.uniform()));
     let script = SceneConfig { touches: (0..3).map(slide).collect(), lead_in: 27, ..script.clone() };
     let mut source = SceneSource::new(&script).expect("the scene is valid");
@@ -280,6 +280,6 @@ pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
 const ABOUT: &str = "Right answers in percent, and wrong names of `taxel-path-svm` (goal: ≤1), under conditions that no model was trained in.
 A weak whisker has 15 % of its light.
 Slides move at most 5 mm per frame if the row does not say otherwise.
-Oblique cameras are those of `ci/long poses` after `wstac calibrate`, and gains are measured by `--gains` with three slides, where calibration is not refused:";
+Oblique cameras are those of `ci/long poses` after `wstac calibrate`, and gains are measured by `--gains` with three slides of `Saw4`, where calibration is not refused:";
 
 const OF_OBJECTS: &str = "Of 500 objects of each kind at 30 to 300 mm/s, `taxel-path-svm` names so many, in percent (goal: ≤1, but blocks have a texture):";

@@ -46,7 +46,7 @@ pub(super) struct Arguments {
 
     /// Measure the gains of whiskers, through the layout of FILE.toml, and write them there
     ///
-    /// After the untouched frames, slide a block with saw teeth over all whiskers three times.
+    /// After the untouched frames, slide a block with teeth of 4 mm (Saw4) over all whiskers three times.
     #[arg(long, conflicts_with_all = ["overlay", "crosstalk"])]
     gains: bool,
 
@@ -124,9 +124,9 @@ Cross-talk:
 
 Gains:
   Textures are known by how light differs between whiskers. --gains tells
-  the differences of the sensor and the camera: slide a block with saw
-  teeth of 2 to 4 mm over all whiskers three times, at any speed and in
-  any direction, then Ctrl-C. [layout] gains of FILE.toml is written.
+  those of the sensor and the camera: slide a block with teeth of 4 mm
+  (Sin4, Saw4 or Tri4) over all whiskers three times, at any speed and
+  in any direction, then Ctrl-C. [layout] gains of FILE.toml is written.
   Measure cross-talk first. If slides do not agree, slide again.
 
 The configuration:
