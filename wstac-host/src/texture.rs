@@ -256,7 +256,7 @@ pub enum NoTexture {
     NoSpeed,
     /// The sample shows too little of the path for the models: the slide is too slow.
     TooShort,
-    /// The model takes 25 taxels, and frames of the sample were lost: too many, or the rest shows too little of the path.
+    /// The model takes 25 taxels, frames of the sample were lost, and the rest shows too little of the path.
     LostFrames,
     /// The board has a model, which gave no answer. The board does not say why.
     Unanswered,
@@ -270,7 +270,9 @@ impl NoTexture {
             Self::NoSlide => "the touch is not a slide",
             Self::NoSpeed => "the speed is not known, and the model needs it",
             Self::TooShort => "the sample shows too little of the path for the model",
-            Self::LostFrames => "frames of the sample were lost, and the rest shows too little of the path for the model",
+            Self::LostFrames => {
+                "frames of the sample were lost, and the rest shows too little of the path for the model"
+            }
             Self::Unanswered => "the board's model has no answer: too little of the path, or lost frames",
         }
     }

@@ -75,7 +75,8 @@ impl GainsWatch {
         let slides = self.slides.len();
         if slides < LEAST_SLIDES {
             return Err(format!(
-                "found {slides} slides over all whiskers without lost frames, expected {LEAST_SLIDES} or more, behind 25 untouched frames"
+                "found {slides} slides over all whiskers without lost frames, expected {LEAST_SLIDES} or more, \
+                 behind 25 untouched frames"
             ));
         }
         let mut gains = [1.0; TAXELS];
@@ -97,7 +98,7 @@ impl GainsWatch {
     }
 }
 
-/// Returns the logarithm of each whisker's gain by its light over a slide, `None` of a dead one; `None` if too many are.
+/// Returns the logarithm of each whisker's gain by its light over a slide, `None` of a dead one; `None` if too many are dead.
 fn logarithms(sums: &[f64; TAXELS]) -> Option<[Option<f64>; TAXELS]> {
     let median = |mut numbers: Vec<f64>| {
         numbers.sort_by(f64::total_cmp);

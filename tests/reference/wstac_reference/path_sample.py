@@ -71,7 +71,7 @@ def beside(at: np.ndarray, lost: frozenset[int]) -> np.ndarray:
 
 
 def replaced(lines: np.ndarray, own: np.ndarray, is_there: np.ndarray) -> tuple[np.ndarray, int | None]:
-    """Light of lines along their steps, of those that are not there by the others, whose light over the window is `own`.
+    """Light of lines along their steps, of those that are not there by the others; `own` is light over the window.
 
     Also the first step of which too much was lost, which stays as it is.
     """
@@ -101,7 +101,7 @@ def along(light: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 def numbers(light: np.ndarray, plan: Plan, delays: np.ndarray, weights: np.ndarray, speed: float, direction: float,
             per_mm: float, lost: frozenset[int] = NONE_LOST) -> tuple[np.ndarray, int | None] | None:
-    """The sample's numbers, and the first step of which too much was lost; None if it is dark. `per_mm` is in frames."""
+    """The numbers, and the first step of which too much was lost; None if it is dark. `per_mm` is in frames."""
     peaks = light.max(axis=1)
     lit = (peaks > 0) & (peaks >= LIT * peaks.max())
     if not (weights[lit].sum() > 0):
@@ -122,7 +122,8 @@ def numbers(light: np.ndarray, plan: Plan, delays: np.ndarray, weights: np.ndarr
         straight, _ = replaced(lines, lines[:, : plan.window].sum(axis=1), is_there)
         lines, whole = replaced(lines, straight[:, : plan.window].sum(axis=1), is_there)
     means, window = (
-        np.array([of_lines[of].sum(axis=0) / max(lit[of].sum(), 1) for of in plan.groups]) for of_lines in (lines, straight)
+        np.array([of_lines[of].sum(axis=0) / max(lit[of].sum(), 1) for of in plan.groups])
+        for of_lines in (lines, straight)
     )
     mean = window[:, : plan.window].mean()
     if not mean > 0:

@@ -184,7 +184,7 @@ impl<const LINES: usize> Track<LINES> {
 
     /// Replaces the light of lines beside a lost frame by that of the others, which pass the same path at other times.
     ///
-    /// `own` is the light of each line over the window. Returns false, and leaves them, if too little of it is of the others.
+    /// `own` is the light of each line over the window. Returns false, and leaves them, if the others have too little of it.
     #[inline(never)]
     fn refill(&self, light: &impl Light, own: &[u32; LINES], step: usize, lines: &mut [u32; LINES]) -> bool {
         let is_there = |delay: i32| !is_beside_lost(light, self.start + delay + step as i32 * self.step);
@@ -224,8 +224,8 @@ impl<const LINES: usize> Track<LINES> {
         })
     }
 
-    /// Writes the numbers of all steps that have room. Returns how many are before the first step of which too much was lost;
-    /// `None` if the window is dark.
+    /// Writes the numbers of all steps that have room. Returns how many are before the first step of which too much was
+    /// lost; `None` if the window is dark.
     #[inline(never)]
     pub(super) fn fill(
         &self,
