@@ -26,6 +26,7 @@ use wstac_setup::gains::{self, GainsWatch};
 /// Do not touch the sensor for the first 25 frames (0.8 s). Then press on all whiskers, or slide something over all of
 /// them. Each base that glows becomes a taxel. Presses also tell the readout. Ctrl-C ends a camera earlier.
 #[derive(Debug, clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// A camera, a recording or a scene, as for wstac run, or a board
