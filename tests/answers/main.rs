@@ -223,6 +223,9 @@ fn main() {
             "judge" => objects::section(&mut section),
             "at-once" => objects::at_once::section(&mut section),
             "slip" => slip::section(&mut section),
+            "conditions" => {
+                section = textures::conditions::section(|name| options.iter().all(|part| name.contains(part.as_str())))
+            }
             "base" => {
                 kinds(&mut section);
                 section += &live::cameras(objects::scenes::JUDGE, live::OF_CONDITION);

@@ -599,7 +599,7 @@ fn add_texture(
                 texture.known = Some(false);
             }
             held.answers = held.answers.with_texture(texture);
-        } else if event.is_under_way() && event.whole_taxels().is_some() {
+        } else if event.is_under_way() && event.taxels().is_some() {
             return false;
         }
     }

@@ -60,6 +60,8 @@ pub struct LayoutConfig {
     /// The light of each whisker that each taxel sees, as a fraction of what the whisker's own taxel sees: a row for each
     /// taxel.
     crosstalk: Option<Vec<Vec<f64>>>,
+    /// How bright each whisker is beside the others, row by row: 1 is as bright as expected at its place.
+    gains: Option<Vec<f64>>,
 }
 
 impl LayoutConfig {
@@ -350,14 +352,18 @@ impl LayoutConfig {
         Some((pair(self.taxel.as_ref()?)?, corners))
     }
 
-    /// Returns the correction of cross-talk; `None` if no matrix is stated.
+    /// Returns the correction of cross-talk and gains; `None` if neither is stated.
     pub fn correction(&self) -> Option<Correction> {
         // It was checked when it was read.
-        self.crosstalk.as_ref().and_then(|matrix| crosstalk::correction(matrix).ok())
+        self.checked_correction().ok().flatten()
+    }
+
+    fn checked_correction(&self) -> Result<Option<Correction>, String> {
+        crosstalk::correction(self.crosstalk.as_deref(), self.gains.as_deref())
     }
 
     fn check(&self) -> Result<(), String> {
-        self.crosstalk.as_ref().map_or(Ok(()), |matrix| crosstalk::correction(matrix).map(drop))?;
+        self.checked_correction()?;
         match (self.preset, &self.taxel, &self.corners) {
             (Some(Preset::Paper) | None, None, None) => Ok(()),
             (Some(_), ..) => Err("[layout] has a preset beside taxel or corners; leave one of them out".into()),

@@ -175,7 +175,7 @@ impl Textures {
 
     /// Returns whether a model needs more of the path of a touch under way than has arrived.
     pub(crate) fn lack_path(&self, touch: &Event<'_>, answer: &Answer, config: MotionConfig) -> bool {
-        let Some(velocity) = answer.velocity().filter(|_| touch.whole_taxels().is_some()) else { return false };
+        let Some(velocity) = answer.velocity().filter(|_| touch.taxels().is_some()) else { return false };
         self.models.iter().map(|model| model.get().frames()).any(|frames| {
             let path = PathSample::of_touch(touch, &velocity, config, frames);
             path.is_none_or(|path| !path.covers(frames))
@@ -207,15 +207,14 @@ impl Textures {
                 Input::Frames => return Ok(named(model, &event.sample.flat(), is_excluded)),
                 Input::Path => velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, frames)),
                 // [`Self::new`] takes no other input than that of 25 taxels.
-                _ => {
-                    event.whole_taxels().ok_or(NoTexture::LostFrames)?;
-                    velocity.and_then(|velocity| PathSample::of_touch(event, &velocity, config, frames))
-                }
+                _ => velocity.and_then(|velocity| PathSample::of_touch(event, &velocity, config, frames)),
             };
             if velocity.is_none() {
                 return Err(NoTexture::NoSpeed);
             }
-            let path = path.filter(|path| path.covers(frames)).ok_or(NoTexture::TooShort)?;
+            let has_lost = model.input() == Input::TaxelPath && event.whole_taxels().is_none();
+            let reason = if has_lost { NoTexture::LostFrames } else { NoTexture::TooShort };
+            let path = path.filter(|path| path.covers(frames)).ok_or(reason)?;
             Ok(named(model, path.numbers(), is_excluded))
         };
         let answers: Vec<_> = self.models.iter().map(|model| answer_of(model.get())).collect();
@@ -257,7 +256,7 @@ pub enum NoTexture {
     NoSpeed,
     /// The sample shows too little of the path for the models: the slide is too slow.
     TooShort,
-    /// Frames of the sample were lost, and the model takes 25 taxels, which are not filled.
+    /// The model takes 25 taxels, frames of the sample were lost, and the rest shows too little of the path.
     LostFrames,
     /// The board has a model, which gave no answer. The board does not say why.
     Unanswered,
@@ -271,7 +270,9 @@ impl NoTexture {
             Self::NoSlide => "the touch is not a slide",
             Self::NoSpeed => "the speed is not known, and the model needs it",
             Self::TooShort => "the sample shows too little of the path for the model",
-            Self::LostFrames => "frames of the sample were lost, and the model needs the taxels of all",
+            Self::LostFrames => {
+                "frames of the sample were lost, and the rest shows too little of the path for the model"
+            }
             Self::Unanswered => "the board's model has no answer: too little of the path, or lost frames",
         }
     }

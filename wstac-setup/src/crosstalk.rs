@@ -8,12 +8,12 @@ use std::fmt::Write;
 
 use wstac_core::green::any::Any;
 use wstac_core::params::TAXELS;
-use wstac_core::taxels::{FrameGeometry, TaxelSums};
+use wstac_core::taxels::FrameGeometry;
 
 use crate::calibrate::{UNTOUCHED, named};
-use wstac_host::config::Config;
-use wstac_host::error::{Error, ErrorKind};
-use wstac_host::source::{Frame, SourceEvent};
+use crate::light::{LightAboveDark, with_layout_key};
+use wstac_host::error::Error;
+use wstac_host::source::SourceEvent;
 
 /// Largest fraction of the brightest taxel's light that another may have while one whisker is touched.
 const MOST_BESIDE: f64 = 0.5;
@@ -32,11 +32,7 @@ const MOST_OFF: f64 = 0.03;
 /// Light of whiskers that are touched one at a time.
 #[derive(Clone, Debug)]
 pub struct CrosstalkWatch {
-    sums: TaxelSums<Any>,
-    untouched: Vec<[f64; TAXELS]>,
-    /// Mean of the untouched frames, and the largest standard deviation of a taxel, as fractions of full scale.
-    dark: [f64; TAXELS],
-    noise: f64,
+    light: LightAboveDark,
     /// By whisker: the frames in which it is touched alone, and sums over them.
     touched: [Touched; TAXELS],
 }
@@ -81,35 +77,15 @@ impl Touched {
 impl CrosstalkWatch {
     /// Creates a watch through the layout of this geometry, before the first frame.
     pub fn new(geometry: FrameGeometry<Any>) -> Self {
-        Self {
-            sums: TaxelSums::new(geometry),
-            untouched: Vec::new(),
-            dark: [0.0; TAXELS],
-            noise: 0.0,
-            touched: [Touched::default(); TAXELS],
-        }
+        Self { light: LightAboveDark::new(geometry), touched: [Touched::default(); TAXELS] }
     }
 
     /// Takes an event of the source. Returns the taxel of a whisker whose light is enough from this frame on.
     pub fn take(&mut self, event: &SourceEvent<'_>) -> Option<usize> {
-        let sums = match event {
-            SourceEvent::Frame(Frame { bytes, .. }) => self.sums.push_frame(bytes).ok()?,
-            SourceEvent::Taxels(frame) => frame.sums,
-            _ => return None,
-        };
-        let full = f64::from(self.sums.camera().pixels()) * f64::from(self.sums.camera().full_scale());
-        let light = sums.map(|sum| f64::from(sum) / full);
-        if self.untouched.len() < UNTOUCHED {
-            self.untouched.push(light);
-            if self.untouched.len() == UNTOUCHED {
-                self.measure_dark();
-            }
-            return None;
-        }
-        let light: [f64; TAXELS] = core::array::from_fn(|taxel| light[taxel] - self.dark[taxel]);
+        let light = self.light.take(event)?;
         let own = (0..TAXELS).max_by(|a, b| light[*a].total_cmp(&light[*b]))?;
         let is_alone = (0..TAXELS).all(|taxel| taxel == own || light[taxel] <= MOST_BESIDE * light[own]);
-        if !is_alone || light[own] < (LEAST_LIGHT[0] * self.noise).max(LEAST_LIGHT[1]) {
+        if !is_alone || light[own] < (LEAST_LIGHT[0] * self.light.noise()).max(LEAST_LIGHT[1]) {
             return None;
         }
         let was_enough = self.is_enough(own);
@@ -122,18 +98,8 @@ impl CrosstalkWatch {
         (!was_enough && self.is_enough(own)).then_some(own)
     }
 
-    fn measure_dark(&mut self) {
-        let count = self.untouched.len() as f64;
-        for taxel in 0..TAXELS {
-            let values = || self.untouched.iter().map(|frame| frame[taxel]);
-            self.dark[taxel] = values().sum::<f64>() / count;
-            let squares: f64 = values().map(|value| (value - self.dark[taxel]).powi(2)).sum();
-            self.noise = self.noise.max((squares / (count - 1.0)).sqrt());
-        }
-    }
-
     fn is_enough(&self, whisker: usize) -> bool {
-        self.touched[whisker].worst(whisker, self.noise)[0] <= MOST_SD
+        self.touched[whisker].worst(whisker, self.light.noise())[0] <= MOST_SD
     }
 
     /// Returns the cross-talk of all frames so far.
@@ -141,15 +107,15 @@ impl CrosstalkWatch {
     /// # Errors
     /// The first frames were touched, or whiskers have too little light, or were not touched alone. The message names them.
     pub fn crosstalk(&self) -> Result<Crosstalk, String> {
-        if self.untouched.len() < UNTOUCHED || self.noise > MOST_NOISE {
+        if self.light.untouched() < UNTOUCHED || self.light.noise() > MOST_NOISE {
             return Err(format!(
                 "expected {UNTOUCHED} untouched frames first, found {}, or a touch in them",
-                self.untouched.len()
+                self.light.untouched()
             ));
         }
         let names =
             |is_it: &dyn Fn(usize) -> bool| -> Vec<String> { (0..TAXELS).filter(|at| is_it(*at)).map(named).collect() };
-        let worst = |whisker: usize| self.touched[whisker].worst(whisker, self.noise);
+        let worst = |whisker: usize| self.touched[whisker].worst(whisker, self.light.noise());
         // Infinite is no distance, but of a whisker with too few frames.
         let mixed = names(&|whisker| worst(whisker)[1].is_finite() && worst(whisker)[1] > MOST_OFF);
         if !mixed.is_empty() {
@@ -169,7 +135,7 @@ impl CrosstalkWatch {
         let mut found = Crosstalk { matrix: [[0.0; TAXELS]; TAXELS], largest: (0.0, 0, 0) };
         for (taxel, row) in found.matrix.iter_mut().enumerate() {
             for (whisker, share) in row.iter_mut().enumerate() {
-                let [fraction, sd, _] = self.touched[whisker].fraction(whisker, taxel, self.noise);
+                let [fraction, sd, _] = self.touched[whisker].fraction(whisker, taxel, self.light.noise());
                 // Values that noise can cause are left out: negative ones are, so noise of far taxels would add up.
                 let sure = if fraction > LEAST_SURE * sd { (fraction * 1e4).round() / 1e4 } else { 0.0 };
                 *share = if taxel == whisker { 1.0 } else { sure };
@@ -195,40 +161,7 @@ impl Crosstalk {
             let _ = writeln!(key, "    [{}],", numbers.join(", "));
         }
         key += "]\n";
-        let (mut made, mut depth, mut is_layout, mut is_written) = (String::new(), 0, false, false);
-        for line in text.lines() {
-            let bare = line.split('#').next().unwrap_or_default().trim();
-            let is_key = is_layout && bare.split('=').next().is_some_and(|name| name.trim() == "crosstalk");
-            if depth > 0 || is_key {
-                // The lines of the former matrix.
-                depth += bare.matches('[').count() as i64 - bare.matches(']').count() as i64;
-                continue;
-            }
-            let is_header = bare.starts_with('[') && bare.trim_matches('[').starts_with(char::is_alphabetic);
-            is_layout = if is_header { bare == "[layout]" } else { is_layout };
-            made += line;
-            made.push('\n');
-            if bare == "[layout]" {
-                made += &key;
-                is_written = true;
-            }
-        }
-        if !is_written {
-            let _ = write!(made, "\n[layout]\n{key}");
-        }
-        let without = |text: &str| {
-            let mut table = text.parse::<toml::Table>().ok()?;
-            if let Some(layout) = table.entry("layout").or_insert_with(|| toml::Table::new().into()).as_table_mut() {
-                layout.remove("crosstalk");
-            }
-            Some(table)
-        };
-        Config::parse(&made)?;
-        if without(&made) != without(text) {
-            let message = "cannot be changed by lines, expected a line [layout]";
-            return Err(Error::new(ErrorKind::Config, "configuration", message));
-        }
-        Ok(made)
+        with_layout_key(text, "crosstalk", &key)
     }
 }
 
@@ -248,6 +181,8 @@ impl std::fmt::Display for Crosstalk {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wstac_host::config::Config;
+    use wstac_host::error::ErrorKind;
     use wstac_host::source::Source;
     use wstac_scene::SceneConfig;
     use wstac_scene::source::SceneSource;
@@ -304,7 +239,7 @@ mod tests {
         assert!(drifting.contains("does not follow its own"), "{drifting}");
         let early = error(poked(0..TAXELS, "lead_in = 3"));
         assert!(early.contains("25 untouched frames first"), "{early}");
-        let none = CrosstalkWatch::new(*poked([0], "").sums.camera());
+        let none = CrosstalkWatch::new(*poked([0], "").light.camera());
         assert_eq!(error(none), "expected 25 untouched frames first, found 0, or a touch in them");
     }
 

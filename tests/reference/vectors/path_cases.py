@@ -25,6 +25,11 @@ MOTIONS = [
     *((150, 270), (190, 121), (240, 180), (300, 33), (420, 251)),
 ]
 """Speed in mm/s and direction in degrees."""
+LOST = [
+    *((50, 88, (20, 31)), (95, 314, (16, 20, 24)), (120, 45, (18, 19)), (150, 200, (3, 17, 22))),
+    *((140, 275, (19, 20, 21, 22, 23, 24, 25)), (240, 180, (21,))),
+]
+"""Motions with the numbers of lost frames."""
 
 
 def texture(rng: SplitMix64) -> list[tuple[float, float, float]]:
@@ -70,18 +75,20 @@ def rounded(numbers: np.ndarray | None) -> list[int] | None:
 
 def path_cases() -> list[dict[str, Any]]:
     """Every case with its numbers and answers."""
-    cases: list[tuple[str, float, float, int | None, int | None]] = []
+    cases: list[tuple[str, float, float, int | None, int | None, tuple[int, ...]]] = []
     for mm_s, degrees in MOTIONS:
-        cases.append((f"path-{mm_s}-{degrees}", mm_s, degrees, None, None))
-    cases += [("path-weak-100-20", 100, 20, 7, None), ("path-weak-200-290", 200, 290, 12, None)]
+        cases.append((f"path-{mm_s}-{degrees}", mm_s, degrees, None, None, ()))
+    cases += [("path-weak-100-20", 100, 20, 7, None, ()), ("path-weak-200-290", 200, 290, 12, None, ())]
     for shutter, (mm_s, degrees) in zip((0, 2, 3, 4, 6, 7), MOTIONS[4:]):
-        cases.append((f"path-rolling-{mm_s}-{degrees}", mm_s, degrees, None, shutter))
+        cases.append((f"path-rolling-{mm_s}-{degrees}", mm_s, degrees, None, shutter, ()))
+    cases += [(f"path-lost-{mm_s}-{degrees}", mm_s, degrees, None, None, lost) for mm_s, degrees, lost in LOST]
     totals = np.full(FEATURES, BASELINE_FRAMES * round(UNIT * math.log(DARK / FULL_SCALE)))
     made = []
-    for name, mm_s, degrees, weak, shutter in cases:
+    for name, mm_s, degrees, weak, shutter, lost in cases:
         readout = GLOBAL if shutter is None else readout_of(SHUTTERS[shutter])
         sums = taxel_sums(SplitMix64(seed_of(f"path-{name}", SEED)), mm_s, degrees, weak, readout)
         features = features_of(sums)
+        taxel_path, whole = taxels_along(sums, mm_s, degrees, readout, frozenset(lost)) or (None, None)
         made.append(
             {
                 "name": name,
@@ -94,7 +101,9 @@ def path_cases() -> list[dict[str, Any]]:
                 "sums": sums.T.tolist(),
                 "features": features.T.tolist(),
                 "path": rounded(sums_along(features, totals, BASELINE_FRAMES, mm_s, degrees, readout)),
-                "taxel_path": rounded(taxels_along(sums, mm_s, degrees, readout)),
+                "taxel_path": rounded(taxel_path),
+                "lost": lost,
+                "whole_steps": whole,
             }
         )
     return made

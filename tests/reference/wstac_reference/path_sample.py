@@ -20,8 +20,11 @@ LEAST = 1 / 64
 """Added to light in units of the mean light, and, squared, to a variance."""
 MOST_OWN = 16.0
 """Most light of a line in units of its own mean."""
+THERE = 1 / 4
+"""Lines beside a lost frame are replaced by others that have at least this fraction of all light."""
 NUMBERS = 700
 DARK_FRAMES = 4
+NONE_LOST: frozenset[int] = frozenset()
 
 
 @dataclass(frozen=True)
@@ -54,9 +57,31 @@ def light_of_sums(features: np.ndarray, totals: np.ndarray, frames: int) -> np.n
     return np.maximum(np.exp(features / UNIT) - np.exp(totals / frames / UNIT)[:, None], 0.0)
 
 
-def light_of_taxels(sums: np.ndarray) -> np.ndarray:
-    """Light above that of the first frames: a row a taxel."""
-    return np.maximum(sums - sums[:, :DARK_FRAMES].mean(axis=1, keepdims=True), 0.0)
+def light_of_taxels(sums: np.ndarray, lost: frozenset[int] = NONE_LOST) -> np.ndarray:
+    """Light above that of the first frames that arrived: a row a taxel. Lost ones are on straight lines."""
+    there = [t for t in range(SAMPLE_FRAMES) if t not in lost]
+    straight = np.array([np.interp(np.arange(SAMPLE_FRAMES), there, row[there]) for row in sums])
+    return np.maximum(straight - sums[:, there[:DARK_FRAMES]].mean(axis=1, keepdims=True), 0.0)
+
+
+def beside(at: np.ndarray, lost: frozenset[int]) -> np.ndarray:
+    """Whether times in frames are beside a lost frame."""
+    frames = np.floor(at).astype(int)
+    return np.isin(frames, list(lost)) | np.isin(frames + 1, list(lost))
+
+
+def replaced(lines: np.ndarray, own: np.ndarray, is_there: np.ndarray) -> tuple[np.ndarray, int | None]:
+    """Light of lines along their steps, of those that are not there by the others; `own` is light over the window.
+
+    Also the first step of which too much was lost, which stays as it is.
+    """
+    made, whole = lines.copy(), None
+    for step, there in enumerate(is_there.T):
+        if own[there].sum() < THERE * own.sum():
+            whole = step if whole is None else whole
+        elif not there.all():
+            made[~there, step] = own[~there] * lines[there, step].sum() / own[there].sum()
+    return made, whole
 
 
 def edge(light: np.ndarray) -> float:
@@ -75,24 +100,36 @@ def along(light: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def numbers(light: np.ndarray, plan: Plan, delays: np.ndarray, weights: np.ndarray, speed: float, direction: float,
-            per_mm: float) -> np.ndarray | None:
-    """The sample's numbers; None if it is dark. `per_mm` is in frames."""
+            per_mm: float, lost: frozenset[int] = NONE_LOST) -> tuple[np.ndarray, int | None] | None:
+    """The numbers, and the first step of which too much was lost; None if it is dark. `per_mm` is in frames."""
     peaks = light.max(axis=1)
     lit = (peaks > 0) & (peaks >= LIT * peaks.max())
     if not (weights[lit].sum() > 0):
         return None
-    start = sum(weights[k] * (edge(light[k]) - delays[k]) for k in np.flatnonzero(lit)) / weights[lit].sum()
+    edges = np.array([edge(one) for one in light])
+    sure = lit & ~beside(edges, lost)
+    by = sure if weights[sure].sum() > 0 else lit
+    start = (weights * (edges - delays))[by].sum() / weights[by].sum()
     channels = len(plan.groups) + len(plan.spreads)
     each = channels * (3 if plan.by_direction else 2)
     steps = math.ceil((NUMBERS - 4) / each)
     times = start + (np.arange(max(steps, plan.window)) - plan.before) * plan.step_mm * per_mm
     lines = np.array([along(light[k], times + delays[k]) * lit[k] for k in range(len(light))])
-    means = np.array([lines[of].sum(axis=0) / max(lit[of].sum(), 1) for of in plan.groups])
-    mean = means[:, : plan.window].mean()
+    straight, whole = lines, None
+    if lost:
+        is_there = np.array([lit[k] & ~beside(times + delays[k], lost) for k in range(len(light))])
+        is_there |= ~lit[:, None]
+        straight, _ = replaced(lines, lines[:, : plan.window].sum(axis=1), is_there)
+        lines, whole = replaced(lines, straight[:, : plan.window].sum(axis=1), is_there)
+    means, window = (
+        np.array([of_lines[of].sum(axis=0) / max(lit[of].sum(), 1) for of in plan.groups])
+        for of_lines in (lines, straight)
+    )
+    mean = window[:, : plan.window].mean()
     if not mean > 0:
         return None
     found = [np.log(group / mean + LEAST) for group in means]
-    own = np.maximum(lines[:, : plan.window].mean(axis=1), LIT * mean)
+    own = np.maximum(straight[:, : plan.window].mean(axis=1), LIT * mean)
     shapes = np.minimum(lines / own[:, None], MOST_OWN)
     for of in plan.spreads:
         those = [k for k in of if lit[k]]
@@ -101,7 +138,7 @@ def numbers(light: np.ndarray, plan: Plan, delays: np.ndarray, weights: np.ndarr
     factors = [1.0, speed, direction] if plan.by_direction else [1.0, speed]
     rows = np.array([channel * factor for factor in factors for channel in found])
     facts = [speed, direction, speed * speed, speed * direction]
-    return np.concatenate([facts, rows.T[:steps].ravel()])[:NUMBERS]
+    return np.concatenate([facts, rows.T[:steps].ravel()])[:NUMBERS], whole
 
 
 def way(mm_s: float, degrees: float) -> tuple[float, float, float, float, float]:
@@ -121,12 +158,19 @@ def sums_along(
     delays -= np.concatenate([number * readout.rows, number * readout.columns])
     weights = np.array([up * up] * ROWS + [right * right] * COLUMNS)
     plan = by_lines(0, 5) if abs(up) > abs(right) else by_lines(5, 0)
-    return numbers(light_of_sums(features, totals, frames), plan, delays, weights, speed, direction, per_mm)
+    found = numbers(light_of_sums(features, totals, frames), plan, delays, weights, speed, direction, per_mm)
+    return None if found is None else found[0]
 
 
-def taxels_along(sums: np.ndarray, mm_s: float, degrees: float, readout: Readout = GLOBAL) -> np.ndarray | None:
-    """The sample of 25 taxels' sums, in natural logarithms; None if it is dark."""
+def taxels_along(
+    sums: np.ndarray, mm_s: float, degrees: float, readout: Readout = GLOBAL, lost: frozenset[int] = NONE_LOST
+) -> tuple[np.ndarray, int | None] | None:
+    """The sample of 25 taxels' sums, in natural logarithms, and the first step of which too much was lost.
+
+    None if it is dark.
+    """
     per_mm, right, up, speed, direction = way(mm_s, degrees)
     row, column = (np.arange(ROWS * COLUMNS) // COLUMNS - 2, np.arange(ROWS * COLUMNS) % COLUMNS - 2)
     delays = per_mm * PITCH_MM * (column * right - row * up) - row * readout.rows - column * readout.columns
-    return numbers(light_of_taxels(sums), BY_TAXELS, delays, np.ones(ROWS * COLUMNS), speed, direction, per_mm)
+    weights, light = np.ones(ROWS * COLUMNS), light_of_taxels(sums, lost)
+    return numbers(light, BY_TAXELS, delays, weights, speed, direction, per_mm, lost)

@@ -19,12 +19,14 @@ use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::text_file::file_text;
 use wstac_setup::calibrate::{Calibration, DIM, UNTOUCHED, Watch};
 use wstac_setup::crosstalk::CrosstalkWatch;
+use wstac_setup::gains::{self, GainsWatch};
 
 /// Find the 25 whiskers in the picture and write a configuration
 ///
 /// Do not touch the sensor for the first 25 frames (0.8 s). Then press on all whiskers, or slide something over all of
 /// them. Each base that glows becomes a taxel. Presses also tell the readout. Ctrl-C ends a camera earlier.
 #[derive(Debug, clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// A camera, a recording or a scene, as for wstac run, or a board
@@ -33,7 +35,7 @@ pub(super) struct Arguments {
     /// sends pictures slowly, as told below.
     source: OsString,
 
-    /// The configuration file to write, for --config; with --crosstalk, the one to change
+    /// The configuration file to write, for --config; with --crosstalk or --gains, the one to change
     #[arg(short, long, value_name = "FILE.toml")]
     output: PathBuf,
 
@@ -43,13 +45,19 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with = "overlay")]
     crosstalk: bool,
 
+    /// Measure the gains of whiskers, through the layout of FILE.toml, and write them there
+    ///
+    /// After the untouched frames, slide a block with teeth of 4 mm (Saw4) over all whiskers three times.
+    #[arg(long, conflicts_with_all = ["overlay", "crosstalk"])]
+    gains: bool,
+
     /// The picture to write: the spots that glowed, and the taxels
     ///
     /// By default, it is the configuration's name with the ending .png.
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
 
-    /// End after this many frames; 600 by default, 18000 with --crosstalk
+    /// End after this many frames; 600 by default, 18000 with --crosstalk or --gains
     #[arg(long, value_name = "N", value_parser = at_least(30_u64))]
     frames: Option<u64>,
 
@@ -115,6 +123,13 @@ Cross-talk:
   room's light must not change. A board's pictures are too slow for it.
   Calibrate again after the camera was moved: first without --crosstalk.
 
+Gains:
+  Textures are known by how light differs between whiskers. --gains tells
+  those of the sensor and the camera: slide a block with teeth of 4 mm
+  (Sin4, Saw4 or Tri4) over all whiskers three times, at any speed and
+  in any direction, then Ctrl-C. [layout] gains of FILE.toml is written.
+  Measure cross-talk first. If slides do not agree, slide again.
+
 The configuration:
   It has the layout, and keys that follow from the noise of the untouched
   frames, each with a comment: [features] floor_levels, [trigger] margin,
@@ -133,12 +148,14 @@ Output with --json, one object (wrapped here):
   null if no presses told them.
   With --crosstalk: {"kind":"crosstalk","largest":0.05,"taxel":[1,2],
   "whisker":[1,1]}, the largest fraction and where it is.
+  With --gains: {"kind":"gains","gains":[0.97,1.04, … 25 in all]}.
 
 Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml
   wstac calibrate /dev/video0 -o wstac.toml
   wstac calibrate /dev/ttyACM0 -o board.toml
   wstac calibrate /dev/video0 --crosstalk -o wstac.toml
+  wstac calibrate /dev/video0 --gains -o wstac.toml
   wstac run /dev/video0 --config wstac.toml
   A scene that is turned needs room at its edges: set rotation_degrees to
   8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
@@ -177,6 +194,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = arguments.output.as_path();
     if arguments.crosstalk {
         return crosstalk(arguments);
+    }
+    if arguments.gains {
+        return gains(arguments);
     }
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
@@ -279,6 +299,34 @@ fn crosstalk(arguments: &Arguments) -> Result<(), Stop> {
     let line = serde_json::to_string(&CrosstalkRecord { kind: "crosstalk", largest, taxel, whisker })
         .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
     Ok(writeln!(out, "{line}")?)
+}
+
+/// Measures the gains, and writes them to the configuration.
+fn gains(arguments: &Arguments) -> Result<(), Stop> {
+    let output = arguments.output.as_path();
+    let config = Config::read_stored(output)?;
+    let outputs = Outputs::new(true).source(&arguments.source);
+    outputs.check([output])?;
+    let (mut source, info) = open(arguments)?;
+    note(&info.about);
+    let mut watch = GainsWatch::new(config.geometry(&info)?);
+    let lost = read(source.as_mut(), arguments.frames.unwrap_or(18_000), |event, _| {
+        if let Some(slides) = watch.take(event) {
+            note(counted(slides, "slide"));
+        }
+    })?;
+    note_lost(lost);
+    let found = watch.gains().map_err(|message| Error::new(ErrorKind::Data, arguments.source.display(), message))?;
+    let text = gains::written_to(&found, &file_text(output)?).map_err(|error| error.about(output.display()))?;
+    outputs.write(output, text)?;
+    note(format_args!("wrote [layout] gains of {}", output.display()));
+    let mut out = super::output::stdout();
+    if arguments.json {
+        let line = serde_json::json!({ "kind": "gains", "gains": found.as_slice() });
+        return Ok(writeln!(out, "{line}")?);
+    }
+    let [least, most] = [f64::min, f64::max].map(|of| found.into_iter().reduce(of).unwrap_or(1.0));
+    Ok(writeln!(out, "gains of {least} to {most}")?)
 }
 
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end. `take` has each event and the number

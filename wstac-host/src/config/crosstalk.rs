@@ -1,4 +1,4 @@
-//! `[layout] crosstalk`: the light of each whisker that other taxels see.
+//! `[layout] crosstalk` and `gains`: the light of each whisker that other taxels see, and how bright whiskers are.
 
 use wstac_core::params::TAXELS;
 use wstac_core::touch::crosstalk::{Correction, WEIGHT_BITS};
@@ -8,13 +8,44 @@ use crate::plural::counted;
 /// Largest fraction of a whisker's light that another taxel may see.
 const MOST: f64 = 0.5;
 
-/// Returns the correction of a cross-talk matrix. An error names the key, what was found and what was expected.
-pub(super) fn correction(matrix: &[Vec<f64>]) -> Result<Correction, String> {
+/// Smallest and largest gain, and the smallest that is corrected in full: beside a smaller one, all light is lowered.
+const GAINS: [f64; 2] = [0.05, 20.0];
+const LEAST_FULL: f64 = 0.3;
+
+/// Returns the correction of a cross-talk matrix and of gains, if one is stated. An error names the key, what was found and
+/// what was expected.
+pub(super) fn correction(matrix: Option<&[Vec<f64>]>, gains: Option<&[f64]>) -> Result<Option<Correction>, String> {
+    if matrix.is_none() && gains.is_none() {
+        return Ok(None);
+    }
+    let mut rows = [[0.0; 2 * TAXELS]; TAXELS];
+    (0..TAXELS).for_each(|taxel| (rows[taxel][taxel], rows[taxel][TAXELS + taxel]) = (1.0, 1.0));
+    if let Some(matrix) = matrix {
+        set_crosstalk(&mut rows, matrix)?;
+    }
+    if let Some(gains) = gains {
+        if gains.len() != TAXELS {
+            return Err(format!("[layout] gains has {}, expected 25", counted(gains.len(), "number")));
+        }
+        if let Some((at, found)) = gains.iter().enumerate().find(|(_, gain)| !(GAINS[0]..=GAINS[1]).contains(*gain)) {
+            return Err(format!("[layout] gains[{at}] is {found}, expected {} to {}", GAINS[0], GAINS[1]));
+        }
+        let least = gains.iter().copied().fold(f64::INFINITY, f64::min);
+        let factor = (LEAST_FULL / least).max(1.0);
+        for row in &mut rows {
+            row.iter_mut().zip(gains).for_each(|(number, gain)| *number *= factor * gain);
+        }
+    }
+    let wrong = || "[layout] crosstalk has no inverse, or one that raises noise four times: expected less cross-talk";
+    let weights = inverse(rows).and_then(Correction::new);
+    weights.map(Some).ok_or_else(|| wrong().into())
+}
+
+fn set_crosstalk(rows: &mut [[f64; 2 * TAXELS]; TAXELS], matrix: &[Vec<f64>]) -> Result<(), String> {
     const EXPECTED: &str = "expected 25 rows of 25 numbers";
     if matrix.len() != TAXELS {
         return Err(format!("[layout] crosstalk has {}, {EXPECTED}", counted(matrix.len(), "row")));
     }
-    let mut rows = [[0.0; 2 * TAXELS]; TAXELS];
     for (number, (row, given)) in rows.iter_mut().zip(matrix).enumerate() {
         if given.len() != TAXELS {
             return Err(format!("[layout] crosstalk[{number}] has {}, {EXPECTED}", counted(given.len(), "number")));
@@ -25,11 +56,8 @@ pub(super) fn correction(matrix: &[Vec<f64>]) -> Result<Correction, String> {
             return Err(format!("[layout] crosstalk[{number}][{at}] is {found}, expected {expected}"));
         }
         row[..TAXELS].copy_from_slice(given);
-        row[TAXELS + number] = 1.0;
     }
-    let wrong = || "[layout] crosstalk has no inverse, or one that raises noise four times: expected less cross-talk";
-    let weights = inverse(rows).and_then(Correction::new);
-    weights.ok_or_else(|| wrong().into())
+    Ok(())
 }
 
 /// Returns the inverse of a matrix with the unit matrix behind it, in fixed point; `None` if it is too large.
@@ -63,6 +91,10 @@ mod tests {
         (0..TAXELS).map(|row| (0..TAXELS).map(|column| fraction(far(row, column))).collect()).collect()
     }
 
+    fn of(matrix: &[Vec<f64>]) -> Correction {
+        correction(Some(matrix), None).unwrap().unwrap()
+    }
+
     #[test]
     fn mixed_light_is_that_of_each_whisker_again() {
         let own: [u16; TAXELS] = core::array::from_fn(|taxel| 300 + 40 * (taxel as u16 * 7 % 25));
@@ -70,12 +102,12 @@ mod tests {
             let matrix = neighbors(share);
             let mix = |row: &Vec<f64>| row.iter().zip(own).map(|(part, own)| part * f64::from(own)).sum::<f64>();
             let seen = core::array::from_fn(|taxel| mix(&matrix[taxel]).round() as u16);
-            let found = correction(&matrix).unwrap().apply(&seen);
+            let found = of(&matrix).apply(&seen);
             assert!(found.iter().zip(own).all(|(found, own)| found.abs_diff(own) <= 3), "{found:?}, expected {own:?}");
         }
-        assert_eq!(correction(&neighbors(0.0)).unwrap().apply(&own), own);
+        assert_eq!(of(&neighbors(0.0)).apply(&own), own);
         // Black stays black, and full scale does not wrap.
-        let strong = correction(&neighbors(0.12)).unwrap();
+        let strong = of(&neighbors(0.12));
         assert_eq!(strong.apply(&[0; TAXELS]), [0; TAXELS]);
         let one_lit: [u16; TAXELS] = core::array::from_fn(|taxel| if taxel == 12 { u16::MAX } else { 0 });
         let found = strong.apply(&one_lit);
@@ -102,8 +134,36 @@ mod tests {
             (neighbors(0.28), "has no inverse, or one that raises noise"),
             (vec![vec![0.5; TAXELS]; TAXELS], "crosstalk[0][0] is 0.5"),
         ] {
-            let error = correction(&matrix).unwrap_err();
+            let error = correction(Some(&matrix), None).unwrap_err();
             assert!(error.starts_with("[layout] crosstalk") && error.contains(says), "{error}, expected {says}");
+        }
+    }
+
+    #[test]
+    fn whiskers_of_other_gains_are_alike_again() {
+        let gains: Vec<f64> = (0..TAXELS).map(|taxel| 0.4 + 0.05 * taxel as f64).collect();
+        let seen = |gains: &[f64]| core::array::from_fn(|taxel| (10_000.0 * gains[taxel]).round() as u16);
+        let found = correction(None, Some(&gains)).unwrap().unwrap().apply(&seen(&gains));
+        assert!(found.iter().all(|light| light.abs_diff(10_000) <= 3), "{found:?}");
+        // Cross-talk is of light with gains.
+        let matrix = neighbors(0.05);
+        let mix = |row: &Vec<f64>| row.iter().zip(&gains).map(|(part, gain)| 10_000.0 * part * gain).sum::<f64>();
+        let mixed = core::array::from_fn(|taxel| mix(&matrix[taxel]).round() as u16);
+        let found = correction(Some(&matrix), Some(&gains)).unwrap().unwrap().apply(&mixed);
+        // Weights are rounded: the limit is half a unit and the sum of all light times 2^-14.
+        assert!(found.iter().all(|light| light.abs_diff(10_000) <= 18), "{found:?}");
+        // Beside a whisker with 15 % of the light, all others are lowered.
+        let weak: Vec<f64> = (0..TAXELS).map(|taxel| if taxel == 3 { 0.15 } else { 1.0 }).collect();
+        let found = correction(None, Some(&weak)).unwrap().unwrap().apply(&seen(&weak));
+        assert!(found.iter().all(|light| light.abs_diff(5000) <= 3), "{found:?}");
+        assert_eq!(correction(None, None), Ok(None));
+        for (gains, says) in [
+            (vec![1.0; 24], "gains has 24 numbers, expected 25"),
+            (vec![0.0; 25], "gains[0] is 0, expected 0.05 to 20"),
+            (vec![f64::NAN; 25], "gains[0] is NaN"),
+        ] {
+            let error = correction(None, Some(&gains)).unwrap_err();
+            assert!(error.starts_with("[layout] gains") && error.contains(says), "{error}, expected {says}");
         }
     }
 }

@@ -13,8 +13,8 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::pipeline::Pipeline;
-use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+use wstac_core::touch::crosstalk::Correction;
 use wstac_core::touch::motion::{MotionConfig, Readout};
 use wstac_core::touch::path_sample::PathSample;
 use wstac_host::error::{Error, ErrorKind};
@@ -22,13 +22,10 @@ use wstac_host::output::Paths;
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::specimen::Specimen;
-use wstac_scene::{Dead, Scene, SceneConfig, SimulatedFrame, Slide, Touch, Weak};
+use wstac_scene::{Scene, SceneConfig, SimulatedFrame, Slide, Touch};
 
 use super::npz::{Npz, SCALE};
 use crate::model::trained::in_set_order;
-
-/// Light of a weak whisker, as a fraction.
-const WEAK: f64 = 0.15;
 
 /// Random slides.
 #[derive(Clone, Debug, PartialEq)]
@@ -49,27 +46,6 @@ pub struct RandomSlides {
     pub sensors: [u32; 2],
     /// Range of the gain of all light, that of a sensor as it is mounted for one run.
     pub gains: [f64; 2],
-    /// The unusual conditions; none by default.
-    pub conditions: Conditions,
-}
-
-/// Conditions that models were not trained in.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conditions {
-    /// Frames per second of the camera.
-    pub rate: FrameRate,
-    /// Fraction of the frames that are lost.
-    pub lost: f64,
-    /// Number of dead whiskers.
-    pub dead: u8,
-    /// Number of whiskers with 15 % of their light.
-    pub weak: u8,
-}
-
-impl Default for Conditions {
-    fn default() -> Self {
-        Self { rate: FrameRate::NOMINAL, lost: 0.0, dead: 0, weak: 0 }
-    }
 }
 
 impl Default for RandomSlides {
@@ -83,7 +59,6 @@ impl Default for RandomSlides {
             lengths_mm: [60.0, 120.0],
             sensors: [0, 1000],
             gains: [0.6, 1.4],
-            conditions: Conditions::default(),
         }
     }
 }
@@ -103,13 +78,15 @@ pub struct PathSlide {
     pub taxel_path: Option<PathSample>,
     /// The speed in mm/s and the direction in degrees by the default law; `None` if there is none.
     pub measured: Option<[f32; 2]>,
+    /// Whether the touch slides, so that a host names its texture.
+    pub slides: bool,
     /// Whether the event and its motion are reliable.
     pub reliable: bool,
 }
 
 impl RandomSlides {
     /// Returns the slide of a number, its sensor, and its scene.
-    fn drawn(&self, number: u32) -> (Slide, u32, SceneConfig) {
+    pub fn drawn(&self, number: u32) -> (Slide, u32, SceneConfig) {
         let mut rng = Rng::new(self.seed, 1_000_000 + u64::from(number));
         let mut between = |[from, to]: [f64; 2]| from + (to - from) * rng.uniform();
         let speed = between(self.speeds_mm_s.map(f64::ln)).exp();
@@ -125,15 +102,6 @@ impl RandomSlides {
         scene.light.unit = sensor;
         scene.light.flash_ms *= gain;
         scene.light.rubbing_ms *= gain;
-        let Conditions { rate, dead, weak, .. } = self.conditions;
-        scene.sensor.rate = rate;
-        let mut places = |count: u8| -> Vec<[i64; 2]> {
-            (0..count).map(|_| [between([1.0, 6.0]) as i64, between([1.0, 6.0]) as i64]).collect()
-        };
-        let (dead, weak) = (places(dead), places(weak));
-        scene.light.dead = Dead::try_from(dead).unwrap_or_default();
-        let weak: Vec<(i64, i64, f64)> = weak.into_iter().map(|[row, column]| (row, column, WEAK)).collect();
-        scene.light.weak = Weak::try_from(weak).unwrap_or_default();
         (slide, sensor, scene)
     }
 
@@ -142,47 +110,9 @@ impl RandomSlides {
     /// # Errors
     /// Its scene is not valid.
     fn slide(&self, number: u32) -> Result<PathSlide, Error> {
-        let (slide, sensor, script) = self.drawn(number);
-        let subject = "random slides";
-        let wrong = |error: &dyn std::fmt::Display| Error::new(ErrorKind::Config, subject, error.to_string());
-        let rate = script.sensor.rate;
-        let layout = Layout::paper(script.sensor.size).map_err(|error| wrong(&error))?;
-        let geometry = FrameGeometry::new(Gray, layout, rate).map_err(|error| wrong(&error))?;
-        let trigger = TriggerConfig::default().one_event_per_touch();
-        let mut pipeline =
-            Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
-        pipeline.keep_taxels();
-        let config = MotionConfig::published(rate).with_readout(Readout::GLOBAL);
-        let nothing = PathSlide {
-            slide,
-            sensor,
-            frames: [0; INPUTS],
-            path: None,
-            taxel_path: None,
-            measured: None,
-            reliable: false,
-        };
-        let mut scene = Scene::new(&script)?;
-        let mut losses = Rng::new(self.seed, 2_000_000_000 + u64::from(number));
-        while let Some(frame) = scene.next_shot() {
-            let SimulatedFrame::Taxels(sums) = frame else { continue };
-            let is_lost = self.conditions.lost > 0.0 && losses.uniform() < self.conditions.lost;
-            let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
-            let Some(event) = update.event() else { continue };
-            let answer = ByWave(config).answer(&event);
-            let (velocity, whole) = (ByWave(config).path_velocity(&event, answer.velocity()), SAMPLE_FRAMES as u8);
-            return Ok(PathSlide {
-                frames: event.sample.flat(),
-                path: velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, config, whole)),
-                taxel_path: velocity
-                    .zip(update.taxels())
-                    .and_then(|(velocity, taxels)| PathSample::of_taxels(taxels, &velocity, config, whole)),
-                measured: velocity.map(|velocity| [velocity.mm_s, velocity.degrees]),
-                reliable: answer.reliable,
-                ..nothing
-            });
-        }
-        Ok(nothing)
+        let (slide, sensor, scene) = self.drawn(number);
+        let layout = Layout::paper(scene.sensor.size).map_err(|error| wrong(&error))?;
+        PathSlide::of_scene(slide, sensor, &scene, layout, (Readout::GLOBAL, None), || false)
     }
 
     /// Simulates all slides, in parallel. They are in the order of their numbers.
@@ -230,7 +160,57 @@ pub const fn frames_of(input: Input) -> u8 {
     }
 }
 
+fn wrong(error: &dyn std::fmt::Display) -> Error {
+    Error::new(ErrorKind::Config, "random slides", error.to_string())
+}
+
 impl PathSlide {
+    /// Simulates a scene until its first event, without the frames for which `is_lost` returns true.
+    ///
+    /// # Errors
+    /// The scene is not valid, or the layout is not that of its frames.
+    pub fn of_scene(
+        slide: Slide,
+        sensor: u32,
+        script: &SceneConfig,
+        layout: Layout,
+        (readout, correction): (Readout, Option<Correction>),
+        mut is_lost: impl FnMut() -> bool,
+    ) -> Result<Self, Error> {
+        let rate = script.sensor.rate;
+        let geometry = FrameGeometry::new(Gray, layout, rate).map_err(|error| wrong(&error))?;
+        let trigger = TriggerConfig::default().one_event_per_touch();
+        let mut pipeline =
+            Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
+        pipeline.keep_taxels();
+        pipeline.set_correction(correction);
+        let (config, whole) = (MotionConfig::published(rate).with_readout(readout), SAMPLE_FRAMES as u8);
+        let mut scene = Scene::new(script)?;
+        while let Some(frame) = scene.next_shot() {
+            let update = match frame {
+                _ if is_lost() => pipeline.push_lost(1),
+                SimulatedFrame::Taxels(sums) => pipeline.push_taxels(&sums),
+                SimulatedFrame::Frame(bytes) => pipeline.push_frame(bytes).map_err(|error| wrong(&error))?,
+                _ => continue,
+            };
+            let Some(event) = update.event() else { continue };
+            let answer = ByWave(config).answer(&event);
+            let velocity = ByWave(config).path_velocity(&event, answer.velocity());
+            return Ok(Self {
+                slide,
+                sensor,
+                frames: event.sample.flat(),
+                path: velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, config, whole)),
+                taxel_path: velocity.and_then(|velocity| PathSample::of_touch(&event, &velocity, config, whole)),
+                measured: velocity.map(|velocity| [velocity.mm_s, velocity.degrees]),
+                slides: answer.has_texture(),
+                reliable: answer.reliable,
+            });
+        }
+        let (frames, path, taxel_path, measured) = ([0; INPUTS], None, None, None);
+        Ok(Self { slide, sensor, frames, path, taxel_path, measured, slides: false, reliable: false })
+    }
+
     /// Returns the sample that a model of this input takes; `None` if there is none, or if it shows too little of the
     /// path.
     pub fn sample(&self, input: Input) -> Option<&[i16; INPUTS]> {

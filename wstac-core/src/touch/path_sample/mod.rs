@@ -33,8 +33,7 @@ const ONE: i32 = 1 << 11;
 const MOST_SLOWNESS: f32 = 13.5;
 const FRAME_BITS: u32 = 16;
 /// Frames at the start of a sample that count as dark.
-const DARK_SHIFT: u32 = 2;
-const DARK_FRAMES: usize = 1 << DARK_SHIFT;
+const DARK_FRAMES: usize = 4;
 
 /// The sample of a touch along its path, as a texture model takes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,7 +129,7 @@ impl PathSample {
         config: MotionConfig,
         frames: u8,
     ) -> bool {
-        let ring = touch.whole_taxels();
+        let ring = touch.taxels();
         ring.is_some_and(|ring| self.try_taxels(ring, touch.frames, velocity, config, frames).is_some())
     }
 
@@ -248,8 +247,8 @@ impl Way {
         let step = nearest(self.per_mm * plan.step_mm * (1 << FRAME_BITS) as f32).max(1);
         let track = Track::new(light, plan, delays, weights, step)?;
         let wanted = (usize::from(frames) * FEATURES).min(INPUTS);
-        track.fill(light, plan, self.factors, to.numbers.get_mut(..wanted)?)?;
-        to.covered = track.covered(plan) as u16;
+        let whole = track.fill(light, plan, self.factors, to.numbers.get_mut(..wanted)?)?;
+        to.covered = track.covered(plan).min(whole) as u16;
         Some(())
     }
 }
@@ -292,18 +291,21 @@ struct TaxelLight<'a> {
     /// The age of the touch's first frame. Light before it is another touch's.
     first: usize,
     dark: [u16; TAXELS],
+    has_lost: bool,
 }
 
 impl<'a> TaxelLight<'a> {
     fn new(ring: &'a TaxelRing, last: u8) -> Self {
         let first = SAMPLE_FRAMES.saturating_sub(last.into());
-        let mut sums = [0_u32; TAXELS];
-        for number in first..first + DARK_FRAMES {
-            for (sum, light) in sums.iter_mut().zip(ring.frame(number)) {
+        let (mut sums, mut count) = ([0_u32; TAXELS], 0_u32);
+        for frame in ring.last(last).flatten().take(DARK_FRAMES) {
+            for (sum, &light) in sums.iter_mut().zip(frame) {
                 *sum += u32::from(light);
             }
+            count += 1;
         }
-        Self { ring, first, dark: sums.map(|sum| ((sum + (1 << (DARK_SHIFT - 1))) >> DARK_SHIFT) as u16) }
+        let mean = |sum: u32| (sum + (count >> 1)).checked_div(count).unwrap_or(0) as u16;
+        Self { ring, first, dark: sums.map(mean), has_lost: !ring.has_whole(last) }
     }
 }
 
@@ -313,7 +315,32 @@ impl Light for TaxelLight<'_> {
         if frame < self.first {
             return 0;
         }
-        self.ring.light(frame, line).saturating_sub(self.dark.get(line).copied().unwrap_or(0))
+        let light = |frame| self.ring.light(frame, line);
+        let light = if self.has_lost && self.is_lost(frame) { self.between(frame, light) } else { light(frame) };
+        light.saturating_sub(self.dark.get(line).copied().unwrap_or(0))
+    }
+
+    fn is_lost(&self, frame: usize) -> bool {
+        (self.first..SAMPLE_FRAMES).contains(&frame) && self.ring.is_lost(frame)
+    }
+
+    fn has_lost(&self) -> bool {
+        self.has_lost
+    }
+}
+
+impl TaxelLight<'_> {
+    /// Returns the light of a lost frame: on a straight line between those beside it that arrived, or that of the one.
+    #[inline(never)]
+    fn between(&self, frame: usize, light: impl Fn(usize) -> u16) -> u16 {
+        let before = (self.first..frame).rev().find(|&frame| !self.is_lost(frame));
+        let after = (frame + 1..SAMPLE_FRAMES).find(|&frame| !self.is_lost(frame));
+        let (Some(from), Some(to)) = (before, after) else {
+            return before.or(after).map_or(0, light);
+        };
+        let (parts, of) = ((frame - from) as i32, (to - from) as i32);
+        let [from, to] = [from, to].map(|frame| i32::from(light(frame)));
+        (from + ((to - from) * parts).checked_div(of).unwrap_or(0)) as u16
     }
 }
 

@@ -9,6 +9,16 @@ use crate::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 pub(super) trait Light {
     /// Returns the light of a line in a frame; 0 beyond the sample.
     fn at(&self, frame: usize, line: usize) -> u16;
+
+    /// Returns whether a frame was lost: its light is on a straight line between its neighbors.
+    fn is_lost(&self, _: usize) -> bool {
+        false
+    }
+
+    /// Returns whether some frame was lost.
+    fn has_lost(&self) -> bool {
+        false
+    }
 }
 
 /// Most groups and spreads of a plan.
@@ -82,6 +92,8 @@ const OWN_BITS: u32 = 12;
 const MOST_OWN: u64 = u16::MAX as u64;
 /// Numbers of the window, over all of its steps and groups. It is the same for all plans (checked below).
 const IN_WINDOW: u32 = 96;
+/// Lines beside a lost frame are replaced by others that have at least a fraction 2^-2 of all light.
+const THERE_SHIFT: u32 = 2;
 /// Light that is added before a logarithm: a fraction 2^-6 of the mean light, or of the spread 1.
 const LEAST_SHIFT: u32 = 6;
 
@@ -114,14 +126,20 @@ impl<const LINES: usize> Track<LINES> {
         }
         let least = peaks.iter().max().map_or(0, |&most| (most >> LIT_SHIFT).max(1));
         let is_lit = peaks.map(|peak| peak >= least);
-        let (mut sum, mut weight) = (0_i64, 0_i64);
+        // Edges beside a lost frame count only if there are no others.
+        let (mut sums, mut counts) = ([0_i64; 2], [0_i64; 2]);
         for (line, ((&peak, &delay), &of)) in peaks.iter().zip(&delays).zip(&weights).enumerate() {
             if peak >= least {
-                sum += i64::from(of) * i64::from(edge(light, line, peak) - delay);
-                weight += i64::from(of);
+                let at = edge(light, line, peak);
+                let kind = usize::from(is_beside_lost(light, at));
+                if let (Some(sum), Some(count)) = (sums.get_mut(kind), counts.get_mut(kind)) {
+                    *sum += i64::from(of) * i64::from(at - delay);
+                    *count += i64::from(of);
+                }
             }
         }
-        let start = sum.checked_div(weight)? as i32 - plan.before * step;
+        let [found, beside] = [0, 1].map(|kind: usize| sums.get(kind)?.checked_div(*counts.get(kind)?));
+        let start = found.or(beside)? as i32 - plan.before * step;
         Some(Self { delays, is_lit, start, step })
     }
 
@@ -164,6 +182,33 @@ impl<const LINES: usize> Track<LINES> {
         lines
     }
 
+    /// Replaces the light of lines beside a lost frame by that of the others, which pass the same path at other times.
+    ///
+    /// `own` is the light of each line over the window. Returns false, and leaves them, if the others have too little of it.
+    #[inline(never)]
+    fn refill(&self, light: &impl Light, own: &[u32; LINES], step: usize, lines: &mut [u32; LINES]) -> bool {
+        let is_there = |delay: i32| !is_beside_lost(light, self.start + delay + step as i32 * self.step);
+        let is_there = self.delays.map(is_there);
+        let (mut all, mut there, mut sum) = (0_u64, 0_u64, 0_u64);
+        for (((&is_there, &is_lit), &light), &own) in is_there.iter().zip(&self.is_lit).zip(&*lines).zip(own) {
+            all += if is_lit { u64::from(own) } else { 0 };
+            if is_lit && is_there {
+                there += u64::from(own);
+                sum += u64::from(light);
+            }
+        }
+        if there << THERE_SHIFT < all {
+            return false;
+        }
+        for (((is_there, &is_lit), light), &own) in is_there.iter().zip(&self.is_lit).zip(lines).zip(own) {
+            if is_lit && !is_there {
+                // Both factors are below 2^26.
+                *light = (u64::from(own) * sum).checked_div(there).unwrap_or(0).min(u16::MAX.into()) as u32;
+            }
+        }
+        true
+    }
+
     /// Returns the mean light of each group, in units of 2^-4; 0 for a group of dark lines.
     fn groups(&self, plan: &Plan<LINES>, lines: &[u32; LINES]) -> [u32; GROUPS] {
         let (mut sums, mut counts) = ([0_u32; GROUPS], [0_u32; GROUPS]);
@@ -179,7 +224,8 @@ impl<const LINES: usize> Track<LINES> {
         })
     }
 
-    /// Writes the numbers of all steps that have room; `None` if the window is dark.
+    /// Writes the numbers of all steps that have room. Returns how many are before the first step of which too much was
+    /// lost; `None` if the window is dark.
     #[inline(never)]
     pub(super) fn fill(
         &self,
@@ -187,15 +233,26 @@ impl<const LINES: usize> Track<LINES> {
         plan: &Plan<LINES>,
         factors: Factors,
         numbers: &mut [i16],
-    ) -> Option<()> {
+    ) -> Option<usize> {
         let ln = |x: u32| Fixed::<256>.ln(x.max(1));
         let (mut level, mut own) = (0, [0_u32; LINES]);
-        for step in 0..1 << plan.window_bits {
-            let lines = self.lines(light, step);
-            for (sum, light) in own.iter_mut().zip(lines) {
-                *sum += light;
+        // Lines on straight lines say how bright each is, and then replace each other.
+        for is_refilled in [false, true] {
+            if is_refilled && !light.has_lost() {
+                continue;
             }
-            level += self.groups(plan, &lines).iter().take(plan.groups).sum::<u32>();
+            let straight = own;
+            (level, own) = (0, [0; LINES]);
+            for step in 0..1 << plan.window_bits {
+                let mut lines = self.lines(light, step);
+                if is_refilled {
+                    self.refill(light, &straight, step, &mut lines);
+                }
+                for (sum, light) in own.iter_mut().zip(lines) {
+                    *sum += light;
+                }
+                level += self.groups(plan, &lines).iter().take(plan.groups).sum::<u32>();
+            }
         }
         // The sum of 96 numbers of at most 2^20.
         let mean = level / IN_WINDOW;
@@ -213,11 +270,14 @@ impl<const LINES: usize> Track<LINES> {
         for (place, fact) in first.iter_mut().zip(facts) {
             *place = fact as i16;
         }
-        let (mut step, mut rest) = (0, rest);
+        let (mut step, mut rest, mut whole) = (0, rest, None);
         while !rest.is_empty() {
             let places;
             (places, rest) = parted(rest, plan.numbers());
-            let lines = self.lines(light, step);
+            let mut lines = self.lines(light, step);
+            if light.has_lost() && !self.refill(light, &own, step, &mut lines) {
+                whole = whole.or(Some(FACTS + step * plan.numbers()));
+            }
             step += 1;
             let mut found = [0_i32; GROUPS + SPREADS];
             for (place, group) in found.iter_mut().zip(self.groups(plan, &lines)) {
@@ -236,7 +296,7 @@ impl<const LINES: usize> Track<LINES> {
                 }
             }
         }
-        Some(())
+        Some(whole.unwrap_or(usize::MAX))
     }
 
     /// Returns the logarithm of the standard deviation of each spread's lit lines, each in units of its own mean.
@@ -274,6 +334,13 @@ impl<const LINES: usize> Track<LINES> {
 fn parted(numbers: &mut [i16], count: usize) -> (&mut [i16], &mut [i16]) {
     let count = count.clamp(1, numbers.len().max(1));
     numbers.split_at_mut_checked(count).unwrap_or_default()
+}
+
+/// Returns whether a time in units of 2^-16 frames is beside a frame that was lost.
+fn is_beside_lost(light: &impl Light, at: i32) -> bool {
+    let frame = at >> FRAME_BITS;
+    light.has_lost()
+        && [frame, frame + 1].into_iter().any(|frame| usize::try_from(frame).is_ok_and(|at| light.is_lost(at)))
 }
 
 /// Returns when a line first exceeds the level at which a touch begins, in units of 2^-16 frames.
