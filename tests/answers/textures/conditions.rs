@@ -280,6 +280,6 @@ pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
 const ABOUT: &str = "Right answers in percent, and wrong names of `taxel-path-svm` (goal: ≤1), under conditions that no model was trained in.
 A weak whisker has 15 % of its light.
 Slides move at most 5 mm per frame if the row does not say otherwise.
-Oblique cameras are those of `ci/long poses` after `wstac calibrate`, and gains are measured by `--gains` with three slides of `Saw4`, where calibration is not refused:";
+Oblique cameras are those of `ci/long poses` after `wstac calibrate`, and gains are measured by `--gains` with three slides, where calibration is not refused:";
 
 const OF_OBJECTS: &str = "Of 500 objects of each kind at 30 to 300 mm/s, `taxel-path-svm` names so many, in percent (goal: ≤1, but blocks have a texture):";
