@@ -8,12 +8,6 @@ static void stop(void)
     puts("  stop");
 }
 
-/* Put the call that starts it again here. */
-static void start(void)
-{
-    puts("  start");
-}
-
 int main(int argc, char **argv)
 {
     Wstac *sensor;
@@ -22,22 +16,14 @@ int main(int argc, char **argv)
         fputs("slip_stop: wrong arguments, expected SOURCE\n", stderr);
         return 2;
     }
-    int stopped = 0;
     WstacStatus status = wstac_open(argv[1], NULL, &sensor);
     while (status == WSTAC_STATUS_OK && record.kind != WSTAC_KIND_END) {
         if ((status = wstac_next(sensor, &record)) != WSTAC_STATUS_OK)
             break;
         /* A part was pressed on and held, and moves now. */
-        if (record.kind == WSTAC_KIND_SLIP && !stopped) {
+        if (record.kind == WSTAC_KIND_SLIP) {
             printf("frame %.0f: slip since frame %.0f\n", (double)record.frame, (double)record.onset_frame);
             stop();
-            stopped = 1;
-        }
-        /* The light has left: nothing moves on the sensor any more. */
-        if (record.kind == WSTAC_KIND_CONTACT_END && stopped) {
-            printf("frame %.0f: at rest or gone\n", (double)record.frame);
-            start();
-            stopped = 0;
         }
         if (record.kind == WSTAC_KIND_FAULT)
             fprintf(stderr, "frame %.0f: %s\n", (double)record.frame, record.message);

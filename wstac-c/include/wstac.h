@@ -77,7 +77,7 @@ enum WstacKind
   /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
   /// event the contact, and speed and direction with their standard deviations.
   WSTAC_KIND_MOTION = 8,
-  /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. The published law gives none.
+  /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. Only the estimator `wave` gives it.
   WSTAC_KIND_SLIP = 9,
 };
 #ifndef __cplusplus

@@ -42,7 +42,7 @@ pub enum WstacKind {
     /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
     /// event the contact, and speed and direction with their standard deviations.
     Motion = 8,
-    /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. The published law gives none.
+    /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. Only the estimator `wave` gives it.
     Slip = 9,
 }
 

@@ -13,29 +13,16 @@ fn stop() {
     println!("  stop");
 }
 
-/// Put the call that starts it again here.
-fn start() {
-    println!("  start");
-}
-
 fn main() -> Result<(), Error> {
     let spec = std::env::args_os().nth(1);
     let spec = spec.ok_or_else(|| Error::new(ErrorKind::Usage, "slip_stop", "wrong arguments, expected SOURCE"))?;
     let source = open(&spec, &OpenOptions::default(), &[&Cameras, &Scenes])?;
-    let mut stopped = false;
     for output in Session::builder(source).build()? {
         match output? {
             // A part was pressed on and held, and moves now.
-            Output::Slip(slip) if !stopped => {
+            Output::Slip(slip) => {
                 println!("frame {}: slip since frame {}", slip.frame, slip.onset_frame);
                 stop();
-                stopped = true;
-            }
-            // The light has left: nothing moves on the sensor any more.
-            Output::ContactEnd(end) if stopped => {
-                println!("frame {}: at rest or gone", end.frame);
-                start();
-                stopped = false;
             }
             Output::Fault(report) => eprintln!("frame {}: {}", report.frame, report.fault),
             _ => {}

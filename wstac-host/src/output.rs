@@ -59,7 +59,7 @@ pub enum Output {
     Interrupted(InterruptedReport),
     /// The end of the touch of an event: its light has left.
     ContactEnd(ContactEndReport),
-    /// A held part begins to slip. The published law has none.
+    /// A held part begins to slip. Only the estimator `wave` has it.
     Slip(SlipReport),
     /// Camera frames that were lost.
     Lost(LostFrames),

@@ -10,22 +10,10 @@ def stop() -> None:
     print("  stop")
 
 
-def start() -> None:
-    """Put the call that starts it again here."""
-    print("  start")
-
-
-stopped = False
 for record in wstac.open(sys.argv[1]).records():
     # A part was pressed on and held, and moves now.
-    if isinstance(record, wstac.Slip) and not stopped:
+    if isinstance(record, wstac.Slip):
         print(f"frame {record.frame}: slip since frame {record.onset_frame}")
         stop()
-        stopped = True
-    # The light has left: nothing moves on the sensor any more.
-    elif isinstance(record, wstac.ContactEnd) and stopped:
-        print(f"frame {record.frame}: at rest or gone")
-        start()
-        stopped = False
     elif isinstance(record, wstac.Fault):
         print(f"frame {record.frame}: {record.message}", file=sys.stderr)

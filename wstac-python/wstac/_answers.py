@@ -350,7 +350,7 @@ class ContactEnd(_Row):
 
 @dataclass(frozen=True)
 class Slip(_Row):
-    """A held part begins to slip. The published law gives none.
+    """A held part begins to slip. Only the estimator `wave` gives it.
 
     >>> import wstac
     >>> held = {"kind": "slide", "specimen": "Sin2", "hold": 1, "speed": 60}

@@ -12,7 +12,6 @@ use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::MotionConfig;
 use wstac_core::touch::path_sample::PathSample;
-use wstac_core::touch::taxel_ring::TaxelRing;
 
 use super::float64::{FeatureError, Float64};
 use super::parameters::{Format, Setting};
@@ -84,33 +83,27 @@ impl SettingStream {
         }
         let early = update.touch().filter(|_| self.law.answers_at_once() && self.early.len() < self.wanted.len());
         if let Some((touch, answer)) = early.and_then(|touch| Some((touch, self.at_once.answer(&touch, &self.law)?))) {
-            let found = first_event(&touch, update.taxels(), &answer, &self.law, self.motion);
+            let found = first_event(&touch, &answer, &self.law, self.motion);
             for frames in &self.wanted {
                 let is_new = self.early.iter().all(|(known, _)| known != frames);
-                if is_new && (*frames == 0 || found.path[1].as_ref().is_some_and(|path| path.covers(*frames))) {
+                // A touch that has ended has no more path to wait for.
+                let has_path = found.path[1].as_ref().is_some_and(|path| path.covers(*frames));
+                if is_new && (*frames == 0 || has_path || !touch.is_under_way()) {
                     self.early.push((*frames, found.clone()));
                 }
             }
         }
-        let whole =
-            |event: &Event<'_>| first_event(event, update.taxels(), &self.law.answer(event), &self.law, self.motion);
+        let whole = |event: &Event<'_>| first_event(event, &self.law.answer(event), &self.law, self.motion);
         self.first = update.event().as_ref().map(whole);
     }
 }
 
-fn first_event(
-    event: &Event<'_>,
-    taxels: Option<&TaxelRing>,
-    answer: &Answer,
-    law: &AnyLaw,
-    motion: MotionConfig,
-) -> FirstEvent {
+fn first_event(event: &Event<'_>, answer: &Answer, law: &AnyLaw, motion: MotionConfig) -> FirstEvent {
     // A model of fewer frames reads the first numbers of these samples.
     let whole = SAMPLE_FRAMES as u8;
     let path = law.path_velocity(event, answer.velocity()).map(|velocity| {
-        let taxels = taxels.and_then(|taxels| PathSample::of_taxels(taxels, &velocity, motion, whole));
         let sums = event.is_event().then(|| PathSample::of_sums(event, &velocity, motion, whole));
-        [sums.flatten(), taxels].map(|sample| sample.map(Box::new))
+        [sums.flatten(), PathSample::of_touch(event, &velocity, motion, whole)].map(|sample| sample.map(Box::new))
     });
     FirstEvent {
         frame: event.frame,

@@ -63,6 +63,14 @@ fn a_law_is_a_parameter() {
 }
 
 #[test]
+fn a_time_is_so_many_frames() {
+    let budgets = ["latency<0.6s", "latency<600ms", "frames<18"];
+    let [seconds, thousandths, frames] = budgets.map(|text| text.parse::<Budget>().unwrap().limits[0].clone());
+    assert!(seconds.what == frames.what && (seconds.most - frames.most).abs() < 1e-9);
+    assert!((thousandths.most - frames.most).abs() < 1e-9);
+}
+
+#[test]
 fn the_nearest_miss_is_told() {
     let miss = found("M4F<20000", By::Specimen).unwrap_err();
     for part in [
