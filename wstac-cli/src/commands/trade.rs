@@ -114,12 +114,13 @@ Terms of a budget, between commas:
                    1024 (64KB and 64KiB mean the same)
   ram<6K           bytes with the stack, but without the buffer for rows
                    (add 400 times 8 pixels)
-  latency<0.6s     time from the first touch to the answer, at 30 frames
-                   per second; the same in frames is frames<18. The wave
-                   answers at once, with models of 25 taxels, too; other
-                   laws and models of the path when 70 frames are there.
-                   A model over time that reads n frames names textures
-                   after about n - 10.5, before speed and direction.
+  latency<0.6s     mean time from the first touch to the answer that --by
+                   is about, at 30 frames per second; the same in frames is
+                   frames<18. The wave answers at once, with models of 25
+                   taxels, too; other laws and models of the path when 70
+                   frames are there. A model over time that reads n frames
+                   names textures after about n - 10.5, before speed and
+                   direction.
   format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
                    YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
                    law=edges, model=svm or model=none

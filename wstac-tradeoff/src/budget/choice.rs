@@ -9,6 +9,7 @@ use crate::parameters::Format;
 use crate::prices::{Core, Price, Prices};
 use crate::row::{Row, motion_latency};
 use crate::table::grouped;
+use wstac_core::params::NOMINAL_FRAME_RATE;
 
 /// Difference of scores, in percent, up to which they count as nearly equal; sensors differ by more.
 const NEARLY: f64 = 1.0;
@@ -200,7 +201,9 @@ impl fmt::Display for Taken<'_> {
             write!(f, "{}: ", core.name())?;
         }
         match (self.takes, &self.limit.what) {
-            (Some(takes), What::Frames) => write!(f, "{takes:.1} {unit}"),
+            (Some(takes), What::Frames) => {
+                write!(f, "{takes:.1} frames, {:.2} s, to the answer", takes / f64::from(NOMINAL_FRAME_RATE))
+            }
             (Some(takes), _) => write!(f, "{} {unit}", grouped(takes as i64)),
             (None, _) => write!(f, "{unit} not known"),
         }?;
