@@ -82,7 +82,7 @@ fn the_nearest_miss_is_told() {
     let miss = found("flash<64K,M4F.event<120k", By::Specimen).unwrap_err();
     assert!(miss.contains("M4F: 85,000 bytes of flash, expected flash<64K") && !miss.contains("120k"), "{miss}");
     let miss = found("frames<38", By::Specimen).unwrap_err();
-    assert!(miss.contains("38.0 frames to the answer, expected frames<38"), "{miss}");
+    assert!(miss.contains("38.0 frames, 1.27 s, to the answer, expected frames<38"), "{miss}");
     let miss = found("model=none", By::Specimen).unwrap_err();
     assert!(miss.contains("tells what --by is about"), "{miss}");
     assert!(found("format=RGB565", By::Specimen).unwrap_err().contains("no configuration of the map"));
@@ -103,7 +103,7 @@ fn speed_and_direction_wait_for_the_whole_sample() {
     let best = |by| best(&rows, &budget, by, &prices, Core::M4F);
     assert_eq!(best(By::Specimen).unwrap().best.model.as_deref(), Some("builtin:svm-20f"));
     for by in [By::Speed, By::Direction] {
-        assert!(best(by).unwrap_err().contains("58.0 frames to the answer"), "{by:?}");
+        assert!(best(by).unwrap_err().contains("58.0 frames, 1.93 s, to the answer"), "{by:?}");
     }
 }
 
