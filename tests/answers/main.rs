@@ -224,7 +224,7 @@ fn main() {
             "at-once" => objects::at_once::section(&mut section),
             "slip" => slip::section(&mut section),
             "conditions" => {
-                section = textures::conditions::section(|name| options.iter().all(|part| name.contains(part.as_str())))
+                section = textures::conditions::section(|name| options.iter().all(|part| name.contains(part.as_str())));
             }
             "base" => {
                 kinds(&mut section);

@@ -223,7 +223,7 @@ impl Condition {
                 run = run.saturating_sub(1);
                 is_lost
             };
-            Some(of_scene(slide, sensor, &script, (layout, correction), is_lost))
+            Some(of_scene(&slide, sensor, &script, (layout, correction), is_lost))
         };
         each(self.slides, of).into_iter().flatten().collect()
     }
@@ -231,7 +231,7 @@ impl Condition {
 
 /// Returns the slide of a scene whose readout is known.
 fn of_scene(
-    slide: Slide,
+    slide: &Slide,
     sensor: u32,
     script: &SceneConfig,
     (layout, correction): (Layout, Option<Correction>),
@@ -239,12 +239,7 @@ fn of_scene(
 ) -> PathSlide {
     let time = ReadoutTime::from_ms(script.sensor.readout_ms as f32);
     let readout = Readout::of_layout(time, RowOrder::Down, &layout, script.sensor.rate);
-    PathSlide::of_scene(slide, sensor, script, layout, (readout, correction), is_lost).expect("the scene is valid")
-}
-
-/// Returns a share in percent with its interval, as one word less than [`crate::interval`].
-fn compact(count: usize, of: usize) -> String {
-    interval(count, of).replace(" … ", "…")
+    PathSlide::of_scene(*slide, sensor, script, layout, (readout, correction), is_lost).expect("the scene is valid")
 }
 
 /// Returns the table of conditions, and the objects that have names, of those whose names are wanted.
@@ -260,7 +255,8 @@ pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
         let right = |all: &[Option<Said>]| all.iter().filter(|said| is_right(said.as_ref())).count();
         let wrong = taxels.iter().flatten().filter(|said| said.known && !said.right).count();
         let (count, goal) = (slides.len(), goal.map_or(String::new(), |goal| format!(" ≥{goal}")));
-        let (sums, taxels, wrong) = (share(right(&sums), count), compact(right(&taxels), count), compact(wrong, count));
+        let (sums, taxels, wrong) =
+            (share(right(&sums), count), interval(right(&taxels), count), interval(wrong, count));
         let _ = writeln!(page, "| {name} | {count} | {sums} | {taxels}{goal} | {wrong} |");
     }
     let of_objects = OBJECTS.into_iter().filter(|one| is_wanted(one.0)).map(|(name, kind)| {
@@ -268,10 +264,10 @@ pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
             let script = scenes::draw(kind, Fault::None, OBJECT_SPEEDS, scenes::JUDGE, number).script;
             let slide = script.touches.last().and_then(Touch::slide).copied().expect("it slides");
             let layout = Layout::paper(script.sensor.size).expect("a layout");
-            of_scene(slide, script.light.unit, &script, (layout, None), || false)
+            of_scene(&slide, script.light.unit, &script, (layout, None), || false)
         });
         let named = said(&models[1], &slides).iter().flatten().filter(|said| said.known).count();
-        format!("{name} {}", compact(named, slides.len()))
+        format!("{name} {}", interval(named, slides.len()))
     });
     let _ = writeln!(page, "\n{OF_OBJECTS}\n{}.", of_objects.collect::<Vec<_>>().join(", "));
     page
