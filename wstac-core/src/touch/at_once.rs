@@ -62,7 +62,8 @@ pub struct AtOnce {
     /// its other end has come.
     newest: Option<Answered>,
     slide: Option<Answered>,
-    /// The first frames of the sample that shows this other end, or more light of a slow touch, and of the answered one's own.
+    /// The first frames of the sample that shows this other end, or more light of a slow touch, and of the answered
+    /// one's own.
     other_end: Option<[u32; 2]>,
     /// The first frame of the last event's sample, if its answer was not reliable, and the end of its light so far.
     slow: Option<[u32; 2]>,
@@ -98,7 +99,8 @@ impl AtOnce {
     ///
     /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
     /// the same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that follows
-    /// an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer that the program does not take
+    /// an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer
+    /// that the program does not take
     /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next try.
     ///
     /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
