@@ -91,6 +91,13 @@ fn a_slide_that_is_longer_than_a_sample_is_one_event() {
 }
 
 #[test]
+fn a_slow_slide_that_lights_whiskers_one_by_one_is_one_event_and_no_press() {
+    let lines = output(&["run", "scene:Saw2@5,90deg,105mm", "--json", "--size", "320x180"]);
+    let events: Vec<_> = lines.iter().filter(|line| line.contains("\"kind\":\"event\"")).collect();
+    assert!(matches!(events[..], [event] if event.contains("\"reliable\":false")), "{lines:#?}");
+}
+
+#[test]
 fn a_cut_off_event_has_a_bound_and_says_why() {
     let folder = Folder::new("cut-off");
     let lines = output(&["run", "scene:Saw3@50", "--json", "--config", &published(&folder)]);

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from .constants import NOMINAL_FPS, SAMPLE_FRAMES
+from .constants import NOMINAL_FPS, SAMPLE_FRAMES, SLOW_DARK_FRAMES
 from .trigger import ContactEnd, Sample, Trigger
 from .wave import WaveAnswer, light_of, measure_wave, span_of
 
@@ -63,6 +63,8 @@ class AtOnce:
         """The touches of the sample before and of this one, if they were answered by a velocity."""
         self.same: dict[int, int] = {}
         """The samples of other ends, each with that of the touch that was answered."""
+        self.slow: int | None = None
+        """The first frame of the last event's sample, if its answer was not reliable."""
 
     def lose(self, count: int) -> list[Answered]:
         """Takes note of lost frames in front of the next one."""
@@ -106,6 +108,10 @@ class AtOnce:
         if self.before is not None and has_velocity and self.is_other_end(*self.before, sample, wave):
             self.same[sample.frame], self.answered = self.before[0].frame, None
             return None
+        if not has_velocity and self.is_slow_light(sample):
+            self.same[sample.frame], self.answered = self.slow, None
+            return None
+        self.slow = None if has_velocity or wave.why in ("press", "poke") else sample.frame
         self.answered = (sample, wave) if has_velocity and wave.basis == "edge" else None
         if not is_whole:
             self.trigger.answer()
@@ -124,6 +130,11 @@ class AtOnce:
         """Whether this is the light of the other end of what slid before."""
         mm = (sample.touch_frame - first.touch_frame) / self.fps * of_first.mm_s
         return mm <= LONGEST_MM and agrees(of_first, wave, self.limits.alike)
+
+    def is_slow_light(self, sample: Sample) -> bool:
+        """Whether this light follows that of an event without a reliable answer too soon for another touch."""
+        ends = [end.frame for end in self.ends() if end.event_frame == self.slow]
+        return bool(ends) and sample.touch_frame - ends[-1] < SLOW_DARK_FRAMES
 
     def measure(self, samples: list[list[int] | None], is_whole: bool) -> WaveAnswer:
         """The wave of the frames from the first that arrived, with wider deviations if light is to come."""

@@ -16,6 +16,9 @@ SAMPLE_FRAMES = 70
 DARK_FRAMES = 5
 """Dark frames behind a touch after which it has ended."""
 
+SLOW_DARK_FRAMES = 20
+"""Dark frames behind an event without a reliable answer after which light is another touch."""
+
 SHORT_GAP = SAMPLE_FRAMES // 10
 """Longest run of lost feature frames that is filled and treated as ordinary."""
 

@@ -2,6 +2,7 @@
 
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
+use crate::params::SLOW_DARK_FRAMES;
 use crate::touch::motion::{MotionConfig, Velocity};
 use crate::touch::wave::Basis;
 
@@ -61,8 +62,11 @@ pub struct AtOnce {
     /// its other end has come.
     newest: Option<Answered>,
     slide: Option<Answered>,
-    /// The first frames of the sample that shows this other end, and of the slide's own.
+    /// The first frames of the sample that shows this other end, or more light of a slow touch, and of the answered
+    /// one's own.
     other_end: Option<[u32; 2]>,
+    /// The first frame of the last event's sample, if its answer was not reliable, and the end of its light so far.
+    slow: Option<[u32; 2]>,
 }
 
 /// A slide that was answered.
@@ -86,6 +90,7 @@ impl AtOnce {
             newest: None,
             slide: None,
             other_end: None,
+            slow: None,
         }
     }
 
@@ -93,7 +98,9 @@ impl AtOnce {
     /// agree; about one that has ended, if the answer is reliable; about an event in any case.
     ///
     /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
-    /// the same touch: an edge, the same velocity, at most 120 mm later. An answer that the program does not take
+    /// the same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that follows
+    /// an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer
+    /// that the program does not take
     /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next try.
     ///
     /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
@@ -145,6 +152,14 @@ impl AtOnce {
             (self.newest, self.other_end) = (None, Some([frame, slide.frame]));
             return false;
         }
+        if let Some([first, end]) = self.slow
+            && found.is_none()
+            && touch_frame.wrapping_sub(end) < u32::from(SLOW_DARK_FRAMES)
+        {
+            (self.newest, self.other_end) = (None, Some([frame, first]));
+            return false;
+        }
+        self.slow = (!answer.reliable).then_some([frame, frame]);
         let edge = found.filter(|_| answer.basis == Some(Basis::Edge));
         self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity });
         true
@@ -160,7 +175,13 @@ impl AtOnce {
         }
         let since =
             self.other_end.filter(|other| other[0] == of_end).map_or(0, |[_, slide]| of_end.wrapping_sub(slide));
-        ContactEnd { event_frame: end.event_frame.saturating_sub(since.into()), ..end }
+        let end = ContactEnd { event_frame: end.event_frame.saturating_sub(since.into()), ..end };
+        if let Some([first, last]) = &mut self.slow
+            && *first == end.event_frame as u32
+        {
+            *last = end.frame as u32;
+        }
+        end
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
