@@ -359,7 +359,7 @@ const LEARNING: &str = "
 The textures are `Sin`, `Saw` and `Tri` of 1.5, 2.5 and 3.5 mm, and `Saw` of 3 mm with a period of 12 mm.
 All slides of a model are of one unseen sensor, of any speed, direction and length.
 Unlike textures are unknown ones of another pattern, or a depth or a period at least 1.5 times outside each learned one.
-The ten specimens differ by 0.5 mm from learned ones.
+Nine of the ten specimens differ by 0.5 mm in depth and 1 mm in period from learned ones.
 A board decides with the same integers:
 
 | base | sensors | accuracy (goal: 97), % | worst sensor, % | known, % | unlike textures unknown (goal: 85), % | specimens unknown, % |
