@@ -1,9 +1,9 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `slip` or `textures` it writes only that section,
-//! and with `base` only the tables of the kinds of touch and of cameras, whose lines are lines of the page. With
-//! `objects` or `live-objects` and their options it prints a table of objects for whoever sets limits, by other seeds
-//! than those of the page.
+//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `slip`, `textures` or `learn` (new textures) it
+//! writes only that section, and with `base` only the tables of the kinds of touch and of cameras, whose lines are lines
+//! of the page. With `objects` or `live-objects` and their options it prints a table of objects for whoever sets limits,
+//! by other seeds than those of the page.
 
 mod live;
 mod objects;
@@ -230,6 +230,7 @@ fn main() {
                 kinds(&mut section);
                 section += &live::cameras(objects::scenes::JUDGE, live::OF_CONDITION);
             }
+            "learn" => section = textures::learning(),
             _ => section = textures::section(),
         }
         print!("{section}");

@@ -51,6 +51,17 @@ pub const NEW: [Specimen; 10] = [
     Specimen { period_mm: 12.0, ..Specimen::block(Pattern::Saw, 3.0) },
 ];
 
+/// Returns the [`unknown`] textures that are unlike each of [`NEW`]: another pattern, or a depth or a period at least 1.5
+/// times above or below.
+pub fn unlike_new() -> Vec<Specimen> {
+    let outside = |one: f64, other: f64| (one / other).ln().abs() > OUTSIDE.ln() - 1e-9;
+    let is_unlike = |new: &Specimen, other: &Specimen| {
+        new.pattern != other.pattern || outside(new.depth_mm, other.depth_mm) || outside(new.period_mm, other.period_mm)
+    };
+    let all = unknown().into_iter().map(|(_, specimen)| specimen);
+    all.filter(|specimen| NEW.iter().all(|new| is_unlike(new, specimen))).collect()
+}
+
 /// Returns random textures of the paper's three textured patterns: depths of 1 to 6 mm, periods of 2 to 16 mm, both with
 /// an even logarithm.
 ///
@@ -95,6 +106,19 @@ mod tests {
             };
             assert!(expected, "{} {specimen}", UNKNOWN_KINDS[kind]);
         }
+    }
+
+    #[test]
+    fn textures_that_differ_little_from_new_ones_are_left_out() {
+        let found = unlike_new();
+        assert_eq!(found.len(), 53);
+        let is_in = |pattern, depth_mm: f64, period_mm: f64| {
+            let near = |of: &Specimen| (of.depth_mm - depth_mm).abs() + (of.period_mm - period_mm).abs() < 1e-6;
+            found.iter().any(|of| of.pattern == pattern && near(of))
+        };
+        // A saw of 2 mm has a period of 4 mm: learned are one of 1.5 mm and 3 mm, and one of 3 mm and 12 mm.
+        assert!(is_in(Pattern::Saw, 2.0, 2.0) && is_in(Pattern::Saw, 2.0, 12.0));
+        assert!(!is_in(Pattern::Saw, 3.0, 12.0) && !is_in(Pattern::Saw, 4.0, 16.0));
     }
 
     #[test]
