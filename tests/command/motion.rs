@@ -27,7 +27,7 @@ fn a_held_part_that_slips_is_reported_by_hosts_and_boards() {
     });
     assert_eq!(*slip, expected);
     let text = good(&["run", &scene, "--model", "none"]);
-    let line = format!("slip at frame {frame}: held since frame 45, strength {strength:.2}");
+    let line = format!("slip at frame {frame}, since frame 105: held since frame 45, strength {strength:.2}");
     assert!(text.lines().any(|found| found == line), "{text}");
     let sent = folder.file("slip.bin", board::sent(&scene, &[], false, true).frames.concat());
     assert_eq!(good(&["monitor", sent.to_str().unwrap()]), text);

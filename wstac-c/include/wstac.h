@@ -277,7 +277,7 @@ typedef struct WstacRecord {
   double stamp_within_ms;
   /// Number of the first frame with light of a slip.
   uint64_t onset_frame;
-  /// Number of the first frame with light of the press of a part that slips, or, after a slip, of the rest behind it.
+  /// Number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
   uint64_t held_since_frame;
   /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
   /// other kinds.

@@ -187,7 +187,7 @@ pub struct WstacRecord {
     pub stamp_within_ms: f64,
     /// Number of the first frame with light of a slip.
     pub onset_frame: u64,
-    /// Number of the first frame with light of the press of a part that slips, or, after a slip, of the rest behind it.
+    /// Number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
     pub held_since_frame: u64,
     /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
     /// other kinds.

@@ -113,7 +113,7 @@ pub enum JsonLine<'a> {
         stamp: StampFields,
         /// The number of the first frame with light of the motion.
         onset_frame: u64,
-        /// The number of the first frame with light of the press, or, after a slip, of the rest behind it.
+        /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
         held_since_frame: u64,
         /// The most light of a frame since the onset, as a fraction of the press's brightest frame, with two decimals.
         strength: f64,

@@ -286,7 +286,7 @@ pub struct SlipReport {
     pub stamp: Option<Stamp>,
     /// The number of the first frame with light of the motion.
     pub onset_frame: u64,
-    /// The number of the first frame with light of the press, or, after a slip, of the rest behind it.
+    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
     pub held_since_frame: u64,
     /// The most light of a frame since the onset, as a fraction of the press's brightest frame.
     pub strength: f32,

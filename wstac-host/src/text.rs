@@ -55,7 +55,8 @@ pub fn text(line: &mut String, record: &Output) -> fmt::Result {
             write!(line, "end of contact at frame {}, of the event at frame {}", end.frame, end.event_frame)
         }
         Output::Slip(slip) => {
-            write!(line, "slip at frame {}: held since frame {}", slip.frame, slip.held_since_frame)?;
+            let (frame, onset, held) = (slip.frame, slip.onset_frame, slip.held_since_frame);
+            write!(line, "slip at frame {frame}, since frame {onset}: held since frame {held}")?;
             write!(line, ", strength {:.2}", strength(slip.strength))
         }
         Output::Fault(report) => {

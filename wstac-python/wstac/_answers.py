@@ -365,7 +365,7 @@ class Slip(_Row):
     onset_frame: int
     """Number of the first frame with light of the motion."""
     held_since_frame: int
-    """Number of the first frame with light of the press, or, after a slip, of the rest behind it."""
+    """Number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known."""
     strength: float
     """Most light of a frame since the onset, as a fraction of the press's brightest frame."""
     time_ns: Optional[int] = field(default=None, repr=False)

@@ -148,10 +148,13 @@ pub(crate) fn section(page: &mut String) {
 
 /// Writes what other touches bring.
 fn others(page: &mut String) {
-    let again = watched(Kind::Again, Fault::None, [20.0, 300.0], OTHERS);
-    let second = |one: &Watched| {
-        let from = one.moves.get(1).copied().unwrap_or(u64::MAX);
-        one.slips.iter().any(|slip| (from..from.saturating_add(10)).contains(&slip.frame))
+    let second = |kind, frames: u64| {
+        let watched = watched(kind, Fault::None, [20.0, 300.0], OTHERS);
+        let is_second = |one: &&Watched| {
+            let from = one.moves.get(1).copied().unwrap_or(u64::MAX);
+            one.slips.iter().any(|slip| (from..from.saturating_add(frames)).contains(&slip.frame))
+        };
+        share(watched.iter().filter(is_second).count(), watched.len())
     };
     let rows = [
         (Kind::Plate, "plates that are lifted"),
@@ -167,9 +170,13 @@ fn others(page: &mut String) {
         .collect();
     let _ = writeln!(
         page,
-        "\nSlips in other touches, {OTHERS} of each: {}.\nA second slip after a rest of 1.5 s is reported within 10 frames in {} %.",
+        "\nSlips in other touches, {OTHERS} of each: {}.\nA second slip after a rest of 1.5 s is reported within 10 frames in {} %.\n\
+         After a part has slid off, that of a second grasp is in {} %, \
+         and {} % of slides and short presses are reported as slips.",
         said.join(", "),
-        share(again.iter().filter(|one| second(one)).count(), again.len()),
+        second(Kind::Again, 10),
+        second(Kind::Two, 10),
+        second(Kind::Off, u64::MAX),
     );
 }
 

@@ -45,6 +45,9 @@ pub(crate) enum Kind {
     Twist,
     /// Some of these four, one after the other.
     Row,
+    /// A held part slips off the sensor; then another is held and slips, or a body slides or is pressed on.
+    Two,
+    Off,
 }
 
 /// What disturbs a hold.
@@ -126,13 +129,13 @@ impl Draw {
     }
 
     fn touch(&mut self, kind: Kind, fault: Fault, speed: f64) -> Touch {
-        let is_held = matches!(kind, Kind::Textured | Kind::Flat | Kind::Again | Kind::Release | Kind::Plate);
+        let is_held = !matches!(kind, Kind::Slide | Kind::Press | Kind::Poke | Kind::Twist | Kind::Row);
         let hold_s = if is_held { self.log_between(0.3, 60.0) } else { self.between(0.02, 0.3) };
         let [slowest, fastest] = if fault == Fault::Slow { [8.0, 30.0] } else { [30.0, 400.0] };
         let (approach_mm_s, direction_deg) = (self.log_between(slowest, fastest), self.between(0.0, 360.0));
         let held = Held { approach_mm_s, hold_s, travel_mm: None };
         match kind {
-            Kind::Textured | Kind::Flat | Kind::Again | Kind::Release => {
+            Kind::Textured | Kind::Flat | Kind::Again | Kind::Two | Kind::Off | Kind::Release => {
                 let is_flat = kind == Kind::Flat || kind != Kind::Textured && self.one_in(4.0);
                 let mut specimen = self.part(is_flat);
                 if kind == Kind::Again {
@@ -142,9 +145,14 @@ impl Draw {
                 let first_mm = 0.1 * speed + self.between(2.0, 6.0);
                 let way_mm = first_mm + 0.2 * speed + self.between(3.0, 30.0);
                 let rest = Rest { first_mm, every_mm: f64::INFINITY, rest_s: REST_S };
+                let travel_mm = match kind {
+                    Kind::Release => Some(0.0),
+                    Kind::Two | Kind::Off => None,
+                    _ => Some(way_mm),
+                };
                 Touch::Slide(Slide {
                     rest: (kind == Kind::Again).then_some(rest),
-                    held: Some(Held { travel_mm: Some(if kind == Kind::Release { 0.0 } else { way_mm }), ..held }),
+                    held: Some(Held { travel_mm, ..held }),
                     ..Slide::new(specimen, speed, direction_deg)
                 })
             }
@@ -254,7 +262,7 @@ fn frames(
     script: &SceneConfig,
     fault: Fault,
     hold_s: Option<f64>,
-) -> (Vec<(u64, [u16; TAXELS])>, f64) {
+) -> (Vec<(u64, [u16; TAXELS])>, Vec<f64>) {
     let rate = script.sensor.rate;
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, rate).expect("sums fit 32 bits");
@@ -262,7 +270,9 @@ fn frames(
     let mut scene = Scene::new(script).expect("the scene was drawn within its limits");
     let mut camera = Scene::camera(script).expect("the scene was drawn within its limits");
     let mut disturbance = Disturbance::new(draw, fault);
-    let (start, end, frame_s) = (scene.truth()[0].start_s, scene.truth()[0].end_s, 1.0 / rate.per_second());
+    let (starts, frame_s) =
+        (scene.truth().iter().map(|truth| truth.start_s).collect::<Vec<_>>(), 1.0 / rate.per_second());
+    let (start, end) = (starts[0], scene.truth()[0].end_s);
     let mut frames = vec![];
     for number in 0.. {
         let time = number as f64 * frame_s;
@@ -281,31 +291,40 @@ fn frames(
             frames.push((frame.number, *taxels));
         }
     }
-    (frames, start)
+    (frames, starts)
 }
 
 /// Draws the stream of a number. Holds last 0.3 to 60 s.
 pub(crate) fn draw(kind: Kind, fault: Fault, [low, high]: [f64; 2], seed: u64, number: u64) -> Stream {
     // The touches are the same with every fault.
     let mut draw = Draw(Rng::new(seed, (kind as u64) << 32 | number));
-    let count = if kind == Kind::Row { 4 } else { 1 };
-    let touches: Vec<_> = (0..count)
-        .map(|_| {
+    let kinds = match kind {
+        Kind::Row => vec![kind; 4],
+        Kind::Two => vec![kind, if draw.one_in(4.0) { Kind::Flat } else { Kind::Textured }],
+        Kind::Off => vec![kind, if draw.one_in(2.0) { Kind::Press } else { Kind::Slide }],
+        _ => vec![kind],
+    };
+    let touches: Vec<_> = kinds
+        .into_iter()
+        .map(|kind| {
             let speed = draw.log_between(low, high);
             draw.touch(kind, fault, speed)
         })
         .collect();
     let script = draw.script(touches.clone(), fault, seed);
-    let (frames, start) = frames(&mut draw, &script, fault, None);
-    let slide = touches[0].slide().filter(|_| matches!(kind, Kind::Textured | Kind::Flat | Kind::Again));
-    let first = slide.and_then(|slide| slide.held);
-    let first = first.map(|held| start + script.whisker.overlap_mm / held.approach_mm_s + held.hold_s);
-    let rest = slide.and_then(|slide| slide.rest);
-    let speed_mm_s = slide.map_or(1.0, |slide| slide.speed_mm_s);
-    let second = rest.zip(first).map(|(rest, first)| first + rest.first_mm / speed_mm_s + rest.rest_s);
+    let (frames, starts) = frames(&mut draw, &script, fault, None);
     let rate = script.sensor.rate;
     let per_s = rate.per_second() / f64::from(rate.frames_added());
-    let slips = first.into_iter().chain(second).map(|time| (time * per_s) as u64).collect();
+    let mut slips = vec![];
+    if matches!(kind, Kind::Textured | Kind::Flat | Kind::Again | Kind::Two | Kind::Off) {
+        for (touch, start) in touches.iter().zip(starts) {
+            let slide = touch.slide();
+            let held = slide.and_then(|slide| slide.held);
+            let first = start + held.map_or(0.0, |held| script.whisker.overlap_mm / held.approach_mm_s + held.hold_s);
+            let rest = slide.and_then(|slide| Some(first + slide.rest?.first_mm / slide.speed_mm_s + REST_S));
+            slips.extend([first].into_iter().chain(rest).map(|time| (time * per_s) as u64));
+        }
+    }
     Stream { rate, frames, slips }
 }
 

@@ -13,6 +13,7 @@ from . import SEED
 
 DARK, FADES = 300, 0.47
 WHITE = 65535
+RATES = {"long": 15, "grown": 15, "steep": 45, "again-15": 15}
 
 
 class Stream:
@@ -43,6 +44,12 @@ class Stream:
         """A press or a release."""
         for number in range(frames):
             self.add([size * part for part in self.pattern], number == lost)
+        return self
+
+    def again(self, frames: int, size: float) -> Stream:
+        """Steady light of another pattern."""
+        for _ in range(frames):
+            self.add([size * part for part in reversed(self.pattern)])
         return self
 
     def slip(self, frames: int, size: float) -> Stream:
@@ -102,6 +109,29 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
     long = new("long").side(2)
     for step in range(340):
         long.add([4.0 * (taxel == step % 2) for taxel in range(TAXELS)])
+    # Light of three taxels while ambient light falls: the sum is below 0.
+    fallen = new("fallen")
+    fallen.pattern = [400 * (taxel in (6, 7, 8, 11, 12)) for taxel in range(TAXELS)]
+    fallen.flash().dark(16)
+    fallen.ambient -= 19
+    for _ in range(8):
+        fallen.add([110.0 * (taxel in (6, 7, 8)) for taxel in range(TAXELS)])
+        fallen.glow = [0.0] * TAXELS
+    # Swings whose sums are 1, so that mean times are very steep.
+    steep = new("steep")
+    steep.ambient = 32768
+    steep.dark(40)
+    for step in range(44):
+        left, next_one = (32000, -32000) if step < 22 else (-32000, 32000)
+        left += {0: 300, 1: -300, 43: 1}.get(step, 0)
+        next_one += step == 43
+        frame = [32768 + (left if taxel % 5 == 0 else next_one * (taxel == 1)) for taxel in range(TAXELS)]
+        steep.frames.append(frame)
+    # Noise that has grown in a slip.
+    grown = new("grown").flash(4.0).dark(16).slip(6, 0.3)
+    grown.noise = 6
+    grown.dark(480)
+    off = lambda name: new(name).flash().dark(16).slip(9, 3.0).dark(14)
     cases = {
         "slip": new("slip").flash().dark(20).slip(12, 3.0).dark(20).slip(9, 3.0).dark(14).flash().dark(20),
         "slip-weak": new("slip-weak", noise=2).flash().dark(16).slip(10, 0.2).dark(8),
@@ -111,6 +141,15 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
         "side": new("side").side(2).dark(14).side(1).dark(14).flash().dark(14).side(3).dark(14),
         "drift": drift.slip(6, 1.0),
         "tremor": tremor.slip(6, 2.0),
+        "off-side": off("off-side").side(2).dark(14).side(1).dark(14).slip(9, 3.0).dark(14).side(3).dark(14),
+        "off-press": off("off-press").flash(4.0, 6).dark(14).flash(4.0, 6).dark(14).slip(9, 3.0).dark(14),
+        "second-grasp": off("second-grasp").flash(frames=2).dark(16).slip(9, 3.0).dark(14).flash().dark(12).slip(6, 3.0),
+        "second-side": off("second-side").flash(frames=2).dark(16).side(1).dark(16).side(2).dark(9),
+        "again": off("again").again(9, 20.0).dark(14).again(12, 0.4).dark(14).again(12, 3.0).dark(40),
+        "again-15": off("again-15").again(9, 20.0).dark(14).again(12, 0.4).dark(14),
+        "fallen": fallen,
+        "steep": steep.dark(9),
+        "grown": grown,
         "one-whisker": one.flash().dark(14).slip(6, 2.0),
         "extremes": extremes,
         "noisy": noisy,
@@ -118,7 +157,7 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
         "lost": new("lost").flash(frames=3, lost=1).dark(12).dark(7, True).dark(6).flash(frames=3, lost=0).dark(16).flash()
         .dark(12).dark(8, True).dark(24).flash().dark(12).slip(2, 3.0).dark(1, True).slip(6, 3.0),
     }
-    made = {name: (stream, (15 if name == "long" else 30, 1)) for name, stream in cases.items()}
+    made = {name: (stream, (RATES.get(name, 30), 1)) for name, stream in cases.items()}
     for fps in ((15, 1), (45, 1), (60, 1), (30000, 1001)):
         name = f"slip-{fps[0]}"
         made[name] = (new(name).flash(frames=2).dark(20).slip(9, 3.0).dark(20).flash(frames=2).dark(9), fps)

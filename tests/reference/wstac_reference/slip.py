@@ -11,6 +11,7 @@ from .constants import COLUMNS, TAXELS
 LEAST_NOISE = 1600
 LONGEST_GAP = 7
 LIT = 32
+STEEPEST = 2**31 - 1
 WIDEST = 2**63
 
 
@@ -89,7 +90,7 @@ class Flash:
         late = lambda taxel: sum(row[0] * row[1 + taxel] for row in self.lights)
         times = [bounded(256 * late(taxel)) // sums[taxel] for taxel in lit]
         along = (slope([taxel % COLUMNS for taxel in lit], times), slope([taxel // COLUMNS for taxel in lit], times))
-        return energy(along) > most * most
+        return energy([min(max(one, -STEEPEST), STEEPEST) for one in along]) > most * most
 
 
 class SlipDetector:
@@ -97,8 +98,8 @@ class SlipDetector:
 
     def __init__(self, per_second: Fraction) -> None:
         at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
-        self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.least_age, self.noisy = (
-            at_30(frames) for frames in (16, 12, 32, 3, 16, 5, 2, 512)
+        self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.weak_age, self.least_age, self.noisy = (
+            at_30(frames) for frames in (16, 12, 32, 3, 16, 5, 7, 2, 512)
         )
         self.slope = (77 * per_second / 30).__floor__()
         self.state = "new"
@@ -111,7 +112,7 @@ class SlipDetector:
         self.pattern = [0] * TAXELS
         self.press = (0, 0, 0)
         """The greatest light and energy of the press, and all its light."""
-        self.level, self.held_since, self.has_moved = 0, 0, False
+        self.level, self.held_since, self.has_moved, self.may_be_gone = 0, 0, False, False
         self.wait = 0
         """Frames to wait for what may be a release: it takes as long as the press."""
 
@@ -168,24 +169,62 @@ class SlipDetector:
         flash, uneven = self.flash, energy(without_mean(light))
         self.last_energy = flash.most(2)
         if 256 * energy(light) <= flash.most(2) or 256 * uneven <= flash.most(3):
-            sums = flash.light()
-            self.pattern = [255 * max(one, 0) // max(1, *sums) for one in sums]
-            is_short = flash.brightest() - flash.first <= self.rises
-            is_wide = sum(part >= LIT for part in self.pattern) >= 5
-            self.turn("held" if is_short and is_wide and not flash.comes_from_side(self.slope) else "other")
-            self.press = (flash.most(1), flash.most(2), flash.total())
-            self.wait = max(self.least_age, flash.brightest() - flash.first)
-            self.level, self.held_since, self.has_moved = self.noise, flash.first, False
-            self.move(light, 1, 1)
-            return
-        _, _, last, last_uneven = flash.seen[-1]
-        falls = 8 * last < 7 * flash.most(2)
-        if falls and 16 * energy(light) > 9 * last and 16 * uneven > 9 * last_uneven:
-            self.turn("other")
-        elif frame - flash.first > self.longest_press:
+            self.may_be_gone = False
+            self.end_press(light)
+        elif self.has_risen(light) or frame - flash.first > self.longest_press:
             self.turn("other")
         else:
             flash.add(frame, light)
+
+    def has_risen(self, light: list[int]) -> bool:
+        """Whether light that had begun to fade does not fade on: a press is brightest at its end."""
+        _, _, last, last_uneven = self.flash.seen[-1]
+        stays = 16 * energy(light) > 9 * last and 16 * energy(without_mean(light)) > 9 * last_uneven
+        return 8 * last < 7 * self.flash.most(2) and stays
+
+    def end_press(self, light: list[int]) -> None:
+        """A hold, if the light that has faded was a press."""
+        flash, sums = self.flash, self.flash.light()
+        self.pattern = [255 * max(one, 0) // max(1, *sums) for one in sums]
+        is_short = flash.brightest() - flash.first <= self.rises
+        is_wide = sum(part >= LIT for part in self.pattern) >= 5
+        self.turn("held" if is_short and is_wide and not flash.comes_from_side(self.slope) else "other")
+        self.press = (flash.most(1), flash.most(2), flash.total())
+        self.wait = max(self.least_age, flash.brightest() - flash.first)
+        self.level, self.held_since, self.has_moved = self.noise, flash.first, False
+        self.move(light, 1, 1)
+
+    def in_second_rise(self, frame: int, light: list[int]) -> Slip | None:
+        """Light behind a slip: another one, or another touch if the part has left."""
+        flash, first_light = self.flash, self.press[2]
+        self.last_energy = flash.most(2)
+        if 8 * energy(light) <= flash.most(2) or 8 * energy(without_mean(light)) <= flash.most(3):
+            if 6 * flash.total() <= first_light and not flash.comes_from_side(self.slope):
+                self.turn("held")
+                self.move(light, 1, 1)
+            else:
+                self.may_be_gone = True
+                self.end_press(light)
+            return None
+        age = frame - flash.first
+        if age > self.longest_press:
+            self.turn("other")
+            return None
+        flash.add(frame, light)
+        if not (rises(light) and self.is_touch(light) and self.is_mostly_lit(age)):
+            return None
+        if age >= self.least_age and flash.comes_from_side(self.slope):
+            self.turn("other")
+            return None
+        is_motion = age >= self.moved_age and flash.total() > 2 * first_light
+        is_weak = age >= self.weak_age and 2 * flash.total() < first_light
+        return self.slip(frame) if (is_motion or is_weak) and 4 * energy(light) > flash.most(2) else None
+
+    def slip(self, frame: int) -> Slip:
+        self.turn("slip")
+        self.last_energy = self.flash.most(2)
+        strength = Fraction(max(1, self.flash.most(1)), max(1, self.press[0]))
+        return Slip(frame, self.flash.first, self.held_since, strength)
 
     def in_held(self, frame: int, light: list[int]) -> None:
         beside = self.uneven_beside(light)
@@ -197,28 +236,30 @@ class SlipDetector:
         self.move(light, 2, 8)
 
     def in_rise(self, frame: int, light: list[int]) -> Slip | None:
+        if self.has_moved:
+            return self.in_second_rise(frame, light)
         flash, last = self.flash, self.flash.seen[-1][2]
         flash.add(frame, light)
         age = frame - flash.first
-        if self.is_slip(age, light, last):
-            self.turn("slip")
-            self.last_energy = flash.most(2)
-            strength = Fraction(flash.most(1), max(1, self.press[0]))
-            return Slip(frame, flash.first, self.held_since, strength)
+        is_other = self.may_be_gone and flash.comes_from_side(self.slope)
+        if self.is_slip(age, light, last) and not is_other:
+            return self.slip(frame)
         if 16 * energy(light) < flash.most(2) or age >= self.longest:
             self.last_energy = flash.most(2)
-            self.turn("other" if 6 * flash.total() > self.press[2] else "held")
+            self.turn("other" if 6 * flash.total() > self.press[2] or is_other else "held")
             self.move(light, 1, 1)
         return None
 
-    def is_slip(self, age: int, light: list[int], last: int) -> bool:
-        sums, flash = self.flash.light(), self.flash
+    def is_mostly_lit(self, age: int) -> bool:
+        sums = self.flash.light()
         lit = [taxel for taxel in range(TAXELS) if self.pattern[taxel] >= LIT]
         bright = [taxel for taxel in lit if sums[taxel] > 0 and 100 * sums[taxel] ** 2 > self.noise * (age + 1)]
-        if not rises(light) or 2 * len(bright) < len(lit):
+        return 2 * len(bright) >= len(lit)
+
+    def is_slip(self, age: int, light: list[int], last: int) -> bool:
+        sums, flash = self.flash.light(), self.flash
+        if not rises(light) or not self.is_mostly_lit(age):
             return False
-        if self.has_moved:
-            return self.is_touch(light) and age >= self.moved_age and 4 * energy(light) > flash.most(2)
         if self.uneven_beside(light) <= self.limit() or 3 * energy(light) < last:
             return False
         beside = energy_beside(sums, [TAXELS * part for part in self.pattern])
@@ -234,7 +275,7 @@ class SlipDetector:
         is_rest = 256 * energy(light) <= self.last_energy or 4 * energy(without_mean(light)) < 64 * self.noise
         self.count = self.count + 1 if is_rest else 0
         if self.count < self.rest:
-            if self.state == "other" and frame - self.flash.first > self.noisy:
+            if frame - self.flash.first > self.noisy:
                 self.noise = max(self.noise, min(self.noise + self.noise // 256, energy(without_mean(light))))
             self.move(light, 1, 64)
             return

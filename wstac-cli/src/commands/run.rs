@@ -370,8 +370,8 @@ Output with --json, one object per line (wrapped here):
   contact_end says that the light of an event's touch has left.
   slip        says that a part that was pressed on and held begins to
               slip: "onset_frame" is the first frame with light of the
-              motion, "held_since_frame" that of the press, or of the rest
-              behind the last slip, and "strength" the most light of a
+              motion, "held_since_frame" that of the press, or the one in
+              which the last slip came to rest, and "strength" the most light of a
               frame since the onset as a fraction of the press's.
   texture     is printed as soon as a model that needs fewer than 70
               frames has them. The event that follows has the same.

@@ -14,6 +14,8 @@ const REST: u32 = 3;
 /// Least frames at 30 per second to tell a slip from a release of the press's pattern, and of an unknown one.
 const KNOWN: u32 = 2;
 const UNKNOWN: u32 = 5;
+/// The same for a second slip with little light.
+const WEAK: u32 = 7;
 /// Frames at 30 per second after which light in a hold that is no slip has ended.
 const LONGEST: u32 = 16;
 /// Frames at 30 per second after which what does not come to rest may be noise that has grown.
@@ -27,6 +29,8 @@ const DIFFERS: i64 = 4;
 const LEAST_NOISE: i64 = 1600;
 /// From pitch to pitch light is so much later, in 1/256 of a frame at 30 per second, if it comes from the side.
 const SLOPE: u32 = 77;
+/// A second slip has so many times the light of the press, or less than this part of it.
+const MOTION: i64 = 2;
 /// The least taxels of a press.
 const LEAST_LIT: usize = 5;
 
@@ -42,7 +46,7 @@ pub struct Slip {
     /// The number of the first frame with light of the motion.
     #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub onset_frame: u64,
-    /// The number of the first frame with light of the press, or, after a slip, of the rest behind it.
+    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
     #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub held_since_frame: u64,
     /// The most light of a frame since the onset, as a fraction of the press's brightest frame: above 0.
@@ -79,8 +83,9 @@ pub struct SlipDetector {
     state: State,
     /// Frames of the dark or of rest.
     quiet: u16,
-    /// Whether there was a slip since the press: then what is held has another pattern, or has left.
+    /// Whether there was a slip since the press, and so the pattern is unknown; and since the dark: what was held may have left.
     has_moved: bool,
+    may_be_gone: bool,
     /// The press's pattern: the brightest is 255.
     pattern: [u8; TAXELS],
     /// Light before the touch, in 1/16 of a unit.
@@ -184,6 +189,7 @@ impl SlipDetector {
             state: State::New,
             quiet: 0,
             has_moved: false,
+            may_be_gone: false,
             pattern: [0; TAXELS],
             floor: [0; TAXELS],
             light: [0; TAXELS],
@@ -224,15 +230,17 @@ impl SlipDetector {
         match self.state {
             State::New => self.learn(&light),
             State::Dark => self.wait(frame, &light),
-            State::Press => self.press(frame, &light),
+            State::Press => return self.press(frame, &light),
             State::Held => self.hold(frame, &light),
+            State::Rise if self.has_moved => return self.press(frame, &light),
             State::Rise => return self.rise(frame, &light),
             State::Slip | State::Other => self.rest(frame, &light),
         }
         None
     }
 
-    /// Returns the number of the first frame with light of the press, or of the rest behind a slip, while something is held.
+    /// Returns the number of the first frame with light of the press, or of the frame in which the rest behind a slip was
+    /// known, while something is held.
     pub const fn held_since_frame(&self) -> Option<u64> {
         match self.state {
             State::Held | State::Rise | State::Slip => Some(self.held_since),
@@ -293,26 +301,55 @@ impl SlipDetector {
         self.follow(light, 3, 3);
     }
 
-    fn press(&mut self, frame: u64, light: &Light) {
-        let now = self.now;
+    /// Takes a frame of a press, or of light behind a slip: a second slip, or another touch if the part has left.
+    fn press(&mut self, frame: u64, light: &Light) -> Option<Slip> {
+        let (now, press, is_again) = (self.now, self.press, self.state == State::Rise);
+        let fades = if is_again { 8 } else { 256 };
         // A press is brightest at its end; then its energy falls as the square of light.
-        if 256 * light.energy <= now.energy || 256 * light.uneven <= now.uneven {
-            let is_press = now.brightest - self.since <= self.time(RISES)
-                && self.learn_pattern() >= LEAST_LIT
-                && !self.is_from_side();
-            self.turn(if is_press { State::Held } else { State::Other });
-            (self.held_since, self.press, self.level, self.has_moved) = (self.since, now, self.noise, false);
+        if fades * light.energy <= now.energy || fades * light.uneven <= now.uneven {
+            let is_from_side = self.is_from_side();
             self.follow(light, 0, 0);
-            return;
+            if is_again && 6 * now.sum <= press.sum && !is_from_side {
+                self.turn(State::Held);
+                return None;
+            }
+            let is_press = now.brightest - self.since <= self.time(RISES) && self.learn_pattern() >= LEAST_LIT;
+            self.turn(if is_press && !is_from_side { State::Held } else { State::Other });
+            (self.held_since, self.press, self.level) = (self.since, now, self.noise);
+            (self.has_moved, self.may_be_gone) = (false, is_again);
+            return None;
         }
         let has_risen = 8 * now.last[0] < 7 * now.energy
             && 16 * light.energy > 9 * now.last[0]
             && 16 * light.uneven > 9 * now.last[1];
-        if has_risen || frame - self.since > self.time(PRESS) {
+        let age = frame - self.since;
+        if has_risen && !is_again || age > self.time(PRESS) {
             self.turn(State::Other);
-            return;
+            return None;
         }
         self.add(frame, light);
+        if !is_again || !light.rises || !light.is_touch(self.noise) || !self.has_most_lit(age) {
+            return None;
+        }
+        if age >= self.time(KNOWN) && self.is_from_side() {
+            self.turn(State::Other);
+            return None;
+        }
+        // A press or a release bends whiskers by about as much as the press.
+        let sum = self.now.sum;
+        let is_motion = sum > MOTION * press.sum && age >= self.time(UNKNOWN);
+        let is_weak = MOTION * sum < press.sum && age >= self.time(WEAK);
+        if !is_motion && !is_weak || 4 * light.energy <= self.now.energy {
+            return None;
+        }
+        Some(self.slip(frame))
+    }
+
+    /// Reports a slip.
+    fn slip(&mut self, frame: u64) -> Slip {
+        self.turn(State::Slip);
+        let strength = self.now.peak.max(1) as f32 / self.press.peak.max(1) as f32;
+        Slip::new(frame, self.since, self.held_since, strength)
     }
 
     /// Takes the sums of light as the pattern. Returns the number of taxels that are lit by an eighth of the brightest.
@@ -353,7 +390,8 @@ impl SlipDetector {
             if spread > 0 { (lit * product - place * times).div_euclid(spread) } else { 0 }
         });
         let most = feature_frames(SLOPE, self.rate).min(u16::MAX.into()) as i64;
-        slopes.iter().map(|slope| slope * slope).sum::<i64>() > most * most
+        let bounded = slopes.map(|slope| slope.clamp(-i64::from(i32::MAX), i32::MAX.into()));
+        bounded.iter().map(|slope| slope * slope).sum::<i64>() > most * most
     }
 
     fn hold(&mut self, frame: u64, light: &Light) {
@@ -379,26 +417,21 @@ impl SlipDetector {
         let is_lit = light.rises && light.beside(&self.pattern, true) > self.limit();
         let sums = Light::new(self.light);
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
-        let is_slip = if self.has_moved {
-            light.rises && light.is_touch(self.noise) && age >= self.time(UNKNOWN) && 4 * light.energy > now.energy
-        } else {
-            let differs = |part| part * beside > energy;
-            let is_more = 4 * now.sum > 5 * press.sum;
-            let is_weak = 3 * now.peak < press.peak && differs(50);
-            // A release takes as long as its press, and its light from rows that are read late still rises.
-            let least = self.time(KNOWN).max(press.brightest - self.held_since);
-            let rises_still = age == least && now.brightest == frame;
-            let is_late = age >= least && differs(if rises_still { 12 } else { 28 });
-            let falls = 3 * light.energy < last;
-            is_lit && !falls && (is_more || is_weak || is_late)
-        };
-        if is_slip && self.has_most_lit(age) {
-            self.turn(State::Slip);
-            return Some(Slip::new(frame, self.since, self.held_since, now.peak as f32 / press.peak.max(1) as f32));
+        let differs = |part| part * beside > energy;
+        let is_more = 4 * now.sum > 5 * press.sum;
+        let is_weak = 3 * now.peak < press.peak && differs(50);
+        // A release takes as long as its press, and its light from rows that are read late still rises.
+        let least = self.time(KNOWN).max(press.brightest - self.held_since);
+        let rises_still = age == least && now.brightest == frame;
+        let is_late = age >= least && differs(if rises_still { 12 } else { 28 });
+        let falls = 3 * light.energy < last;
+        let is_other = self.may_be_gone && self.is_from_side();
+        if is_lit && !falls && (is_more || is_weak || is_late) && self.has_most_lit(age) && !is_other {
+            return Some(self.slip(frame));
         }
         if 16 * light.energy < now.energy || age >= self.time(LONGEST) {
             let is_release = 6 * now.sum > press.sum;
-            self.turn(if is_release { State::Other } else { State::Held });
+            self.turn(if is_release || is_other { State::Other } else { State::Held });
             self.follow(light, 0, 0);
         }
         None
@@ -418,7 +451,7 @@ impl SlipDetector {
             self.follow(light, 0, 0);
             return;
         }
-        if self.state == State::Other && frame - self.since > self.time(NOISY) {
+        if frame - self.since > self.time(NOISY) {
             self.noise = self.noise.max((self.noise + (self.noise >> 8)).min(light.uneven));
         }
         self.follow(light, 0, 6);

@@ -80,6 +80,75 @@ fn what_is_held_slips_once_and_again_after_a_rest() {
 }
 
 #[test]
+fn what_has_slid_off_is_held_no_longer() {
+    let off = || {
+        let mut scene = Scene::new();
+        scene.flash();
+        scene.dark(60);
+        scene.slip(20, 8.0);
+        scene.dark(60);
+        scene
+    };
+    // A slide, a short press, a slow one, and a press that is held and lifted.
+    let mut scene = off();
+    for number in 0..10 {
+        scene.push(|taxel| if taxel % COLUMNS == number / 2 { 900.0 } else { 0.0 });
+    }
+    scene.dark(60);
+    assert_eq!((scene.detector.held_since_frame(), scene.slips.len()), (None, 1));
+    for dark in [4, 60] {
+        let mut scene = off();
+        scene.flash();
+        scene.dark(dark);
+        scene.flash();
+        scene.dark(60);
+        assert_eq!((scene.detector.held_since_frame(), scene.slips.len()), (None, 1), "{dark}");
+    }
+    let mut scene = off();
+    for _ in 0..10 {
+        scene.push(|taxel| 20.0 * PATTERN[taxel]);
+    }
+    scene.dark(60);
+    assert_eq!(scene.slips.len(), 1);
+    // A second and a third grasp.
+    let mut scene = off();
+    for count in 2..4 {
+        let since = scene.frame;
+        scene.flash();
+        scene.dark(60);
+        assert_eq!(scene.detector.held_since_frame(), Some(since));
+        scene.slip(20, 8.0);
+        scene.dark(60);
+        assert_eq!(scene.slips.len(), count);
+    }
+}
+
+#[test]
+fn a_slip_ends_in_noise_that_has_grown() {
+    let mut scene = Scene::new();
+    scene.flash();
+    scene.dark(60);
+    scene.slip(20, 2.0);
+    scene.noise = 40.0;
+    scene.dark(3000);
+    assert_eq!(scene.slips.len(), 1);
+    assert_ne!(scene.detector.held_since_frame(), Some(30));
+}
+
+#[test]
+fn the_strength_is_above_0() {
+    let mut scene = Scene::new();
+    let lit = [6, 7, 8, 11, 12];
+    scene.push(|taxel| if lit.contains(&taxel) { 4000.0 } else { 0.0 });
+    scene.dark(60);
+    scene.ambient -= 19.0;
+    for _ in 0..8 {
+        scene.push(|taxel| if lit[..3].contains(&taxel) { 60.0 } else { 0.0 });
+    }
+    assert!(matches!(scene.slips[..], [slip] if slip.strength > 0.0), "{:?}", scene.slips);
+}
+
+#[test]
 fn a_release_ends_the_hold() {
     let mut scene = Scene::new();
     for _ in 0..3 {
