@@ -98,9 +98,9 @@ class SlipDetector:
 
     def __init__(self, per_second: Fraction) -> None:
         at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
-        self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.weak_age, self.least_age, self.noisy = (
-            at_30(frames) for frames in (16, 12, 32, 3, 16, 5, 7, 2, 512)
-        )
+        self.new, self.rises, self.longest_press, self.rest = (at_30(frames) for frames in (16, 12, 32, 3))
+        self.longest, self.least_age, self.noisy = (at_30(frames) for frames in (16, 2, 512))
+        self.moved_age, self.weak_age = at_30(5), at_30(7)
         self.slope = (77 * per_second / 30).__floor__()
         self.state = "new"
         self.next, self.count = 0, 0

@@ -46,7 +46,8 @@ pub struct Slip {
     /// The number of the first frame with light of the motion.
     #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub onset_frame: u64,
-    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
+    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was
+    /// known.
     #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub held_since_frame: u64,
     /// The most light of a frame since the onset, as a fraction of the press's brightest frame: above 0.
@@ -83,8 +84,9 @@ pub struct SlipDetector {
     state: State,
     /// Frames of the dark or of rest.
     quiet: u16,
-    /// Whether there was a slip since the press, and so the pattern is unknown; and since the dark: what was held may have left.
+    /// Whether there was a slip since the press: then the pattern is unknown.
     has_moved: bool,
+    /// Whether there was a slip since the dark: then what was held may have left.
     may_be_gone: bool,
     /// The press's pattern: the brightest is 255.
     pattern: [u8; TAXELS],
