@@ -29,6 +29,8 @@ const DIFFERS: i64 = 4;
 const LEAST_NOISE: i64 = 1600;
 /// From pitch to pitch light is so much later, in 1/256 of a frame at 30 per second, if it comes from the side.
 const SLOPE: u32 = 77;
+/// The same after a slip: here a missed slip is better than a false one.
+const SECOND_SLOPE: u32 = 51;
 /// A second slip has so many times the light of the press, or less than this part of it.
 const MOTION: i64 = 2;
 /// The least taxels of a press.
@@ -391,7 +393,8 @@ impl SlipDetector {
             let spread = lit * square - place * place;
             if spread > 0 { (lit * product - place * times).div_euclid(spread) } else { 0 }
         });
-        let most = feature_frames(SLOPE, self.rate).min(u16::MAX.into()) as i64;
+        let slope = if self.state == State::Rise { SECOND_SLOPE } else { SLOPE };
+        let most = feature_frames(slope, self.rate).min(u16::MAX.into()) as i64;
         let bounded = slopes.map(|slope| slope.clamp(-i64::from(i32::MAX), i32::MAX.into()));
         bounded.iter().map(|slope| slope * slope).sum::<i64>() > most * most
     }
