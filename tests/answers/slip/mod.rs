@@ -170,7 +170,8 @@ fn others(page: &mut String) {
         .collect();
     let _ = writeln!(
         page,
-        "\nSlips in other touches, {OTHERS} of each: {}.\nA second slip after a rest of 1.5 s is reported within 10 frames in {} %.\n\
+        "\nSlips in other touches, {OTHERS} of each: {}.\n\
+         A second slip after a rest of 1.5 s is reported within 10 frames in {} %.\n\
          After a part has slid off, that of a second grasp is in {} %, \
          and {} % of slides and short presses are reported as slips.",
         said.join(", "),

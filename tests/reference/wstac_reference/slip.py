@@ -98,10 +98,10 @@ class SlipDetector:
 
     def __init__(self, per_second: Fraction) -> None:
         at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
-        self.new, self.rises, self.longest_press, self.rest, self.longest, self.moved_age, self.weak_age, self.least_age, self.noisy = (
-            at_30(frames) for frames in (16, 12, 32, 3, 16, 5, 7, 2, 512)
-        )
-        self.slope = (77 * per_second / 30).__floor__()
+        self.new, self.rises, self.longest_press, self.rest = (at_30(frames) for frames in (16, 12, 32, 3))
+        self.longest, self.least_age, self.noisy = (at_30(frames) for frames in (16, 2, 512))
+        self.moved_age, self.weak_age = at_30(5), at_30(7)
+        self.slope, self.second_slope = ((part * per_second / 30).__floor__() for part in (77, 51))
         self.state = "new"
         self.next, self.count = 0, 0
         self.floor = [0] * TAXELS
@@ -176,6 +176,9 @@ class SlipDetector:
         else:
             flash.add(frame, light)
 
+    def comes_from_side(self) -> bool:
+        return self.flash.comes_from_side(self.second_slope if self.state == "rise" else self.slope)
+
     def has_risen(self, light: list[int]) -> bool:
         """Whether light that had begun to fade does not fade on: a press is brightest at its end."""
         _, _, last, last_uneven = self.flash.seen[-1]
@@ -188,7 +191,7 @@ class SlipDetector:
         self.pattern = [255 * max(one, 0) // max(1, *sums) for one in sums]
         is_short = flash.brightest() - flash.first <= self.rises
         is_wide = sum(part >= LIT for part in self.pattern) >= 5
-        self.turn("held" if is_short and is_wide and not flash.comes_from_side(self.slope) else "other")
+        self.turn("held" if is_short and is_wide and not self.comes_from_side() else "other")
         self.press = (flash.most(1), flash.most(2), flash.total())
         self.wait = max(self.least_age, flash.brightest() - flash.first)
         self.level, self.held_since, self.has_moved = self.noise, flash.first, False
@@ -199,7 +202,7 @@ class SlipDetector:
         flash, first_light = self.flash, self.press[2]
         self.last_energy = flash.most(2)
         if 8 * energy(light) <= flash.most(2) or 8 * energy(without_mean(light)) <= flash.most(3):
-            if 6 * flash.total() <= first_light and not flash.comes_from_side(self.slope):
+            if 6 * flash.total() <= first_light and not self.comes_from_side():
                 self.turn("held")
                 self.move(light, 1, 1)
             else:
@@ -213,7 +216,7 @@ class SlipDetector:
         flash.add(frame, light)
         if not (rises(light) and self.is_touch(light) and self.is_mostly_lit(age)):
             return None
-        if age >= self.least_age and flash.comes_from_side(self.slope):
+        if age >= self.least_age and self.comes_from_side():
             self.turn("other")
             return None
         is_motion = age >= self.moved_age and flash.total() > 2 * first_light
@@ -241,7 +244,7 @@ class SlipDetector:
         flash, last = self.flash, self.flash.seen[-1][2]
         flash.add(frame, light)
         age = frame - flash.first
-        is_other = self.may_be_gone and flash.comes_from_side(self.slope)
+        is_other = self.may_be_gone and self.comes_from_side()
         if self.is_slip(age, light, last) and not is_other:
             return self.slip(frame)
         if 16 * energy(light) < flash.most(2) or age >= self.longest:

@@ -29,6 +29,8 @@ const DIFFERS: i64 = 4;
 const LEAST_NOISE: i64 = 1600;
 /// From pitch to pitch light is so much later, in 1/256 of a frame at 30 per second, if it comes from the side.
 const SLOPE: u32 = 77;
+/// The same after a slip: here a missed slip is better than a false one.
+const SECOND_SLOPE: u32 = 51;
 /// A second slip has so many times the light of the press, or less than this part of it.
 const MOTION: i64 = 2;
 /// The least taxels of a press.
@@ -46,7 +48,8 @@ pub struct Slip {
     /// The number of the first frame with light of the motion.
     #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub onset_frame: u64,
-    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
+    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was
+    /// known.
     #[cfg_attr(feature = "wire", serde(serialize_with = "crate::wire::numbers::long"))]
     pub held_since_frame: u64,
     /// The most light of a frame since the onset, as a fraction of the press's brightest frame: above 0.
@@ -83,8 +86,9 @@ pub struct SlipDetector {
     state: State,
     /// Frames of the dark or of rest.
     quiet: u16,
-    /// Whether there was a slip since the press, and so the pattern is unknown; and since the dark: what was held may have left.
+    /// Whether there was a slip since the press: then the pattern is unknown.
     has_moved: bool,
+    /// Whether there was a slip since the dark: then what was held may have left.
     may_be_gone: bool,
     /// The press's pattern: the brightest is 255.
     pattern: [u8; TAXELS],
@@ -389,7 +393,8 @@ impl SlipDetector {
             let spread = lit * square - place * place;
             if spread > 0 { (lit * product - place * times).div_euclid(spread) } else { 0 }
         });
-        let most = feature_frames(SLOPE, self.rate).min(u16::MAX.into()) as i64;
+        let slope = if self.state == State::Rise { SECOND_SLOPE } else { SLOPE };
+        let most = feature_frames(slope, self.rate).min(u16::MAX.into()) as i64;
         let bounded = slopes.map(|slope| slope.clamp(-i64::from(i32::MAX), i32::MAX.into()));
         bounded.iter().map(|slope| slope * slope).sum::<i64>() > most * most
     }
