@@ -57,7 +57,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE.png")]
     overlay: Option<PathBuf>,
 
-    /// End after this many frames; 600 by default, 18000 with --crosstalk or --gains
+    /// End after this many frames: 600, or 18000 with --crosstalk or --gains
     #[arg(long, value_name = "N", value_parser = at_least(30_u64))]
     frames: Option<u64>,
 

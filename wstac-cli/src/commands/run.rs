@@ -371,8 +371,9 @@ Output with --json, one object per line (wrapped here):
   slip        says that a part that was pressed on and held begins to
               slip: "onset_frame" is the first frame with light of the
               motion, "held_since_frame" that of the press, or the one in
-              which the last slip came to rest, and "strength" the most light of a
-              frame since the onset as a fraction of the press's.
+              which the last slip came to rest, and "strength" the most
+              light of a frame since the onset as a fraction of that of
+              the press. Only the estimator wave gives it.
   texture     is printed as soon as a model that needs fewer than 70
               frames has them. The event that follows has the same.
   incomplete  is an event that lost frames or the stream's end cut off.

@@ -119,8 +119,7 @@ Terms of a budget, between commas:
                    frames<18. The wave answers at once, with models of 25
                    taxels, too; other laws and models of the path when 70
                    frames are there. A model over time that reads n frames
-                   names textures after about n - 10.5, before speed and
-                   direction.
+                   names textures after about n - 10.5, before the speed.
   format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
                    YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
                    law=edges, model=svm or model=none
