@@ -40,11 +40,13 @@ def monitored(board, elf, folder, wstac, what):
 
 
 def is_late(got, expected):
-    """Returns whether the first frame with features is too far into the sample of the first event, or the board's first frames
-    came before the host was there, so that it counts fewer.
+    """Returns whether the first frame with features is too far into the sample of the first event, the request for motion came
+    after the first motion, or the board's first frames came before the host was there, so that it counts fewer.
     """
     first = lambda lines, kind, key="frame": next((line[key] for line in map(json.loads, lines) if line["kind"] == kind), None)
     begins, event = first(got, "features"), first(expected, "event")
+    if first(got, "motion") != first(expected, "motion"):
+        return True
     is_short = first(got, "end", "frames") != first(expected, "end", "frames")
     return is_short or begins is None or event is not None and begins >= event + LATE
 
