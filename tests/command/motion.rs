@@ -36,7 +36,7 @@ fn a_held_part_that_slips_is_reported_by_hosts_and_boards() {
     assert!(found.iter().all(|record| record["kind"] != "slip"), "{found:?}");
 }
 
-/// What is pressed on and lifted, or slides over an edge of the sensor, does not slip.
+/// Parts that are lifted, or come from the side, do not slip.
 #[test]
 fn other_touches_are_no_slips() {
     let folder = Folder::new("no-slip");

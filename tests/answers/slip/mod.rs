@@ -27,7 +27,7 @@ const HOLD_S: f64 = 300.0;
 const HOLDS: u64 = 60;
 const HOLDS_OF_ALL: u64 = 480;
 
-/// What was reported of a stream.
+/// The reports of a stream.
 struct Watched {
     slips: Vec<Slip>,
     /// The frames of a held part's motion, and whether it was held in the frame before the first.

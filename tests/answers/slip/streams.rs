@@ -50,7 +50,7 @@ pub(crate) enum Kind {
     Off,
 }
 
-/// What disturbs a hold.
+/// A disturbance of a hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Fault {
     None,

@@ -34,7 +34,7 @@ const TO_5_MM: [f64; 2] = [50.0, 150.0];
 const ALL: [f64; 2] = [50.0, 300.0];
 const BEYOND: [f64; 2] = [150.0, 300.0];
 
-/// What is unusual about slides.
+/// Faults of the sensor and its camera, under which slides are named.
 #[derive(Clone, Copy)]
 struct Condition {
     speeds: [f64; 2],
@@ -116,31 +116,6 @@ const OBJECTS: [(&str, Kind); 6] = [
 const TOUCHES: u64 = 500;
 const OBJECT_SPEEDS: [f64; 2] = [30.0, 300.0];
 
-/// Returns a pose as `ci/long poses` draws it: rotated by up to 15° and tilted by up to 12°, with a lens, and up to three
-/// times as bright on one side.
-fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
-    let mut around = |most: f64| most * (2.0 * rng.uniform() - 1.0);
-    let side = f64::from(size.width().min(size.height()));
-    loop {
-        let pose = Pose {
-            rotation_degrees: around(15.0),
-            tilt_degrees: [around(12.0), around(12.0)],
-            curvature: around(0.08),
-            shift: [around(0.04), around(0.04)],
-            scale: 0.85 + around(0.1),
-            uneven: 2.0 + around(1.0),
-            uneven_degrees: around(180.0),
-        };
-        let inside = |[x, y]: &[f64; 2]| {
-            let [width, height] = [size.width(), size.height()].map(f64::from);
-            x.min(width - 1.0 - x) > 0.07 * side && y.min(height - 1.0 - y) > 0.07 * side
-        };
-        if pose.centers(size).iter().all(inside) {
-            return pose;
-        }
-    }
-}
-
 /// Returns the layout that calibration finds before a camera; `None` if it refuses.
 fn calibrated(script: &SceneConfig) -> Option<Layout> {
     let flat = Touch::Slide(Slide::new(Specimen::ALL[0], 150.0, 0.0));
@@ -197,7 +172,7 @@ impl Condition {
         }
         script.fidelity = Fidelity::Rendered;
         script.sensor.size = FrameSize::new(400, 400).expect("a size");
-        script.sensor.pose = Some(pose(rng, script.sensor.size));
+        script.sensor.pose = Some(Pose::random(rng, script.sensor.size));
         calibrated(script)
     }
 

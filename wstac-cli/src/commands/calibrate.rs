@@ -11,6 +11,8 @@ use super::files::Outputs;
 use super::output::{Stop, note};
 use super::signals::{Ending, finishing};
 use super::source_arguments::{SourceArguments, at_least};
+use wstac_core::green::any::Any;
+use wstac_core::taxels::FrameGeometry;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::pictures::{BoardPictures, port_of};
@@ -268,15 +270,32 @@ fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
     Ok((Box::new(board), info))
 }
 
+/// Opens the source, and returns the geometry of the configuration whose layout gets a key.
+fn open_for_layout(arguments: &Arguments) -> Result<(Box<dyn Source>, FrameGeometry<Any>), Stop> {
+    let config = Config::read_stored(&arguments.output)?;
+    Outputs::new(true).source(&arguments.source).check([arguments.output.as_path()])?;
+    let (source, info) = open(arguments)?;
+    note(&info.about);
+    Ok((source, config.geometry(&info)?))
+}
+
+/// Changes a key of `[layout]` of the configuration.
+fn write_layout(
+    arguments: &Arguments,
+    key: &str,
+    written: impl FnOnce(&str) -> Result<String, Error>,
+) -> Result<(), Stop> {
+    let output = arguments.output.as_path();
+    let text = written(&file_text(output)?).map_err(|error| error.about(output.display()))?;
+    Outputs::new(true).source(&arguments.source).write(output, text)?;
+    note(format_args!("wrote [layout] {key} of {}", output.display()));
+    Ok(())
+}
+
 /// Measures the cross-talk, and writes it to the configuration.
 fn crosstalk(arguments: &Arguments) -> Result<(), Stop> {
-    let output = arguments.output.as_path();
-    let config = Config::read_stored(output)?;
-    let outputs = Outputs::new(true).source(&arguments.source);
-    outputs.check([output])?;
-    let (mut source, info) = open(arguments)?;
-    note(&info.about);
-    let mut watch = CrosstalkWatch::new(config.geometry(&info)?);
+    let (mut source, geometry) = open_for_layout(arguments)?;
+    let mut watch = CrosstalkWatch::new(geometry);
     let mut known = 0;
     let lost = read(source.as_mut(), arguments.frames.unwrap_or(18_000), |event, _| {
         if let Some(taxel) = watch.take(event) {
@@ -287,9 +306,7 @@ fn crosstalk(arguments: &Arguments) -> Result<(), Stop> {
     note_lost(lost);
     let found =
         watch.crosstalk().map_err(|message| Error::new(ErrorKind::Data, arguments.source.display(), message))?;
-    let text = found.written_to(&file_text(output)?).map_err(|error| error.about(output.display()))?;
-    outputs.write(output, text)?;
-    note(format_args!("wrote [layout] crosstalk of {}", output.display()));
+    write_layout(arguments, "crosstalk", |text| found.written_to(text))?;
     let mut out = super::output::stdout();
     if !arguments.json {
         return Ok(writeln!(out, "{found}")?);
@@ -303,13 +320,8 @@ fn crosstalk(arguments: &Arguments) -> Result<(), Stop> {
 
 /// Measures the gains, and writes them to the configuration.
 fn gains(arguments: &Arguments) -> Result<(), Stop> {
-    let output = arguments.output.as_path();
-    let config = Config::read_stored(output)?;
-    let outputs = Outputs::new(true).source(&arguments.source);
-    outputs.check([output])?;
-    let (mut source, info) = open(arguments)?;
-    note(&info.about);
-    let mut watch = GainsWatch::new(config.geometry(&info)?);
+    let (mut source, geometry) = open_for_layout(arguments)?;
+    let mut watch = GainsWatch::new(geometry);
     let lost = read(source.as_mut(), arguments.frames.unwrap_or(18_000), |event, _| {
         if let Some(slides) = watch.take(event) {
             note(counted(slides, "slide"));
@@ -317,9 +329,7 @@ fn gains(arguments: &Arguments) -> Result<(), Stop> {
     })?;
     note_lost(lost);
     let found = watch.gains().map_err(|message| Error::new(ErrorKind::Data, arguments.source.display(), message))?;
-    let text = gains::written_to(&found, &file_text(output)?).map_err(|error| error.about(output.display()))?;
-    outputs.write(output, text)?;
-    note(format_args!("wrote [layout] gains of {}", output.display()));
+    write_layout(arguments, "gains", |text| gains::written_to(&found, text))?;
     let mut out = super::output::stdout();
     if arguments.json {
         let line = serde_json::json!({ "kind": "gains", "gains": found.as_slice() });

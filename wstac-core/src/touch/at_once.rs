@@ -99,9 +99,9 @@ impl AtOnce {
     ///
     /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
     /// the same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that follows
-    /// an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer
-    /// that the program does not take
-    /// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next try.
+    /// an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer that
+    /// the program does not take ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the
+    /// next try.
     ///
     /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
     ///

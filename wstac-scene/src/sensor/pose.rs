@@ -21,6 +21,7 @@ use wstac_core::params::{COLUMNS, PAPER_IMAGE_SIDE, PAPER_PITCH, ROWS, TAXELS};
 use wstac_host::text_file::whole;
 
 use crate::keys::within;
+use crate::rng::Rng;
 
 /// Distance of the camera (a guess: two picture sides).
 const DISTANCE: f64 = 4.0;
@@ -66,6 +67,31 @@ impl Default for Pose {
 }
 
 impl Pose {
+    /// Draws a pose from which all whiskers are seen.
+    ///
+    /// It is rotated by up to 15° and tilted by up to 12° on both axes. The lens moves the middle of a side by up to 0.08.
+    /// One side is up to three times as bright.
+    pub fn random(rng: &mut Rng, size: FrameSize) -> Self {
+        let mut around = |most: f64| most * (2.0 * rng.uniform() - 1.0);
+        let [width, height] = [size.width(), size.height()].map(f64::from);
+        let room = 0.07 * width.min(height);
+        loop {
+            let pose = Self {
+                rotation_degrees: around(15.0),
+                tilt_degrees: [around(12.0), around(12.0)],
+                curvature: around(0.08),
+                shift: [around(0.04), around(0.04)],
+                scale: 0.85 + around(0.1),
+                uneven: 2.0 + around(1.0),
+                uneven_degrees: around(180.0),
+            };
+            let inside = |[x, y]: &[f64; 2]| x.min(width - 1.0 - x) > room && y.min(height - 1.0 - y) > room;
+            if pose.centers(size).iter().all(inside) {
+                return pose;
+            }
+        }
+    }
+
     /// Checks every key against the range in its description.
     ///
     /// # Errors

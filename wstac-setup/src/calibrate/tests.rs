@@ -51,34 +51,6 @@ fn offs(calibration: &Calibration, truth: &[[f64; 2]; TAXELS]) -> Vec<[f64; 2]> 
     offs.collect()
 }
 
-/// Returns a random pose from which all whiskers are seen.
-///
-/// It is rotated by up to 15° and tilted by up to 12° on both axes. The lens moves the middle of a side by up to
-/// 0.08. One side is up to three times as bright.
-fn pose(rng: &mut Rng, size: FrameSize) -> Pose {
-    let mut around = |most: f64| most * (2.0 * rng.uniform() - 1.0);
-    let side = f64::from(size.width().min(size.height()));
-    loop {
-        let pose = Pose {
-            rotation_degrees: around(15.0),
-            tilt_degrees: [around(12.0), around(12.0)],
-            curvature: around(0.08),
-            shift: [around(0.04), around(0.04)],
-            scale: 0.85 + around(0.1),
-            uneven: 2.0 + around(1.0),
-            uneven_degrees: around(180.0),
-        };
-        let room = 0.07 * side;
-        let inside = |[x, y]: &[f64; 2]| {
-            let [width, height] = [size.width(), size.height()].map(f64::from);
-            x.min(width - 1.0 - x) > room && y.min(height - 1.0 - y) > room
-        };
-        if pose.centers(size).iter().all(inside) {
-            return pose;
-        }
-    }
-}
-
 /// Returns a random slide before a random camera; every tenth has a dead whisker.
 fn random(number: u64) -> (SceneConfig, Option<usize>) {
     let mut rng = Rng::new(number, 99);
@@ -92,7 +64,7 @@ fn random(number: u64) -> (SceneConfig, Option<usize>) {
          [light]\nleak = {leak}\nunit = {number}\ngain_deviation = 0.1\ndead = [{list}]\n[sensor]\nsize = [400, 400]",
         0.5 + rng.uniform(),
     ));
-    script.sensor.pose = Some(pose(&mut rng, script.sensor.size));
+    script.sensor.pose = Some(Pose::random(&mut rng, script.sensor.size));
     (script, dead)
 }
 
