@@ -230,6 +230,7 @@ fn main() {
                 kinds(&mut section);
                 section += &live::cameras(objects::scenes::JUDGE, live::OF_CONDITION);
             }
+            "period" => section = textures::periods::section(),
             "learn" => section = textures::learning(),
             _ => section = textures::section(),
         }
@@ -247,6 +248,7 @@ fn main() {
     slip::section(&mut page);
     live::tables(&mut page);
     page += &textures::section();
+    page += &textures::periods::section();
     print!("{page}");
 }
 

@@ -1,6 +1,7 @@
 //! The answers of the shipped models of the path about textures: the ten of the paper, unknown ones, and new ones.
 
 pub(crate) mod conditions;
+pub(crate) mod periods;
 
 use std::fmt::Write as _;
 

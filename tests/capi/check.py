@@ -162,6 +162,8 @@ def record_of(line):
         "contacts": line.get("contacts", -1),
         "acceleration_mm_s2": line.get("acceleration", {}).get("mm_s2"),
         "acceleration_sd_mm_s2": line.get("acceleration", {}).get("sd"),
+        "period_mm": line.get("period_mm", {}).get("value"),
+        "period_sd_mm": line.get("period_mm", {}).get("sd"),
         **{name: texture.get(name) for name in ("specimen", "pattern", "depth_mm", "confidence")},
         "known": {None: -1, False: 0, True: 1}[texture.get("known")],
         "other": texture.get("class"),

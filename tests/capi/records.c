@@ -60,6 +60,8 @@ static void print_event(const WstacEvent *event, const WstacTexture *texture)
     whole("contacts", event->contacts);
     number("acceleration_mm_s2", event->acceleration_mm_s2);
     number("acceleration_sd_mm_s2", event->acceleration_sd_mm_s2);
+    number("period_mm", event->period_mm);
+    number("period_sd_mm", event->period_sd_mm);
     text("specimen", texture->specimen);
     text("pattern", texture->pattern);
     number("depth_mm", texture->depth_mm);

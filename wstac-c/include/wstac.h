@@ -210,6 +210,10 @@ typedef struct WstacEvent {
   double acceleration_mm_s2;
   /// Standard deviation of the acceleration in mm/s^2; NaN without one.
   double acceleration_sd_mm_s2;
+  /// Period of the texture along the motion in mm; NaN if it is unknown, and from boards.
+  double period_mm;
+  /// Standard deviation of the period in mm; NaN without one.
+  double period_sd_mm;
 } WstacEvent;
 
 /// Answer of the texture models. Strings are UTF-8, and null if no model tells.

@@ -133,6 +133,10 @@ pub struct WstacEvent {
     pub acceleration_mm_s2: f64,
     /// Standard deviation of the acceleration in mm/s^2; NaN without one.
     pub acceleration_sd_mm_s2: f64,
+    /// Period of the texture along the motion in mm; NaN if it is unknown, and from boards.
+    pub period_mm: f64,
+    /// Standard deviation of the period in mm; NaN without one.
+    pub period_sd_mm: f64,
 }
 
 /// How a stream ended.
@@ -229,6 +233,8 @@ const EMPTY: WstacRecord = WstacRecord {
         contacts: -1,
         acceleration_mm_s2: f64::NAN,
         acceleration_sd_mm_s2: f64::NAN,
+        period_mm: f64::NAN,
+        period_sd_mm: f64::NAN,
     },
     texture: NO_TEXTURE,
     frames: 0,
@@ -400,6 +406,8 @@ impl Given {
             contacts: event.extent.map_or(-1, |extent| extent.contacts.into()),
             acceleration_mm_s2: event.acceleration.map_or(f64::NAN, |found| millimeters(found.value)),
             acceleration_sd_mm_s2: event.acceleration.map_or(f64::NAN, |found| millimeters(found.sd).max(0.01)),
+            period_mm: event.period_mm.map_or(f64::NAN, |found| millimeters(found.value)),
+            period_sd_mm: event.period_mm.map_or(f64::NAN, |found| millimeters(found.sd).max(0.01)),
         }
     }
 

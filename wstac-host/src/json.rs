@@ -271,6 +271,8 @@ pub struct EventLine<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     acceleration: Option<AccelerationField>,
     texture: Option<&'a Texture>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    period_mm: Option<MeasuredField>,
     frames_filled: u8,
     reliable: bool,
     #[serde(skip_serializing_if = "WhyField::is_empty")]
@@ -298,6 +300,7 @@ impl<'a> EventLine<'a> {
             contacts: event.extent.map(|extent| extent.contacts),
             acceleration: event.acceleration.map(AccelerationField::from),
             texture: event.texture.as_ref().ok(),
+            period_mm: event.period_mm.map(MeasuredField::from),
             frames_filled: event.frames_filled,
             reliable: event.reliable,
             why: WhyField {

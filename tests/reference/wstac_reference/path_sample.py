@@ -100,8 +100,11 @@ def along(light: np.ndarray, at: np.ndarray) -> np.ndarray:
 
 
 def numbers(light: np.ndarray, plan: Plan, delays: np.ndarray, weights: np.ndarray, speed: float, direction: float,
-            per_mm: float, lost: frozenset[int] = NONE_LOST) -> tuple[np.ndarray, int | None] | None:
-    """The numbers, and the first step of which too much was lost; None if it is dark. `per_mm` is in frames."""
+            per_mm: float, lost: frozenset[int] = NONE_LOST) -> tuple[np.ndarray, int | None, int] | None:
+    """The numbers, the first step of which too much was lost, and how many steps were seen; None if it is dark.
+
+    `per_mm` is in frames.
+    """
     peaks = light.max(axis=1)
     lit = (peaks > 0) & (peaks >= LIT * peaks.max())
     if not (weights[lit].sum() > 0):
@@ -138,7 +141,9 @@ def numbers(light: np.ndarray, plan: Plan, delays: np.ndarray, weights: np.ndarr
     factors = [1.0, speed, direction] if plan.by_direction else [1.0, speed]
     rows = np.array([channel * factor for factor in factors for channel in found])
     facts = [speed, direction, speed * speed, speed * direction]
-    return np.concatenate([facts, rows.T[:steps].ravel()])[:NUMBERS], whole
+    seen = math.floor((SAMPLE_FRAMES - 1 - times[0] - delays[lit].max()) / (plan.step_mm * per_mm)) + 1
+    seen = max(seen if whole is None else min(seen, whole), 0)
+    return np.concatenate([facts, rows.T[:steps].ravel()])[:NUMBERS], whole, seen
 
 
 def way(mm_s: float, degrees: float) -> tuple[float, float, float, float, float]:
@@ -164,8 +169,8 @@ def sums_along(
 
 def taxels_along(
     sums: np.ndarray, mm_s: float, degrees: float, readout: Readout = GLOBAL, lost: frozenset[int] = NONE_LOST
-) -> tuple[np.ndarray, int | None] | None:
-    """The sample of 25 taxels' sums, in natural logarithms, and the first step of which too much was lost.
+) -> tuple[np.ndarray, int | None, int] | None:
+    """The sample of 25 taxels' sums, in natural logarithms, the first step of which too much was lost, and steps seen.
 
     None if it is dark.
     """
@@ -174,3 +179,35 @@ def taxels_along(
     delays = per_mm * PITCH_MM * (column * right - row * up) - row * readout.rows - column * readout.columns
     weights, light = np.ones(ROWS * COLUMNS), light_of_taxels(sums, lost)
     return numbers(light, BY_TAXELS, delays, weights, speed, direction, per_mm, lost)
+
+
+FIRST_STEP, LEAST_STEPS, MOST_STEPS, OF_EDGE = 8, 20, 88, 2
+"""Steps of a period: the first, how few are enough, where they end, and how many the trailing edge has."""
+LIT_STEP = -1.4
+FREQUENCIES = np.linspace(1 / 13, 1 / 2.6, 56)
+SHARE, LEAST_PERIODS, OF_FRAME = 0.8, 2.5, 0.4
+
+
+def period(path: np.ndarray, covered: int, mm_s: float, relative_sd: float) -> tuple[float, float] | None:
+    """Period of a texture in mm and its deviation, from the numbers of 25 taxels; `covered` steps were seen."""
+    steps = path[4 : 4 + 8 * min(covered, 87)].reshape(-1, 8)
+    light = steps[FIRST_STEP:MOST_STEPS + FIRST_STEP, :3].sum(axis=1)
+    lit = np.flatnonzero(light > 3 * LIT_STEP)
+    light = light[: max(lit[-1] + 1 - OF_EDGE, 0)] if len(lit) else light[:0]
+    count = len(light)
+    if count < LEAST_STEPS:
+        return None
+    place = np.arange(count) - (count - 1) / 2
+    changes = (light - np.polyval(np.polyfit(place, light, 1), place)) * (weight := 1 - (2 * place / (count + 1)) ** 2)
+    powers = np.abs(np.exp(-2j * np.pi * np.outer(FREQUENCIES, place)) @ changes) ** 2
+    best = int(np.argmax(powers))
+    if best in (0, len(powers) - 1):
+        return None
+    below, most, above = powers[best - 1 : best + 2]
+    share = 2 * most / ((changes**2).sum() * (weight**2).sum())
+    frequency = FREQUENCIES[best] + (FREQUENCIES[1] - FREQUENCIES[0]) * (below - above) / 2 / (below - 2 * most + above)
+    periods, of_frame = count * frequency, mm_s / NOMINAL_FPS * frequency
+    if not (share > SHARE and periods >= LEAST_PERIODS and of_frame <= OF_FRAME):
+        return None
+    parts = (0.0022, 0.04 / periods**2, 0.33 * of_frame**2 / periods, relative_sd)
+    return 1 / frequency, math.hypot(*parts) / frequency

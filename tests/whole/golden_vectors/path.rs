@@ -8,7 +8,7 @@ use wstac_core::paper::sample::Sample;
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::touch::motion::Velocity;
-use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::path_sample::{self, PathSample};
 use wstac_core::touch::taxel_ring::TaxelRing;
 
 use super::case::{Cases, directory, read};
@@ -32,6 +32,9 @@ struct PathCase {
     /// Numbers of lost frames, and the first step of which too much was lost.
     lost: Vec<usize>,
     whole_steps: Option<usize>,
+    /// The relative deviation of the speed, and the period of the texture with its deviation, in mm.
+    relative_sd: f32,
+    period: Option<[f32; 2]>,
 }
 
 /// Largest difference in units of 2^-11 where light is above a tenth of the mean, and where it is below.
@@ -63,17 +66,24 @@ fn every_path_is_that_of_the_reference() {
     let Cases::<PathCase> { cases } = read(&directory().join("path.json"));
     assert!(cases.len() >= 25, "{} cases", cases.len());
     let rolling = rolling();
-    let mut most = [[0; 2]; 2];
+    let (mut most, mut told) = ([[0; 2]; 2], 0);
     for case in &cases {
         let (name, config) = (&case.name, config_of(case.shutter, &rolling));
         let mut velocity = Velocity::default();
         (velocity.mm_s, velocity.degrees) = (case.mm_s, case.deg);
+        velocity.mm_s_sd = case.relative_sd * case.mm_s;
         let frames: &[Features; SAMPLE_FRAMES] = case.features.as_slice().try_into().unwrap();
         let baseline = Baseline::new(case.totals, case.frames);
         let event = Event::new(0, Sample::from_frames(frames), &baseline);
         let mut ring = TaxelRing::new(case.full_scale);
         for (number, sums) in case.sums.iter().enumerate() {
             if case.lost.contains(&number) { ring.fill(1) } else { ring.push(sums) }
+        }
+        let period = path_sample::period(&event.with_taxels(&ring), &velocity, config);
+        let (found, expected) = (period.map_or([0.0; 2], |one| [one.value, one.sd]), case.period.unwrap_or_default());
+        told += usize::from(period.is_some());
+        for (found, expected, close) in [(found[0], expected[0], 0.002), (found[1], expected[1], 0.02)] {
+            assert!((found - expected).abs() <= close * expected, "{name}: period {found}, expected {expected}");
         }
         let sums = PathSample::of_sums(&event, &velocity, config, 70).unwrap();
         let taxels = PathSample::of_taxels(&ring, &velocity, config, 70).unwrap();
@@ -87,5 +97,6 @@ fn every_path_is_that_of_the_reference() {
             *most = (*most).max(*found);
         }
     }
+    assert!(told >= 6, "{told} periods");
     println!("{} paths, off by at most {most:?} units of 2^-11", cases.len());
 }

@@ -53,6 +53,8 @@ const EVENTS: &[&str] = &[
     "texture/class",
     "texture/confidence",
     "texture/known",
+    "period_mm/value",
+    "period_mm/sd",
     "frames_filled",
     "reliable",
     "why/speed",

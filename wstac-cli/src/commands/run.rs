@@ -348,7 +348,7 @@ Output with --json, one object per line (wrapped here):
               motion, from the sensor's middle, and "width_mm" its width,
               each as {"value","sd"} and only if it is known. "contacts"
               counts objects side by side. "acceleration" of an edge has
-              "mm_s2" and "sd".
+              "mm_s2" and "sd". "period_mm" is that of the texture.
               speed, direction and texture are null if there is no
               answer, and "why" gives the reason. Its "reliable" says
               why the touch is unclear or the answers are not

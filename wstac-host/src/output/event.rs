@@ -8,7 +8,7 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{self, Contact, MotionConfig};
-use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::path_sample::{self, PathSample};
 use wstac_core::touch::wave::{Basis, Extent, Measured};
 
 use super::{RecordTimes, SampleFrames};
@@ -60,6 +60,9 @@ pub struct TactileEvent {
     pub acceleration: Option<Measured>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
+    /// The [period](path_sample::period) of the texture in mm; `None` where it cannot be told, unless the answer is a reliable one
+    /// of 25 taxels, and from boards.
+    pub period_mm: Option<Measured>,
     /// The speeds that the model knows, if the speed of the slide is none of them and so it is no wonder that the texture
     /// is unknown, or may be wrong.
     pub texture_doubt: Option<KnownSpeeds>,
@@ -117,6 +120,7 @@ impl TactileEvent {
             extent: answer.extent,
             acceleration: answer.acceleration,
             texture,
+            period_mm: period(event, &answer, answering.motion),
             texture_doubt,
             frames_filled: event.frames_filled,
             reliable: answer.reliable,
@@ -174,6 +178,7 @@ impl TactileEvent {
             extent: answers.extent,
             acceleration: None,
             texture: texture.ok_or(no_texture),
+            period_mm: None,
             texture_doubt: None,
             frames_filled: answers.frames_filled,
             reliable: answers.reliable,
@@ -195,6 +200,12 @@ impl TactileEvent {
     pub fn is_cut_off(&self) -> bool {
         matches!(self.speed, Err(Reason::CutOff { .. }))
     }
+}
+
+/// Returns the period of the texture that a reliable answer of 25 taxels is about.
+fn period(event: &Event<'_>, answer: &Answer, motion: MotionConfig) -> Option<Measured> {
+    let velocity = answer.velocity().filter(|_| answer.reliable && answer.basis.is_some())?;
+    path_sample::period(event, &velocity, motion)
 }
 
 /// Returns why answers of a board are not reliable. A board before version 0.4 does not say; by arrival times, the number of

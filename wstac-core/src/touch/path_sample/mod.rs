@@ -9,6 +9,7 @@
 //!
 //! A model file says which of them it takes ([`Input`]).
 
+mod period;
 mod resample;
 
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
@@ -19,6 +20,7 @@ use crate::paper::trigger::Event;
 use crate::params::{COLUMNS, FEATURES, ROWS, SAMPLE_FRAMES, TAXELS};
 use crate::touch::motion::{MotionConfig, Velocity};
 pub use crate::touch::taxel_ring::{NoTaxels, TaxelRing, TaxelStore};
+pub use period::period;
 use resample::{BY_COLUMNS, BY_ROWS, BY_TAXELS, Factors, Light, Plan, Track};
 
 /// Numbers before those of the first step: the speed, the direction, and products of them.

@@ -28,7 +28,7 @@ const SPREADS: usize = 2;
 /// The combination of lines: the mean light of each group, and the differences of the lines of a spread.
 pub(super) struct Plan<const LINES: usize> {
     /// The number of groups, and the group of each line.
-    groups: usize,
+    pub(super) groups: usize,
     group_of: [u8; LINES],
     /// The number of spreads, and the spread of each line.
     spreads: usize,
