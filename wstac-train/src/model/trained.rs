@@ -27,6 +27,8 @@ pub struct Trained {
     pub kind: Kind,
     /// Notes for the user that are not in its file.
     pub remarks: Vec<String>,
+    /// The mean of each input; rounded weights of a linear model are exact for it. `None` adds no correction.
+    pub mean: Option<Vec<f64>>,
 }
 
 /// A model's kind of decision.
