@@ -101,3 +101,91 @@ fn decide(linear: &Linear, classes: usize, sample: &[i16; INPUTS], inputs: usize
     };
     (if classes == 1 { 0 } else { usize::from(sum > 0.0) }, sum.abs())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::trained::{Kind, Row, Trained, guess_task};
+    use super::super::write::{Options, write};
+    use super::*;
+
+    /// Returns a model whose weights differ in size by `most`, and samples that its small weights decide.
+    fn case(pairs: bool, most: f64) -> (Trained, CheckSet) {
+        let row = |class: usize| Row {
+            // A large weight of an input that never changes, and small ones that decide.
+            weights: (0..INPUTS).map(|input| if input == 0 { most } else { f64::from(input % 3 == class) }).collect(),
+            bias: 2.0 * most,
+        };
+        let labels: Vec<String> = (0..3).map(|class| class.to_string()).collect();
+        let mut rows: Vec<Row> = (0..3).map(row).collect();
+        if pairs {
+            rows = [[0, 1], [0, 2], [1, 2]].map(|[a, b]| difference(&rows[a], &rows[b], most)).into();
+        }
+        let kind = Kind::Linear(Linear { pairs, rows });
+        let (task, input, inputs) = (guess_task(&labels), Input::Frames, INPUTS);
+        let model = Trained { labels, task, input, inputs, speeds: None, kind, remarks: Vec::new(), mean: None };
+        let sample = |number: usize| {
+            std::array::from_fn(|input| match input {
+                0 => -4096,
+                _ => -2048 + 100 * i16::from(input % 3 == number % 3),
+            })
+        };
+        (model, CheckSet { name: "set.npz".into(), samples: (0..300).map(sample).collect() })
+    }
+
+    fn difference(first: &Row, second: &Row, most: f64) -> Row {
+        let mut weights: Vec<f64> = first.weights.iter().zip(&second.weights).map(|(a, b)| a - b).collect();
+        weights[0] = most;
+        Row { weights, bias: 2.0 * most }
+    }
+
+    fn compared(model: &Trained, set: &CheckSet) -> Result<String, String> {
+        let Kind::Linear(linear) = &model.kind else { unreachable!() };
+        let words = write(model, "", Options::default()).unwrap().words;
+        set.compare(linear, INPUTS, &Model::from_words(&words).unwrap())
+    }
+
+    #[test]
+    fn changed_answers_are_counted_and_refused() {
+        for pairs in [false, true] {
+            let (model, set) = case(pairs, 10.0);
+            let found = compared(&model, &set).unwrap();
+            assert!(found.starts_with("rounded weights change 0 of 300 answers of set.npz (0.00 %)"), "{found}");
+            // Small weights are rounded to 0: every answer is that of equal scores.
+            let (model, set) = case(pairs, 1e6);
+            let error = compared(&model, &set).unwrap_err();
+            assert!(error.starts_with("rounded weights change 200 of 300 answers of set.npz (66.67 %)"), "{error}");
+            assert!(error.contains("expected at most 0.5 %; help: "), "{error}");
+        }
+    }
+
+    #[test]
+    fn weights_that_all_classes_share_decide_nothing() {
+        let (mut model, set) = case(false, 1e6);
+        if let Kind::Linear(linear) = &mut model.kind {
+            linear.drop_shared();
+        }
+        assert!(compared(&model, &set).unwrap().contains("change 0 of 300"));
+    }
+
+    #[test]
+    fn the_mean_has_no_error_of_rounding() {
+        let (mut model, set) = case(false, 3e4);
+        model.mean = Some(set.mean(INPUTS));
+        let error = |model: &Trained| {
+            let Kind::Linear(linear) = &model.kind else { unreachable!() };
+            let row = &linear.rows[0];
+            let mean = set.mean(INPUTS);
+            let words = write(model, "", Options::default()).unwrap().words;
+            let halves: Vec<u16> = words.iter().flat_map(|word| [*word as u16, (word >> 16) as u16]).collect();
+            let at = wstac_core::model::file::HEADER_HALVES + 2;
+            let long = (0..4).fold(0, |long, half| long | u64::from(halves[at + half]) << (16 * half)) as i64;
+            let unit = 3e4 / 32_767.0;
+            let sum = |of: &dyn Fn(f64) -> f64| row.weights.iter().zip(&mean).map(|(w, x)| of(*w) * x).sum::<f64>();
+            let rounded = long as f64 * unit / 2048.0 + sum(&|weight| (weight / unit).round() * unit);
+            (rounded - row.bias - sum(&|weight| weight)).abs()
+        };
+        assert!(error(&model) < 1e-3);
+        model.mean = None;
+        assert!(error(&model) > 1.0);
+    }
+}

@@ -77,6 +77,9 @@ pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trai
 
 fn made(name: &str, bytes: Vec<u8>, wanted: &Import, set: Option<&CheckSet>) -> Result<(Trained, Written), String> {
     let (mut model, tool) = trained(bytes, wanted)?;
+    if let Kind::Linear(linear) = &mut model.kind {
+        linear.drop_shared();
+    }
     if let Some(set) = set {
         model.mean = Some(set.mean(model.inputs));
     } else if model.input == Input::Frames && model.mean.is_none() {
