@@ -82,7 +82,7 @@ impl Crate {
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("\"Klasse\" {class}\n\\ µ𝛼")).collect();
     let (task, input, remarks) = (Task::Other, Input::Frames, Vec::new());
-    Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks }
+    Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks, mean: None }
 }
 
 /// Returns a random tree with this many splits.

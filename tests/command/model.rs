@@ -140,6 +140,7 @@ fn options_of_other_models_are_refused() {
     let folder = Folder::new("options");
     let boosted = folder.file("boosted.json", XGBOOST.as_bytes());
     let forest = folder.file("forest.onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
+    let set = folder.file("set.npz", npz(&[("X", &header("<i2", "(1, 700)"), vec![1; 1400])]));
     let out = folder.0.join("out");
     for (file, option, output, parts) in [
         (
@@ -150,6 +151,7 @@ fn options_of_other_models_are_refused() {
         ),
         (&boosted, ["--note", "a"], "rs", ["--note is for model files", "expected no --note"]),
         (&forest, ["--leaves", "auto"], "wsm", ["--leaves is for boosted trees", "forest.onnx holds a forest"]),
+        (&forest, ["--check", text(&set)], "wsm", ["--check is for linear models", "forest.onnx holds a forest"]),
         (&forest, ["--weights", "int8"], "rs", ["--weights is for linear models", "forest.onnx holds a forest"]),
     ] {
         let out = out.with_extension(output);

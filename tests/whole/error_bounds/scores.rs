@@ -60,6 +60,7 @@ fn scores_are_within_their_bound() {
             speeds: None,
             kind: Kind::Linear(Linear { pairs: false, rows: trained.clone() }),
             remarks: Vec::new(),
+            mean: None,
         };
         let written = write(&model, "", Options::default()).unwrap();
         let largest = trained.iter().flat_map(|row| &row.weights).fold(0.0_f64, |most, weight| most.max(weight.abs()));

@@ -335,7 +335,7 @@ mod tests {
         let kind = Kind::Linear(Linear { pairs: false, rows: vec![Row { weights, bias: 0.0 }] });
         let labels = vec!["no".into(), "yes".into()];
         let (task, remarks) = (Task::Other, Vec::new());
-        let trained = Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks };
+        let trained = Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks, mean: None };
         write::write(&trained, "", write::Options::default()).unwrap().words
     }
 

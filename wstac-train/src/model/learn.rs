@@ -72,6 +72,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
             rows: means.iter().map(|mean| row(&projection, mean, frames)).collect(),
         }),
         remarks: Vec::new(),
+        mean: None,
     };
     super::check_names(&trained)?;
     let plain = write(&trained, facts, Options::default())?.words;

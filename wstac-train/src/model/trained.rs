@@ -27,6 +27,8 @@ pub struct Trained {
     pub kind: Kind,
     /// Notes for the user that are not in its file.
     pub remarks: Vec<String>,
+    /// The mean of each input; rounded weights of a linear model are exact for it. `None` adds no correction.
+    pub mean: Option<Vec<f64>>,
 }
 
 /// A model's kind of decision.
@@ -47,6 +49,29 @@ pub struct Linear {
     pub pairs: bool,
     /// Rows.
     pub rows: Vec<Row>,
+}
+
+impl Linear {
+    /// Subtracts from the rows of classes what all of them share, which decides nothing.
+    ///
+    /// The largest weight is smaller then, and with it the unit of all.
+    pub(super) fn drop_shared(&mut self) {
+        if self.pairs || self.rows.len() < 2 {
+            return;
+        }
+        let length = self.rows.iter().map(|row| row.weights.len()).min().unwrap_or(0);
+        let middle = |of: &dyn Fn(&Row) -> f64| {
+            let ends = (f64::INFINITY, f64::NEG_INFINITY);
+            let (least, most) = self.rows.iter().map(of).fold(ends, |ends, x| (ends.0.min(x), ends.1.max(x)));
+            f64::midpoint(least, most)
+        };
+        let weights: Vec<f64> = (0..length).map(|input| middle(&|row| row.weights[input])).collect();
+        let bias = middle(&|row| row.bias);
+        for row in &mut self.rows {
+            row.weights.iter_mut().zip(&weights).for_each(|(weight, shared)| *weight -= shared);
+            row.bias -= bias;
+        }
+    }
 }
 
 /// A weighted sum.

@@ -186,7 +186,7 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
     let task = guess_task(&labels);
     let kind = Kind::Boosted(Boosted { scores: all, bound });
     Ok((
-        Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks },
+        Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean: None },
         format!("XGBoost {}", version.join(".")),
     ))
 }

@@ -200,6 +200,7 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         speeds: speeds_of(&usable),
         kind: Kind::Linear(linear),
         remarks: Vec::new(),
+        mean: None,
     };
     crate::model::check_names(&trained).map_err(|message| wrong(&subject, message))?;
     let draft = write::write(&trained, "", write::Options::default()).map_err(|message| wrong(&subject, message))?;

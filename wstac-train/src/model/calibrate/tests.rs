@@ -58,7 +58,7 @@ fn forest(classes: u16) -> Vec<u32> {
 fn model(classes: u16, kind: Kind) -> Vec<u32> {
     let labels = (0..classes).map(|class| class.to_string()).collect();
     let (task, input, remarks) = (Task::Other, Input::Frames, Vec::new());
-    let trained = Trained { labels, task, input, inputs: 10, speeds: None, kind, remarks };
+    let trained = Trained { labels, task, input, inputs: 10, speeds: None, kind, remarks, mean: None };
     write(&trained, "facts", Options::default()).unwrap().words
 }
 

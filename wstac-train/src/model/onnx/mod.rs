@@ -68,12 +68,13 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     };
     let task = guess_task(&labels);
     let trainer = if producer.is_empty() { "ONNX".into() } else { format!("ONNX of {producer}") };
+    let mean = before.scalers.first().and_then(|scaler| scaler.mean(inputs));
     let mut remarks = Vec::new();
     if !before.scalers.is_empty() && !matches!(kind, Kind::Linear(_)) {
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
         remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
     }
-    Ok((Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks }, trainer))
+    Ok((Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean }, trainer))
 }
 
 fn attribute<'m>(node: &'m Node, name: &str) -> Option<&'m Attribute> {

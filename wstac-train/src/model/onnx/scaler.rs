@@ -26,6 +26,15 @@ impl Scaler {
         Ok(())
     }
 
+    /// Returns the offsets of all inputs, which a StandardScaler sets to their means; `None` if all of them are 0.
+    pub(super) fn mean(&self, inputs: usize) -> Option<Vec<f64>> {
+        let offset = |input| self.of(input).ok().map(|(offset, _)| f64::from(offset));
+        (0..inputs).map(offset).collect::<Option<Vec<f64>>>().filter(|all| {
+            // Others are no means of features.
+            all.iter().any(|&offset| offset != 0.0) && all.iter().all(|offset| offset.abs() <= 16.0)
+        })
+    }
+
     /// Returns the offset and scale of an input.
     fn of(&self, input: usize) -> Result<(f32, f32), String> {
         let get = |list: &[f32], none: f32| match list {

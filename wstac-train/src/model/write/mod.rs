@@ -77,7 +77,7 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     let classes = classes(model)?;
     let frames = frames(model.inputs)?;
     let body = match &model.kind {
-        Kind::Linear(linear) => linear::body(linear, classes, frames, options.narrow_weights)?,
+        Kind::Linear(linear) => linear::body(linear, classes, frames, options.narrow_weights, model.mean.as_deref())?,
         Kind::Forest(trees) => forest::body(trees, classes, model.inputs)?,
         Kind::Boosted(boosted) => boosted::body(boosted, classes, model.inputs, options.leaves)?,
     };

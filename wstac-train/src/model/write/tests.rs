@@ -86,7 +86,7 @@ fn to_file(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
 fn model(classes: usize, kind: Kind) -> Trained {
     let labels = (0..classes).map(|class| format!("Klasse {class} µ𝛼")).collect();
     let (task, input, remarks) = (Task::Other, Input::Frames, Vec::new());
-    Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks }
+    Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks, mean: None }
 }
 
 fn same_answers(
