@@ -92,7 +92,7 @@ fn made(name: &str, bytes: Vec<u8>, wanted: &Import, set: Option<&CheckSet>) -> 
     let mut written = write(&model, &facts.to_string(), wanted.options)?;
     if let (Some(set), Kind::Linear(linear)) = (set, &model.kind) {
         let read = Model::from_words(&written.words).map_err(|error| error.to_string())?;
-        written.exactness += &format!("; {}", set.compare(linear, model.inputs, &read)?);
+        written.exactness = format!("{}; {}", written.exactness, set.compare(linear, model.inputs, &read)?);
     }
     Ok((model, written))
 }
