@@ -21,10 +21,10 @@ use wstac_core::touch::crosstalk::Correction;
 use wstac_core::touch::motion::{
     self, Contact, LiveContact, LiveMotion, LiveWave, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity,
 };
-use wstac_core::touch::path_sample::PathSample;
+use wstac_core::touch::path_sample::{self, PathSample};
 use wstac_core::touch::slip::{Slip, SlipDetector};
 use wstac_core::touch::taxel_ring::{ChosenTaxels, NoTaxels, TaxelRing, TaxelStore};
-use wstac_core::touch::wave::{self, Basis, Extent, TaxelMotion, Wave};
+use wstac_core::touch::wave::{self, Basis, Extent, Measured, TaxelMotion, Wave};
 
 entries! {
     trigger:
@@ -206,6 +206,9 @@ entries! {
     }
     fill_from_touch(sample: &mut PathSample, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
         sample.fill_from_touch(event, velocity, config, frames)
+    }
+    period(touch: &Event<'_>, velocity: &Velocity, config: MotionConfig) -> Option<Measured> {
+        path_sample::period(touch, velocity, config)
     }
     fill_from_taxels(sample: &mut PathSample, ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
         sample.fill_from_taxels(ring, velocity, config, frames)

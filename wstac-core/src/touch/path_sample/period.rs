@@ -33,7 +33,16 @@ const DEVIATION: [f32; 3] = [0.0022, 0.04, 0.33];
 ///
 /// The velocity is that of the touch's reliable answer. Its deviation is in that of the period.
 pub fn period(touch: &Event<'_>, velocity: &Velocity, config: MotionConfig) -> Option<Measured> {
-    let sample = PathSample::of_touch(touch, velocity, config, SAMPLE_FRAMES as u8)?;
+    let mut sample = PathSample::DARK;
+    if !sample.fill_from_touch(touch, velocity, config, SAMPLE_FRAMES as u8) {
+        return None;
+    }
+    of_sample(&sample, velocity, config)
+}
+
+/// What has the light of the path is no longer on the stack.
+#[inline(never)]
+fn of_sample(sample: &PathSample, velocity: &Velocity, config: MotionConfig) -> Option<Measured> {
     let numbers = sample.numbers().get(FACTS..usize::from(sample.covered).min(INPUTS))?;
     let mut light = [0.0_f32; MOST_STEPS];
     let (mut steps, mut end) = (0, 0_usize);
