@@ -169,6 +169,8 @@ class Event:
     """Mean acceleration while an edge passes the sensor; None if it is unknown."""
     texture: Optional[Texture]
     """Texture; None without a model, and for a touch that is no slide."""
+    period_mm: Optional[Measured]
+    """Period of the texture along the motion; None if it is unknown."""
     frames_filled: int
     """Frames of the sample that were filled."""
     reliable: bool
@@ -232,6 +234,7 @@ class Event:
             **{name.rstrip("_"): value for name, value in asdict(texture).items() if name not in ("confidence", "known")},
             "texture_confidence": texture.confidence,
             "texture_known": texture.known,
+            **_lengths("period", self.period_mm),
             "frames_filled": self.frames_filled,
             "reliable": self.reliable,
             **{f"why_{answer}": self.why.get(answer) for answer in ("speed", "direction", "texture", "reliable")},
@@ -250,7 +253,7 @@ class Event:
             del found["stamp_within_ms"]
         else:
             found["stamp"] = _in_utc(self.stamp)
-        for name in ("speed_at_most", "basis", "place_mm", "width_mm", "contacts", "acceleration"):
+        for name in ("speed_at_most", "basis", "place_mm", "width_mm", "contacts", "acceleration", "period_mm"):
             if found[name] is None:
                 del found[name]
         for answer in ("speed", "speed_at_most", "direction"):
@@ -584,6 +587,7 @@ _PARTS: dict[str, Any] = {
     "direction": Direction,
     "place_mm": Measured,
     "width_mm": Measured,
+    "period_mm": Measured,
     "acceleration": Acceleration,
     "texture": Texture,
     "incomplete": Incomplete,
