@@ -6,9 +6,9 @@ import sys
 
 
 def host(wstac, *arguments):
-    """Returns what the command prints, but for notes and accelerations, of which a board has none."""
+    """Returns what the command prints, but for notes, accelerations and periods, of which a board has none."""
     lines = subprocess.check_output([wstac, *arguments], text=True, stderr=subprocess.DEVNULL).splitlines()
-    return [re.sub(r'"acceleration":\{[^}]*\},', "", line) for line in lines if not line.startswith('{"kind":"note"')]
+    return [re.sub(r'"(acceleration|period_mm)":\{[^}]*\},', "", line) for line in lines if not line.startswith('{"kind":"note"')]
 
 
 def same(board, what, got, want):
