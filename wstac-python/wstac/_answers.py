@@ -21,7 +21,7 @@ class Speed:
     >>> import wstac
     >>> [event] = wstac.open("scene:Saw3@150,90deg")
     >>> event.speed
-    Speed(mm_s=150.1, sd=0.8621, extrapolated=None)
+    Speed(mm_s=150.1, sd=1.702, extrapolated=None)
     """
 
     mm_s: float
@@ -73,7 +73,7 @@ class Direction:
     >>> import wstac
     >>> [event] = wstac.open("scene:Saw3@150,90deg")
     >>> event.direction
-    Direction(deg=90.0, sd=0.09, confidence=None)
+    Direction(deg=90.0, sd=0.07, confidence=None)
     """
 
     deg: Optional[float]
@@ -123,7 +123,7 @@ class Event:
     >>> event.frame, event.touch_frame, event.time_s, event.sample.shape
     (35, 46, 1.5333, (10, 70))
     >>> event.record["kind"], event.record["speed"]
-    ('event', {'mm_s': 150.1, 'sd': 0.8621})
+    ('event', {'mm_s': 150.1, 'sd': 1.702})
     """
 
     frame: int
@@ -360,6 +360,9 @@ class Slip(_Row):
     >>> scene = wstac.simulate({"touch": [held], "fidelity": "taxel"}, frames=False)
     >>> [slip.onset_frame for slip in scene.slips]
     [75]
+    >>> slip = wstac.Slip(frame=131, onset_frame=129, held_since_frame=96, strength=0.4)
+    >>> slip.to_dict()["onset_frame"], slip.record["kind"]
+    (129, 'slip')
     """
 
     _kind = "slip"

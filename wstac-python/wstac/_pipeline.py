@@ -83,8 +83,8 @@ class Pipeline(Recorded):
     >>> pipeline.finish()
     >>> pipeline.contact_ends[0].frame, pipeline.end.frames
     (75, 141)
-    >>> pipeline.motions, pipeline.early_textures, pipeline.incomplete, pipeline.lost
-    ([], [], [], [])
+    >>> pipeline.motions, pipeline.slips, pipeline.early_textures, pipeline.incomplete, pipeline.lost
+    ([], [], [], [], [])
 
     With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in it.
     With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).

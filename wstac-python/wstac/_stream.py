@@ -66,8 +66,8 @@ class Stream(Recorded):
     ('GREY', (1280, 720), 30.0, {}, [], True)
     >>> len(events), len(stream.motions), stream.contact_ends[0].frame, stream.end.frames
     (1, 19, 74, 140)
-    >>> stream.early_textures, stream.incomplete, stream.faults, stream.lost, stream.notes
-    ([], [], [], [], [])
+    >>> stream.slips, stream.early_textures, stream.incomplete, stream.faults, stream.lost, stream.notes
+    ([], [], [], [], [], [])
 
     In a program of asyncio, `async for` waits for events in a thread, and so do `aframes` and `arecords`. A task that is cancelled
     meanwhile closes the stream.
