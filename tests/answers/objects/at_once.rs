@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use wstac_core::law::ByWave;
+use wstac_core::law::{Answer, ByWave};
+use wstac_core::paper::trigger::Event;
 use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_host::model_file::ModelFile;
@@ -26,23 +27,23 @@ const FIRST_SENSOR: u32 = 95_000;
 /// A block of 60 mm at 150 mm/s should have speed, direction and texture within this time after the first touch.
 const GOAL_S: f64 = 0.6;
 
-/// Returns the seconds from the first touch to the answer of speed, direction and texture, and whether the texture is right;
-/// `None` if the answer came with the whole sample, or not at all.
-fn of_texture(number: u64) -> Option<(f64, bool)> {
-    let mut rng = Rng::new(JUDGE, 3 << 48 | number);
-    let specimen = Specimen { length_mm: 60.0, ..Specimen::ALL[number as usize % Specimen::ALL.len()] };
-    let mut script = SceneConfig::new(vec![Touch::Slide(Slide::new(specimen, 150.0, 360.0 * rng.uniform()))]);
-    script.light.unit = FIRST_SENSOR + number as u32;
-    script.seed = JUDGE + number;
+/// Returns the model that comes with the program.
+pub(crate) fn shipped_model() -> Textures {
+    let model = ModelFile::open("builtin:taxel-path-svm".as_ref()).expect("it comes with the program");
+    Textures::new(&[model]).expect("it is one model of textures")
+}
+
+/// Returns what `take` finds in the answers about a scene, which come as the program gives them; `None` if it finds nothing.
+pub(crate) fn in_answers<T>(
+    script: &SceneConfig,
+    scene: &mut Scene,
+    mut take: impl FnMut(&Event<'_>, &Answer, MotionConfig) -> Option<T>,
+) -> Option<T> {
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, script.sensor.rate).expect("sums fit 32 bits");
     let builder = Pipeline::builder(geometry).trigger(TriggerConfig::default().one_event_per_touch());
     let mut pipeline = builder.taxels::<TaxelRing>().build().expect("all parameters are defaults");
     let config = MotionConfig::published(script.sensor.rate).with_readout(Readout::GLOBAL);
-    let model = ModelFile::open("builtin:taxel-path-svm".as_ref()).expect("it comes with the program");
-    let textures = Textures::new(&[model]).expect("it is one model of textures");
-    let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
-    let start = scene.truth()[0].start_frame();
     let (law, mut at_once) = (ByWave(config), AtOnce::new(config));
     while let Some(shot) = scene.next_shot() {
         let update = match shot {
@@ -50,17 +51,34 @@ fn of_texture(number: u64) -> Option<(f64, bool)> {
             SimulatedFrame::Frame(bytes) => pipeline.push_frame(bytes).expect("it is a whole frame"),
             _ => continue,
         };
-        let Some(touch) = update.touch() else { continue };
-        let Some(found) = at_once.answer(&touch, &law) else { continue };
-        let texture = textures.of_event(&touch, &found, config);
-        if texture == Err(NoTexture::TooShort) && touch.is_under_way() {
-            continue;
+        let touch = update.touch().or(update.event());
+        let answered = touch.and_then(|touch| take(&touch, &at_once.answer(&touch, &law)?, config));
+        if answered.is_some() {
+            return answered;
+        }
+    }
+    None
+}
+
+/// Returns the seconds from the first touch to the answer of speed, direction and texture, and whether the texture is right;
+/// `None` if the answer came with the whole sample, or not at all.
+fn of_texture(textures: &Textures, number: u64) -> Option<(f64, bool)> {
+    let mut rng = Rng::new(JUDGE, 3 << 48 | number);
+    let specimen = Specimen { length_mm: 60.0, ..Specimen::ALL[number as usize % Specimen::ALL.len()] };
+    let mut script = SceneConfig::new(vec![Touch::Slide(Slide::new(specimen, 150.0, 360.0 * rng.uniform()))]);
+    script.light.unit = FIRST_SENSOR + number as u32;
+    script.seed = JUDGE + number;
+    let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
+    let start = scene.truth()[0].start_frame();
+    in_answers(&script, &mut scene, |touch, found, config| {
+        let texture = textures.of_event(touch, found, config);
+        if touch.is_event() || texture == Err(NoTexture::TooShort) && touch.is_under_way() {
+            return None;
         }
         let name = format!("{}{}", specimen.pattern.name(), specimen.depth_mm);
         let is_right = texture.is_ok_and(|texture| texture.specimen == Some(name));
-        return Some(((touch.last_frame() + 1 - start) as f64 / 30.0, is_right));
-    }
-    None
+        Some(((touch.last_frame() + 1 - start) as f64 / 30.0, is_right))
+    })
 }
 
 /// Writes the section of the page.
@@ -91,8 +109,9 @@ pub(crate) fn section(page: &mut String) {
         (early, reliable) = (early + after.len(), reliable + tally.reliable);
     }
     let _ = writeln!(page, "\n{} % of these answers came before the whole sample.", share(early, reliable));
+    let textures = shipped_model();
     let count = OF_TEXTURE * Specimen::ALL.len() as u64;
-    let found: Vec<(f64, bool)> = each(count, of_texture).into_iter().flatten().collect();
+    let found: Vec<(f64, bool)> = each(count, |number| of_texture(&textures, number)).into_iter().flatten().collect();
     let within = |limit: f64| found.iter().filter(|(time, _)| *time <= limit).count();
     let second = |fraction| percentile(found.iter().map(|(time, _)| *time).collect(), fraction).unwrap_or(f64::NAN);
     let _ = writeln!(

@@ -34,7 +34,7 @@ PERIODIC = [
     *((25, 75, 3.2), (32, 340, 4.0), (45, 200, 4.6), (60, 90, 6.0), (60, 33, 9.5), (75, 121, 7.0), (110, 251, 11.0)),
     *((60, 10, 2.9), (100, 45, 4.0), (40, 270, 14.0), (300, 5, 10.0)),
 ]
-"""Speed, direction and period in mm of textures that are even; the last four are beyond what can be told."""
+"""Speed, direction and period in mm of even textures. The first has too little path, and the last four are out of range."""
 RELATIVE_SD = 0.004
 
 

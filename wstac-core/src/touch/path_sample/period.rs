@@ -40,7 +40,7 @@ pub fn period(touch: &Event<'_>, velocity: &Velocity, config: MotionConfig) -> O
     of_sample(&sample, velocity, config)
 }
 
-/// What has the light of the path is no longer on the stack.
+/// A function of its own: the stack of [`PathSample::fill_from_touch`] is free again.
 #[inline(never)]
 fn of_sample(sample: &PathSample, velocity: &Velocity, config: MotionConfig) -> Option<Measured> {
     let numbers = sample.numbers().get(FACTS..usize::from(sample.covered).min(INPUTS))?;
