@@ -29,7 +29,7 @@ def plot_event(event: Event, ax: Optional[Axes] = None) -> Axes:
     >>> [event] = wstac.open("scene:Saw3@150,90deg")
     >>> ax = wstac.plot_event(event)
     >>> ax.get_title(), len(ax.get_lines()) >= 10
-    ('slide, 150.1 ± 0.9 mm/s, 90 ± 0.1°', True)
+    ('slide, 150.1 ± 1.7 mm/s, 90 ± 0.1°', True)
     """
     ax = _axes(ax)
     _traces(ax, event.frame + np.arange(event.sample.shape[1]), event.sample)
