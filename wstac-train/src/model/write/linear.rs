@@ -47,14 +47,15 @@ pub(super) fn body(
     for row in &model.rows {
         let scale = if model.pairs { scale(std::slice::from_ref(row), full) } else { common };
         let mut weights = vec![0_i16; inputs];
+        let integers = rounded(row, scale, full, frames, mean.is_some());
         // The rounding of weights changes no sum of the mean, so that most of it does not reach other samples either.
-        let lost = |(weight, mean): (&f64, &f64)| (weight - (weight * scale).round() / scale) * mean;
-        let corrected = row.bias + mean.map_or(0.0, |mean| row.weights.iter().zip(mean).map(lost).sum());
+        let lost = |((weight, integer), mean): ((&f64, &f64), &f64)| (weight - integer / scale) * mean;
+        let lost = |mean: &[f64]| row.weights.iter().zip(&integers).zip(mean).map(lost).sum::<f64>();
+        let corrected = row.bias + mean.map_or(0.0, lost);
         let bias = (corrected * scale * ONE).round();
         let off = bias / (scale * ONE) - row.bias;
         let (mut any, mut low, mut high) = (off.abs(), -off, off);
-        for (input, weight) in row.weights.iter().enumerate() {
-            let rounded = (weight * scale).round();
+        for (input, (weight, &rounded)) in row.weights.iter().zip(&integers).enumerate() {
             weights[file_order(input, frames)] = rounded as i16;
             let off = rounded / scale - weight;
             any += off.abs() * 16.0;
@@ -136,6 +137,20 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> String {
          more, and with them answers; help: train an SVM or a logistic regression on X * scale without a StandardScaler, \
          import it with weights of int16; --check SET.npz counts the answers that change"
     )
+}
+
+/// Returns a row's weights as integers up to `full`, each to the nearest, or with what rounding left of the frame before.
+///
+/// Light changes little from frame to frame, so that what is left then hardly changes a sum.
+fn rounded(row: &Row, scale: f64, full: f64, frames: usize, carries: bool) -> Vec<f64> {
+    let mut left = 0.0;
+    let whole = |(input, weight): (usize, &f64)| {
+        let wanted = weight * scale + if carries && input % frames > 0 { left } else { 0.0 };
+        let whole = wanted.round().clamp(-full, full);
+        left = wanted - whole;
+        whole
+    };
+    row.weights.iter().enumerate().map(whole).collect()
 }
 
 /// Returns the least and the largest difference of two sums for usual features.
