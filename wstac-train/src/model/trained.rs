@@ -40,6 +40,8 @@ pub enum Kind {
     Forest(Vec<Tree<Vec<(u16, f64)>>>),
     /// Trees that add up to scores.
     Boosted(Boosted),
+    /// Layers of weighted sums.
+    Network(Network),
 }
 
 /// Weighted sums: a row for each class, a row for each pair of classes, or a single row for two classes.
@@ -72,6 +74,15 @@ impl Linear {
             row.bias -= bias;
         }
     }
+}
+
+/// Layers of weighted sums; what is below 0 in a hidden one is 0 (ReLU).
+#[derive(Clone, Debug)]
+pub struct Network {
+    /// Hidden layers, and at last the scores: one for each class, or a single one for two classes.
+    pub layers: Vec<Vec<Row>>,
+    /// Largest value of each sum of the hidden layers, from a data set; `None` takes all usual features into account.
+    pub tops: Option<Vec<Vec<f64>>>,
 }
 
 /// A weighted sum.

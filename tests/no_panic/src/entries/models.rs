@@ -6,6 +6,7 @@ use wstac_core::model::file::{self, ModelError, Task};
 use wstac_core::model::forest::Forest;
 use wstac_core::model::labels::{Label, Labels};
 use wstac_core::model::linear_svm::LinearSvm;
+use wstac_core::model::network::Network;
 use wstac_core::model::place::Place;
 use wstac_core::model::{Classification, Model};
 use wstac_core::texture;
@@ -17,14 +18,17 @@ entries! {
     new_svm<'a>(words: &'a [u32]) -> Result<LinearSvm<'a>, ModelError> { LinearSvm::from_words(words) }
     new_forest<'a>(words: &'a [u32]) -> Result<Forest<'a>, ModelError> { Forest::from_words(words) }
     new_boosted<'a>(words: &'a [u32]) -> Result<Boosted<'a>, ModelError> { Boosted::from_words(words) }
+    new_network<'a>(words: &'a [u32]) -> Result<Network<'a>, ModelError> { Network::from_words(words) }
     classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     svm_classify(model: &LinearSvm<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     forest_classify(model: &Forest<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     boosted_classify(model: &Boosted<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    network_classify(model: &Network<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     classification(model: &Model<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     svm_classification(model: &LinearSvm<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     forest_classification(model: &Forest<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     boosted_classification(model: &Boosted<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
+    network_classification(model: &Network<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     probabilities(model: &Model<'_>, sample: &[i16; 700]) -> Option<[u16; 64]> { model.probabilities(sample) }
     scores(model: &Model<'_>, sample: &[i16; 700]) -> i64 {
         let mut sum = 0_i64;
