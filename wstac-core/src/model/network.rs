@@ -145,15 +145,26 @@ impl<'a> Network<'a> {
     /// `give`.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS], _all: bool, give: impl FnMut(u8, i64)) -> u8 {
-        let (number, [fit_first, fit_second, fit_third]) = (self.header.number, self.fits_32_bits);
-        let (mut first, mut second) = ([0; MOST_VALUES], [0; MOST_VALUES]);
-        let layer = Layer::checked(self.words, START, self.header.inputs(), number, fit_first);
-        let mut values = layer.values::<FAST>(inputs_of(sample, self.header.inputs()), &mut first);
-        let mut layer = Layer::checked(self.words, layer.end, layer.values, number, fit_second);
-        if usize::from(self.layers) == MOST_LAYERS {
-            values = layer.values::<FAST>(values, &mut second);
-            layer = Layer::checked(self.words, layer.end, layer.values, number, fit_third);
+        let mut values = [0; MOST_VALUES];
+        let (scores, count) = self.hidden::<FAST>(sample, &mut values);
+        scores.highest::<FAST>(values.get(..count).unwrap_or_default(), self.header.classes, give)
+    }
+
+    /// Computes the values of the last hidden layer, and returns the rows of the scores and how many inputs they have.
+    /// It is not inlined, so that the values of the first layer do not lie on the stack of scores.
+    #[inline(never)]
+    fn hidden<const FAST: bool>(&self, sample: &[i16; INPUTS], values: &mut Values) -> (Rows<'a>, usize) {
+        let (inputs, number) = (inputs_of(sample, self.header.inputs()), self.header.number);
+        let [fit_first, fit_second, fit_third] = self.fits_32_bits;
+        let first = Layer::checked(self.words, START, inputs.len(), number, fit_first);
+        let second = Layer::checked(self.words, first.end, first.values, number, fit_second);
+        if usize::from(self.layers) < MOST_LAYERS {
+            first.values::<FAST>(inputs, values);
+            return (second.rows, first.values);
         }
-        layer.rows.highest::<FAST>(values, self.header.classes, give)
+        let mut inner = [0; MOST_VALUES];
+        second.values::<FAST>(first.values::<FAST>(inputs, &mut inner), values);
+        let third = Layer::checked(self.words, second.end, second.values, number, fit_third);
+        (third.rows, second.values)
     }
 }
