@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _frames, _wstac
 from ._answers import Event
+from ._estimator import check_names, feature_names
 from ._wstac import Error
 
 Path = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
@@ -274,8 +275,12 @@ class Model:
         return answered(flat, self._native.known(flat))
 
     def _samples(self, X: NDArray[np.int16]) -> NDArray[np.int16]:
-        """Returns samples of either shape as (n, 700). Refuses those over time if the model takes others."""
-        flat = samples(X)
+        """Returns samples of either shape, or a table of them, as (n, 700). Refuses those over time if the model takes others."""
+        table: Any = X
+        given = feature_names(table)
+        if given is not None:
+            check_names(self.name, given, sample_names(self.input))
+        flat = samples(X if given is None else table.to_numpy())
         # The first numbers along a path are a speed, a direction and products of them, all of which are from -1 to 1.
         facts = flat.reshape(-1, 10, 70)[:, :4, 0]
         if self.input != "frames" and ((facts < -2048) | (facts > 2048)).any():
@@ -334,6 +339,11 @@ class Model:
 
 INPUTS = 700
 """Numbers of a sample."""
+
+
+def sample_names(input: str) -> NDArray[np.object_]:
+    """Returns the names of a sample's numbers as columns of a table."""
+    return np.array([f"{input}{number}" for number in range(INPUTS)], dtype=object)
 
 
 def _model_of(content: bytes, name: str) -> Model:
