@@ -105,6 +105,8 @@ class Model:
     ('Saw3', array(['Saw3'], dtype='<U4'))
     >>> model.name, model.frames, model.n_features_in_, model.classes_.tolist() == model.labels
     ('builtin:path-svm', 39, 700, True)
+    >>> model.fit() is model, model.get_params()
+    (True, {'name': 'builtin:path-svm'})
     """
 
     _estimator_type = "classifier"
@@ -291,22 +293,11 @@ class Model:
         return flat
 
     def fit(self, X: Any = None, y: Any = None, **_: Any) -> Model:
-        """Returns the model as it is, like `sklearn.frozen.FrozenEstimator`: it is trained already.
-
-        >>> import wstac
-        >>> model = wstac.Model.load("builtin:path-svm")
-        >>> model.fit() is model
-        True
-        """
+        """Returns the model as it is, like `sklearn.frozen.FrozenEstimator`: it is trained already."""
         return self
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Returns what the model was made of, as scikit-learn's estimators do: its name.
-
-        >>> import wstac
-        >>> wstac.Model.load("builtin:path-svm").get_params()
-        {'name': 'builtin:path-svm'}
-        """
+        """Returns what the model was made of, as scikit-learn's estimators do: its name."""
         return {"name": self.name}
 
     def set_params(self, **params: Any) -> Model:
