@@ -52,8 +52,11 @@ pub struct Import {
     pub note: Option<String>,
     /// Options for the conversion of real numbers to integers.
     pub options: Options,
-    /// Only for [`import`] of linear models: a data set on which at most 0.5 % of answers may change.
+    /// Only for [`import`]: a data set on which at most 0.5 % of answers may change. If it has labels of the model, more
+    /// answers must be right than by chance.
     pub check: Option<PathBuf>,
+    /// The mean of each input, for which rounded weights are exact; by default that of `check`, or a usual one.
+    pub mean: Option<Vec<f64>>,
 }
 
 /// Reads a trained model from its trainer's file and writes it as a model file.
@@ -62,8 +65,10 @@ pub struct Import {
 /// The file cannot be used; the message names the part.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = file_bytes(path)?;
-    let set = wanted.check.as_deref().map(|set| CheckSet::read(set, wanted.input)).transpose()?;
-    made(&name(path), bytes, wanted, set.as_ref()).map_err(|why| Error::new(ErrorKind::Format, path.display(), why))
+    let refused = |why| Error::new(ErrorKind::Format, path.display(), why);
+    let (model, tool) = trained(bytes, wanted).map_err(refused)?;
+    let set = wanted.check.as_deref().map(|set| CheckSet::read(set, &model)).transpose()?;
+    made(&name(path), model, &tool, wanted, set.as_ref()).map_err(refused)
 }
 
 /// Reads a trained model from the bytes of its trainer's file and writes it as a model file; `name` is that file's
@@ -72,15 +77,25 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// # Errors
 /// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
-    made(name, bytes, wanted, None)
+    let (model, tool) = trained(bytes, wanted)?;
+    made(name, model, &tool, wanted, None)
 }
 
-fn made(name: &str, bytes: Vec<u8>, wanted: &Import, set: Option<&CheckSet>) -> Result<(Trained, Written), String> {
-    let (mut model, tool) = trained(bytes, wanted)?;
+fn made(
+    name: &str,
+    mut model: Trained,
+    tool: &str,
+    wanted: &Import,
+    set: Option<&CheckSet>,
+) -> Result<(Trained, Written), String> {
+    check::check_varies(&model)?;
+    set.map_or(Ok(()), |set| set.check_float32(&model))?;
     if let Kind::Linear(linear) = &mut model.kind {
         linear.drop_shared();
     }
-    if let Some(set) = set {
+    if let Some(mean) = &wanted.mean {
+        model.mean = Some(mean.clone());
+    } else if let Some(set) = set {
         model.mean = Some(set.mean(model.inputs));
     } else if model.input == Input::Frames && model.mean.is_none() {
         model.mean = Some(vec![USUAL_MEAN; model.inputs]);
@@ -90,9 +105,9 @@ fn made(name: &str, bytes: Vec<u8>, wanted: &Import, set: Option<&CheckSet>) -> 
         facts["note"] = note.as_str().into();
     }
     let mut written = write(&model, &facts.to_string(), wanted.options)?;
-    if let (Some(set), Kind::Linear(linear)) = (set, &model.kind) {
+    if let Some(set) = set {
         let read = Model::from_words(&written.words).map_err(|error| error.to_string())?;
-        written.exactness = format!("{}; {}", written.exactness, set.compare(linear, model.inputs, &read)?);
+        written.exactness = format!("{}; {}", written.exactness, set.compare(&model, &read)?);
     }
     Ok((model, written))
 }

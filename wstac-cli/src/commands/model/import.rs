@@ -80,10 +80,10 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     leaves: Option<Leaves>,
 
-    /// Count the answers of a linear model that rounded weights change
+    /// Count the answers that rounding changes, and those that are right
     ///
-    /// The data set is one of wstac dataset, best not that of the training. More than 0.5 % are an error. Its mean also
-    /// makes the rounding of weights better.
+    /// The data set is one of wstac dataset, best not that of the training. It is an error if more than 0.5 % change, or if
+    /// no more are right than by chance. Its mean also makes the rounding of weights better. Only for model files.
     #[arg(long, value_name = "SET.npz")]
     check: Option<PathBuf>,
 
@@ -135,8 +135,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     let options = Options { narrow_weights: arguments.weights == Some(Weights::Int8), leaves };
     let (labels, speeds) = (arguments.labels.clone(), arguments.speeds);
-    let wanted =
-        Import { labels, task, input, speeds, note: arguments.note.clone(), options, check: arguments.check.clone() };
+    let (note_of_training, check) = (arguments.note.clone(), arguments.check.clone());
+    let wanted = Import { labels, task, input, speeds, note: note_of_training, options, check, mean: None };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)
@@ -151,6 +151,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
     note(format_args!("{path}: {} {what}, {classes}, task {task}; {}", bytes.len(), exactness));
+    if arguments.check.is_none() && exactness.contains("rounded weights may change") {
+        note("--check SET.npz counts the answers that change");
+    }
     if let Some(assumed) = assumed.flatten() {
         note(assumed);
     }
@@ -211,9 +214,6 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
     if arguments.weights.is_some() && !is_linear {
         return refused("--weights", "linear models");
     }
-    if arguments.check.is_some() && !is_linear {
-        return refused("--check", "linear models");
-    }
     if arguments.leaves.is_some() && !is_boosted {
         return refused("--leaves", "boosted trees");
     }
@@ -222,6 +222,9 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
     }
     if arguments.speeds.is_some() && backend == Backend::Inline {
         return Err(conflict("--speeds is for model files, and Rust has no place for it: expected no --speeds"));
+    }
+    if arguments.check.is_some() && backend == Backend::Inline {
+        return Err(conflict("--check is for model files, which hold the same trees: expected no --check"));
     }
     Ok(())
 }

@@ -5,6 +5,7 @@
 use wstac_core::model::linear_svm::BLOCK;
 use wstac_core::params::FEATURES;
 
+use super::super::check::USE_SCALE;
 use super::super::trained::{Linear, Row, file_order};
 use super::Body;
 
@@ -122,7 +123,7 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> String {
         let [low, high] = [USUAL.0, USUAL.1].map(|end| end / ONE);
         return format!(
             "; warning: {fixed} of {count} {what} {never} for features of {low:.2} to {high:.2}: was it trained on X times \
-             its scale?; help: train it on X * scale"
+             its scale?; {USE_SCALE}"
         );
     }
     let most = rows.iter().map(|row| range(row, &zero)).fold(0.0, |most, (least, largest)| (largest - least).max(most));
@@ -135,7 +136,7 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> String {
     format!(
         "; warning: rounded weights may change the scores of {unsure} of {count} {what} by the margin of their training or \
          more, and with them answers; help: train an SVM or a logistic regression on X * scale without a StandardScaler, \
-         import it with weights of int16; --check SET.npz counts the answers that change"
+         import it with weights of int16"
     )
 }
 

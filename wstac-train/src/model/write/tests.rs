@@ -248,7 +248,7 @@ fn a_linear_model_that_rounding_or_its_unit_spoils_has_a_warning() {
         said.starts_with("2 of 3 pairs of classes can have only one winner for features of -4.62 to 1.61"),
         "{said}"
     );
-    assert!(said.ends_with("help: train it on X * scale"), "{said}");
+    assert!(said.ends_with("help: train it on X * scale (scale is 1/2048)"), "{said}");
     assert!(of(false, 2, small(-9.0)[..1].to_vec(), false).unwrap().starts_with("1 of 1 pair of classes"));
     let said = of(false, 3, three(&many(0.3), 9000.0), false).unwrap();
     assert!(said.starts_with("2 of 3 classes can never be the answer"), "{said}");
