@@ -93,13 +93,9 @@ fn made(
     if let Kind::Linear(linear) = &mut model.kind {
         linear.drop_shared();
     }
-    if let Some(mean) = &wanted.mean {
-        model.mean = Some(mean.clone());
-    } else if let Some(set) = set {
-        model.mean = Some(set.mean(model.inputs));
-    } else if model.input == Input::Frames && model.mean.is_none() {
-        model.mean = Some(vec![USUAL_MEAN; model.inputs]);
-    }
+    let inputs = model.inputs;
+    let given = wanted.mean.clone().or_else(|| set.map(|set| set.mean(inputs))).or(model.mean);
+    model.mean = given.or_else(|| (model.input == Input::Frames).then(|| vec![USUAL_MEAN; inputs]));
     let mut facts = serde_json::json!({ "file": name, "trainer": tool });
     if let Some(note) = &wanted.note {
         facts["note"] = note.as_str().into();
@@ -107,7 +103,8 @@ fn made(
     let mut written = write(&model, &facts.to_string(), wanted.options)?;
     if let Some(set) = set {
         let read = Model::from_words(&written.words).map_err(|error| error.to_string())?;
-        written.exactness = format!("{}; {}", written.exactness, set.compare(&model, &read)?);
+        let said = written.exactness.replace(write::linear::COUNTED_BY_CHECK, "");
+        written.exactness = format!("{said}; {}", set.compare(&model, &read)?);
     }
     Ok((model, written))
 }

@@ -151,9 +151,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
     let classes = if classes == 1 { "1 class".to_owned() } else { format!("{classes} classes") };
     note(format_args!("{path}: {} {what}, {classes}, task {task}; {}", bytes.len(), exactness));
-    if arguments.check.is_none() && exactness.contains("rounded weights may change") {
-        note("--check SET.npz counts the answers that change");
-    }
     if let Some(assumed) = assumed.flatten() {
         note(assumed);
     }

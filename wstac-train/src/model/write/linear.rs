@@ -18,6 +18,9 @@ const MARGIN: f64 = 1.0;
 /// The range of scores for usual features, in margins: 100 to 1500 for models of a simulated sweep.
 const REACH: f64 = 400.0;
 
+/// What a warning adds if the answers were not counted.
+pub(in super::super) const COUNTED_BY_CHECK: &str = "; --check SET.npz counts the answers that change";
+
 pub(super) fn body(
     model: &Linear,
     classes: usize,
@@ -136,7 +139,7 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> String {
     format!(
         "; warning: rounded weights may change the scores of {unsure} of {count} {what} by the margin of their training or \
          more, and with them answers; help: train an SVM or a logistic regression on X * scale without a StandardScaler, \
-         import it with weights of int16"
+         import it with weights of int16{COUNTED_BY_CHECK}"
     )
 }
 
