@@ -21,7 +21,7 @@ pub(super) enum Left {
     Never,
 }
 
-/// Returns the integers x for which x / 2048 is at most, or below, a finite threshold.
+/// Returns the integers x for which x / 2048 is at most, or below, a threshold; it may be infinite.
 ///
 /// This is exact, because a float64 times 2048 is.
 pub(super) fn left(threshold: f64, strict: bool) -> Left {
@@ -128,8 +128,8 @@ fn check<L>(tree: &Tree<L>, inputs: usize) -> Result<(), String> {
             if *input >= inputs {
                 return Err(format!("node {node}: input {input}, expected an input below {inputs}"));
             }
-            if !threshold.is_finite() {
-                return Err(format!("node {node}: threshold {threshold}, expected a finite number"));
+            if threshold.is_nan() {
+                return Err(format!("node {node}: threshold {threshold}, expected a number"));
             }
             waiting.extend([*right, *left]);
         }
@@ -159,6 +159,8 @@ mod tests {
             (32_766.0 / 2048.0, false, Left::UpTo(32_766)),
             (f64::MAX, false, Left::Always),
             (f64::MIN, true, Left::Never),
+            (f64::INFINITY, true, Left::Always),
+            (f64::NEG_INFINITY, false, Left::Never),
             (f64::MIN_POSITIVE, true, Left::UpTo(0)),
             (-f64::MIN_POSITIVE, false, Left::UpTo(-1)),
         ] {
@@ -201,7 +203,7 @@ mod tests {
             (vec![split(0, 0.0, 1, 2), leaf()], "node 2 is a child"),
             (vec![split(700, 0.0, 1, 2), leaf(), leaf()], "node 0: input 700"),
             (vec![split(0, f64::NAN, 1, 2), leaf(), leaf()], "node 0: threshold NaN"),
-            (vec![split(0, 0.0, 1, 2), leaf(), split(9, f64::INFINITY, 3, 4), leaf(), leaf()], "node 2: threshold inf"),
+            (vec![split(0, 0.0, 1, 2), leaf(), split(9, f64::NAN, 3, 4), leaf(), leaf()], "node 2: threshold NaN"),
         ] {
             let error = integers(&Tree { nodes }, 700, |leaf| Ok(*leaf)).unwrap_err();
             assert!(error.contains(says), "{error}");

@@ -1,33 +1,50 @@
-//! `TreeEnsembleClassifier`, read as a forest.
+//! `TreeEnsembleClassifier`, read as a forest or as trees that add up to scores.
 
 use std::collections::HashMap;
 
 use super::path::{Before, ClassifierOutput};
 use super::proto::Node as OnnxNode;
 use super::scaler::Scaler;
-use super::trees::{Leaf, split, votes};
-use super::{Read, attribute, integers, labels, numbers, post_transform};
-use crate::model::trained::{Kind, MOST_NODES, Node, Tree};
+use super::trees::{Leaf, scores, split, votes};
+use super::{Read, attribute, integers, labels, numbers, post_transform, thresholds};
+use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Tree};
 
 /// Advice for trees that are not a forest.
-const BOOSTED: &str = "of boosted trees import what XGBoost's save_model writes, which is exact";
+const BOOSTED: &str = "boosted trees have post_transform LOGISTIC or SOFTMAX; of XGBoost import what save_model writes";
 
-/// Reads a forest from `TreeEnsembleClassifier`.
-pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
+/// Reads a forest, or trees that add up to scores, from `TreeEnsembleClassifier`.
+pub(super) fn read(node: &OnnxNode, before: &Before, producer: &str) -> Result<Read, String> {
     let wrong = |why: String| format!("TreeEnsembleClassifier: {why}");
     let labels = labels(node, "classlabels_int64s")?;
-    let transform = post_transform(node);
-    if transform != "NONE" {
-        return Err(wrong(format!("post_transform {transform}, expected NONE, a forest; {BOOSTED}")));
-    }
-    if numbers(node, "base_values")?.iter().any(|&base| base != 0.0) {
-        return Err(wrong(format!("base_values, expected a forest, which has none; {BOOSTED}")));
-    }
+    let (transform, base) = (post_transform(node), numbers(node, "base_values")?);
     let mut ensemble = Ensemble::read(node, &before.scalers).map_err(wrong)?;
     ensemble.weights(node, labels.len()).map_err(wrong)?;
-    votes(&mut ensemble.trees, ensemble.single).map_err(|why| wrong(format!("{why}; {BOOSTED}")))?;
+    let mut forest = ensemble.trees.clone();
+    let is_vote = if base.iter().all(|&base| base == 0.0) {
+        votes(&mut forest, ensemble.single)
+    } else {
+        Err("base_values, expected none in a forest".into())
+    };
+    let kind = match (transform.as_str(), is_vote) {
+        ("NONE", Ok(())) => Kind::Forest(forest),
+        // The bound of a single score would be 0 or one half: the file does not say which.
+        ("NONE", Err(why)) if ensemble.single => return Err(wrong(format!("{why}; {BOOSTED}"))),
+        // All of them keep the order of scores.
+        ("NONE" | "LOGISTIC" | "SOFTMAX", _) => {
+            let is_logistic = transform == "LOGISTIC";
+            let mut boosted = ensemble.boosted(&base, labels.len(), is_logistic).map_err(wrong)?;
+            let missing = integers(node, "nodes_missing_value_tracks_true");
+            // For a score of 0, GradientBoostingClassifier answers the second class and all others the first.
+            // HistGradientBoostingClassifier has the same operator, but its missing values go to the larger child.
+            if boosted.scores.len() == 1 && producer.starts_with("skl2onnx") && missing.iter().all(|&left| left == 0) {
+                boosted.bound = -f32::from_bits(1);
+            }
+            Kind::Boosted(boosted)
+        }
+        (other, _) => return Err(wrong(format!("post_transform {other}, expected NONE, LOGISTIC or SOFTMAX"))),
+    };
     let inputs = before.width.ok_or("the ONNX input's shape does not say how many inputs there are, expected 700")?;
-    Ok(Read { inputs, kind: Kind::Forest(ensemble.trees), answer: ClassifierOutput::Label(labels) })
+    Ok(Read { inputs, kind, answer: ClassifierOutput::Label(labels) })
 }
 
 struct Ensemble {
@@ -43,7 +60,7 @@ impl Ensemble {
         let trees = integers(node, "nodes_treeids");
         let lists = ["nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids"];
         let [names, inputs, yes, no] = lists.map(|list| integers(node, list));
-        let thresholds = numbers(node, "nodes_values")?;
+        let thresholds = thresholds(node, "nodes_values")?;
         let modes = attribute(node, "nodes_modes").map_or(&[][..], |attribute| &attribute.strings);
         let count = trees.len();
         let lengths = [names.len(), inputs.len(), yes.len(), no.len(), thresholds.len(), modes.len()];
@@ -115,5 +132,32 @@ impl Ensemble {
             leaf.push((class, weights[at]));
         }
         Ok(())
+    }
+
+    /// Returns the trees as sums: a score for each class, or the second class's alone if it decides.
+    fn boosted(mut self, base: &[f64], classes: usize, is_logistic: bool) -> Result<Boosted, String> {
+        if self.single && !is_logistic {
+            return Err("post_transform SOFTMAX with weights of one class, expected weights of both".into());
+        }
+        // Converters write a single 0 for classes that all start at 0.
+        if ![0, classes].contains(&base.len()) && !(self.single && base.len() == 1) && base != [0.0] {
+            return Err(format!("{} base_values, expected none or {classes}", base.len()));
+        }
+        // CatBoost gives the first of two classes the negative weights of the second.
+        let opposite = |leaf: &Leaf| matches!(leaf[..], [(0, first), (1, second)] if first == -second);
+        let is_mirrored = classes == 2 && base.is_empty() && self.trees.iter().flat_map(Tree::leaves).all(opposite);
+        for node in self.trees.iter_mut().flat_map(|tree| &mut tree.nodes) {
+            let Node::Leaf(leaf) = node else { continue };
+            leaf.retain(|share| !is_mirrored || share.0 == 1);
+            leaf.iter_mut().for_each(|share| share.1 = f64::from(share.1 as f32));
+        }
+        let mut boosted = scores(&self.trees, classes)?;
+        if self.single || is_mirrored {
+            boosted.scores.remove(0);
+        }
+        for (score, &base) in boosted.scores.iter_mut().rev().zip(base.iter().rev()) {
+            score.start = base as f32;
+        }
+        Ok(boosted)
     }
 }

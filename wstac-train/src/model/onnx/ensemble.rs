@@ -8,7 +8,7 @@ use super::proto::Node as OnnxNode;
 use super::scaler::Scaler;
 use super::tensor::Tensor;
 use super::trees::{Leaf, merged, scores, split, votes};
-use super::{Read, attribute, integers, numbers};
+use super::{Read, attribute, integers, numbers, thresholds};
 use crate::model::trained::{Kind, MOST_NODES, Node, Tree};
 
 const MODES: [&str; 7] =
@@ -48,8 +48,8 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
     if aggregate == AVERAGE {
         return Err(wrong(format!("{no_votes}; other trees are understood where they are added (SUM)")));
     }
-    let kind = scores(&trees, classes).map_err(|no_scores| wrong(format!("{no_votes}; {no_scores}")))?;
-    Ok(Read { inputs, kind, answer })
+    let boosted = scores(&trees, classes).map_err(|no_scores| wrong(format!("{no_votes}; {no_scores}")))?;
+    Ok(Read { inputs, kind: Kind::Boosted(boosted), answer })
 }
 
 /// The operator's lists: one entry for each node, for each leaf, for each tree.
@@ -70,7 +70,7 @@ impl<'m> Lists<'m> {
         let lists = Self {
             modes: Tensor::of(modes.ok_or("nodes_modes is missing, expected a tensor of uint8")?)?.integers,
             inputs: integers(node, "nodes_featureids"),
-            thresholds: numbers(node, "nodes_splits")?,
+            thresholds: thresholds(node, "nodes_splits")?,
             children: [
                 (integers(node, "nodes_truenodeids"), integers(node, "nodes_trueleafs")),
                 (integers(node, "nodes_falsenodeids"), integers(node, "nodes_falseleafs")),

@@ -21,11 +21,11 @@ use self::path::ClassifierOutput;
 use self::proto::{Attribute, Node};
 use self::scaler::Scaler;
 use self::tensor::Tensor;
-use super::trained::{Kind, Trained, guess_task};
+use super::trained::{Kind, Score, Trained, Tree, guess_task};
 use wstac_core::model::file::Input;
 
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
-const UNDERSTOOD: &str = "Cast, Identity, Scaler, TreeEnsembleClassifier, TreeEnsemble with ArgMax, LinearClassifier, SVMClassifier (linear kernel), and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
+const UNDERSTOOD: &str = "Cast, Identity, Scaler, TreeEnsembleClassifier (also LOGISTIC and SOFTMAX), TreeEnsemble with ArgMax, LinearClassifier, SVMClassifier (linear kernel), and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
 
 /// The part of a classifier that is read.
 struct Read {
@@ -49,7 +49,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     };
     let before = path::before(&graph, classifier)?;
     let Read { inputs, kind, answer } = match classifier.op_type() {
-        "TreeEnsembleClassifier" => classifier::read(classifier, &before)?,
+        "TreeEnsembleClassifier" => classifier::read(classifier, &before, &producer)?,
         "TreeEnsemble" => ensemble::read(classifier, &before)?,
         "LinearClassifier" => linear::classifier(classifier, &before)?,
         _ => linear::svm(classifier, &before)?,
@@ -74,7 +74,21 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
         remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
     }
+    if let Kind::Boosted(boosted) = &kind {
+        let far =
+            boosted.scores.iter().map(rounding).fold(0.0, f64::max) * if boosted.scores.len() == 1 { 1.0 } else { 2.0 };
+        remarks.push(format!(
+            "a trainer that adds float64 may answer otherwise where scores differ by less than {far:.1e}"
+        ));
+    }
     Ok((Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean }, trainer))
+}
+
+/// Returns a bound of what float32 takes from a score: in the start, in every leaf and in every addition.
+fn rounding(score: &Score) -> f64 {
+    let largest = |tree: &Tree<f32>| tree.leaves().map(|leaf| f64::from(leaf.abs())).fold(0.0, f64::max);
+    let most = f64::from(score.start.abs()) + score.trees.iter().map(largest).sum::<f64>();
+    most * (score.trees.len() + 1) as f64 / 16_777_216.0
 }
 
 fn attribute<'m>(node: &'m Node, name: &str) -> Option<&'m Attribute> {
@@ -90,6 +104,13 @@ fn floats<'m>(node: &'m Node, name: &str) -> Result<&'m [f32], String> {
 
 /// Returns a list of numbers, either floats or a tensor of floats or doubles; all of them must be finite.
 fn numbers(node: &Node, name: &str) -> Result<Vec<f64>, String> {
+    let list = thresholds(node, name)?;
+    finite(node, name, list.iter().copied())?;
+    Ok(list)
+}
+
+/// Returns a list of thresholds, which may be infinite: a forest that was trained with NaN splits NaN from all numbers.
+fn thresholds(node: &Node, name: &str) -> Result<Vec<f64>, String> {
     let tensor = [name.to_owned(), format!("{name}_as_tensor")]
         .iter()
         .find_map(|name| attribute(node, name).and_then(|attribute| attribute.t.as_ref()));
@@ -104,7 +125,7 @@ fn numbers(node: &Node, name: &str) -> Result<Vec<f64>, String> {
         }
         None => attribute(node, name).map_or_else(Vec::new, |list| list.floats.iter().map(|&x| f64::from(x)).collect()),
     };
-    finite(node, name, list.iter().copied())?;
+    finite(node, name, list.iter().map(|&number| if number.is_infinite() { 0.0 } else { number }))?;
     Ok(list)
 }
 

@@ -67,6 +67,70 @@ fn forest(mode: &str, threshold: f32) -> Vec<Vec<u8>> {
     ]
 }
 
+/// Returns the answers of a model for feature 1 of frame 1 at its least value, 0, 1 and its largest value.
+fn answers(nodes: &[Vec<u8>]) -> Result<[u8; 4], String> {
+    let words = write(&read(&model(nodes), None)?.0, "", Options::default())?.words;
+    let read = wstac_core::model::Model::from_words(&words).unwrap();
+    Ok([i16::MIN, 0, 1, i16::MAX].map(|x| {
+        let mut sample = [0; 700];
+        sample[11] = x;
+        read.classify(&sample)
+    }))
+}
+
+#[test]
+fn boosted_trees_have_starts_and_a_class_for_a_tie() {
+    // The tree's leaves: a class and a weight for x at most 0, and for x above 0.
+    let boosted = |transform: &str, labels: &[&str], leaves: &[(u8, u8, f32)], base: &[f32], missing: u8| {
+        let mut lists = forest("BRANCH_LEQ", 0.0);
+        lists[7] = integers_of("class_treeids", &vec![0; leaves.len()]);
+        lists[8] = integers_of("class_nodeids", &leaves.iter().map(|leaf| leaf.0).collect::<Vec<_>>());
+        lists[9] = integers_of("class_ids", &leaves.iter().map(|leaf| leaf.1).collect::<Vec<_>>());
+        lists[10] = floats_of("class_weights", &leaves.iter().map(|leaf| leaf.2).collect::<Vec<_>>());
+        lists[11] = texts_of("classlabels_strings", labels);
+        lists.push(attribute_of("post_transform", &[field(4, transform.as_bytes())]));
+        lists.push(integers_of("nodes_missing_value_tracks_true", &[missing, 0, 0]));
+        lists.extend((!base.is_empty()).then(|| floats_of("base_values", base)));
+        vec![node("TreeEnsembleClassifier", "X", "label", &lists)]
+    };
+    let (two, three) = (&["a", "b"][..], &["a", "b", "c"][..]);
+    let single = &[(1, 0, -0.5), (2, 0, 0.75)][..];
+    assert_eq!(answers(&boosted("LOGISTIC", two, single, &[], 0)), Ok([0, 0, 1, 1]));
+    assert_eq!(answers(&boosted("LOGISTIC", two, single, &[0.625], 0)), Ok([1; 4]));
+    assert_eq!(answers(&boosted("LOGISTIC", two, single, &[0.25, -0.75], 0)), Ok([0; 4]));
+    let mirrored = &[(1, 0, 0.5), (1, 1, -0.5), (2, 0, -0.25), (2, 1, 0.25)][..];
+    let nodes = boosted("LOGISTIC", two, mirrored, &[], 0);
+    assert_eq!(answers(&nodes), Ok([0, 0, 1, 1]));
+    let Kind::Boosted(trees) = read(&model(&nodes), None).unwrap().0.kind else { panic!() };
+    assert_eq!(trees.scores.len(), 1);
+    assert_eq!(answers(&boosted("SOFTMAX", two, mirrored, &[0.0, -0.5], 0)), Ok([0; 4]));
+    let many = &[(1, 0, 0.5), (1, 2, 0.75), (2, 1, 0.25)][..];
+    assert_eq!(answers(&boosted("SOFTMAX", three, many, &[], 0)), Ok([2, 2, 1, 1]));
+    assert_eq!(answers(&boosted("NONE", three, many, &[0.0, 0.0, -1.0], 0)), Ok([0, 0, 1, 1]));
+    assert_eq!(answers(&boosted("LOGISTIC", three, many, &[0.5, 0.0, 0.0], 0)), Ok([0; 4]));
+    // A score of 0 is the first class's, except in GradientBoostingClassifier, whose nodes hold nothing about NaN.
+    let tie = |producer: &str, missing| {
+        let bytes = model(&boosted("LOGISTIC", two, &[(1, 0, 0.0), (2, 0, 0.0)], &[0.0], missing));
+        let named = [&field(2, producer.as_bytes())[..], &bytes[6..]].concat();
+        let words = write(&read(&named, None).unwrap().0, "", Options::default()).unwrap().words;
+        wstac_core::model::Model::from_words(&words).unwrap().classify(&[0; 700])
+    };
+    assert_eq!(
+        [("skl2onnx", 0), ("skl2onnx", 1), ("OnnxMLTools", 0)].map(|(name, missing)| tie(name, missing)),
+        [1, 0, 0]
+    );
+    for (nodes, says) in [
+        (boosted("SOFTMAX", two, single, &[], 0), "SOFTMAX with weights of one class"),
+        (boosted("PROBIT", two, single, &[], 0), "post_transform PROBIT, expected NONE, LOGISTIC or SOFTMAX"),
+        (boosted("NONE", two, single, &[1.0], 0), "base_values, expected none in a forest"),
+        (boosted("SOFTMAX", three, many, &[1.0, 0.0], 0), "2 base_values, expected none or 3"),
+        (boosted("SOFTMAX", three, many, &[1.0, f32::INFINITY, 0.0], 0), "base_values[1] is inf"),
+    ] {
+        let error = answers(&nodes).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
 fn number_of(name: &str, number: u8) -> Vec<u8> {
     attribute_of(name, &[vec![3 << 3, number]])
 }
@@ -255,7 +319,6 @@ fn numbers_that_are_not_finite_are_named() {
     };
     for number in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
         for (nodes, says) in [
-            (vec![changed("nodes_values", 0, number)], "nodes_values[0] is"),
             (vec![changed("class_weights", 1, number)], "class_weights[1] is"),
             (linear("offset", number), "Scaler: offset[1] is"),
             (linear("scale", number), "Scaler: scale[1] is"),
@@ -269,15 +332,14 @@ fn numbers_that_are_not_finite_are_named() {
             assert!(error.contains(says) && error.contains(&number.to_string()), "{error}");
         }
     }
-    // Subnormal numbers are valid numbers: the threshold is just above 0.
-    let tiny = f32::from_bits(1);
-    let bytes = model(&[node("TreeEnsembleClassifier", "X", "label", &forest("BRANCH_LT", tiny))]);
-    let words = write(&read(&bytes, None).unwrap().0, "", Options::default()).unwrap().words;
-    let read = wstac_core::model::Model::from_words(&words).unwrap();
-    for (x, class) in [(0, 0), (1, 1)] {
-        let mut sample = [0; 700];
-        sample[11] = x;
-        assert_eq!(read.classify(&sample), class);
+    let error = read(&model(&[changed("nodes_values", 0, f32::NAN)]), None).unwrap_err();
+    assert!(error.contains("nodes_values[0] is NaN"), "{error}");
+    // Subnormal numbers are valid numbers: the threshold is just above 0. No number is on the other side of infinity.
+    for (threshold, expected) in
+        [(f32::from_bits(1), [0, 0, 1, 1]), (f32::INFINITY, [0; 4]), (f32::NEG_INFINITY, [1; 4])]
+    {
+        let nodes = [node("TreeEnsembleClassifier", "X", "label", &forest("BRANCH_LT", threshold))];
+        assert_eq!(answers(&nodes), Ok(expected));
     }
 }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::scaler::{Scaler, unscaled};
-use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Score, Tree};
+use crate::model::trained::{Boosted, MOST_NODES, Node, Score, Tree};
 
 /// The classes of a leaf, and its contribution to each.
 pub(super) type Leaf = Vec<(u16, f64)>;
@@ -158,7 +158,7 @@ fn both(first: &Tree<Leaf>, second: &Tree<Leaf>) -> Option<Tree<Leaf>> {
 /// Returns trees that add up to scores, in float32 and in their order.
 ///
 /// A tree of several classes becomes one for each, with leaves of 0 for the others. To add 0 changes no sum.
-pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, String> {
+pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Boosted, String> {
     let mut scores = vec![Score { start: 0.0, trees: Vec::new() }; classes];
     let mut room = MOST_NODES;
     for (number, tree) in trees.iter().enumerate() {
@@ -181,7 +181,7 @@ pub(super) fn scores(trees: &[Tree<Leaf>], classes: usize) -> Result<Kind, Strin
             score.trees.push(Tree { nodes: tree.nodes.iter().map(node).collect() });
         }
     }
-    Ok(Kind::Boosted(Boosted { scores, bound: 0.0 }))
+    Ok(Boosted { scores, bound: 0.0 })
 }
 
 #[cfg(test)]
