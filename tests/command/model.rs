@@ -151,7 +151,7 @@ fn options_of_other_models_are_refused() {
         ),
         (&boosted, ["--note", "a"], "rs", ["--note is for model files", "expected no --note"]),
         (&forest, ["--leaves", "auto"], "wsm", ["--leaves is for boosted trees", "forest.onnx holds a forest"]),
-        (&forest, ["--check", text(&set)], "wsm", ["--check is for linear models", "forest.onnx holds a forest"]),
+        (&forest, ["--check", text(&set)], "rs", ["--check is for model files", "expected no --check"]),
         (&forest, ["--weights", "int8"], "rs", ["--weights is for linear models", "forest.onnx holds a forest"]),
     ] {
         let out = out.with_extension(output);

@@ -18,6 +18,7 @@ use wstac_train::dataset::random::RandomSweep;
 use wstac_train::dataset::recordings::{comparable, find, parts, read, read_paths};
 use wstac_train::model::eval::is_sample;
 use wstac_train::model::trained::guess_task;
+use wstac_train::model::{Import, import_bytes};
 use wstac_train::train::{LabeledSlide, TrainOptions, TrainedModel, TrainingSet, wilson};
 
 use crate::config::Config;
@@ -239,4 +240,23 @@ fn facts<'py>(py: Python<'py>, trained: &TrainedModel) -> PyResult<Bound<'py, Py
         all.set_item("confusion", &trial.counts)?;
     }
     Ok(all)
+}
+
+/// Makes a model file of the bytes of a trainer's file. `mean` is the mean of each input. Returns the file's bytes.
+#[pyfunction]
+#[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
+pub(crate) fn import_model<'py>(
+    py: Python<'py>,
+    name: &str,
+    content: Vec<u8>,
+    labels: Option<Vec<String>>,
+    task: Option<&str>,
+    input: &str,
+    mean: Vec<f64>,
+    note: Option<String>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let (task, input) = (task.map(task_of).transpose()?, input_of(input)?);
+    let wanted = Import { labels, task, input, note, mean: Some(mean), ..Import::default() };
+    let made = py.detach(|| import_bytes(name, content, &wanted));
+    Ok(PyBytes::new(py, &made.map_err(|why| crate::refused(format_args!("{name}: {why}")))?.1.bytes()))
 }

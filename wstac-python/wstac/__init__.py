@@ -18,7 +18,7 @@ natural logarithm, and a model gives the same answer here as on a board.
 Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
 command, such as a camera, as they come, and its frames with taxels and features; in asyncio, too. `read` reads all of a recording.
 `plot_event` and `plot_features` draw with matplotlib. `fit_speed` fits the speed law to slides. `dataset` simulates training sets, `train` trains a
-`Model`, which names textures, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
+`Model`, which names textures, `save` makes one of an estimator of yours, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
 What cannot be used raises `Error`, a `ValueError` with the words of the command;
 that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """
@@ -49,6 +49,7 @@ from ._pipeline import Pipeline, features
 from ._plots import plot_event, plot_features
 from ._recording import Recording, Truth, read, simulate
 from ._samples import EventSamples
+from ._save import save
 from ._speed import SpeedFit, fit_speed
 from ._stream import Frame, Stream, open
 from ._train import Training, train
@@ -90,6 +91,7 @@ __all__ = [
     "plot_event",
     "plot_features",
     "read",
+    "save",
     "simulate",
     "train",
 ]

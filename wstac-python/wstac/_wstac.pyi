@@ -19,6 +19,7 @@ __all__ = [
     "__version__",
     "dataset",
     "fit",
+    "import_model",
     "is_camera",
     "open_scene",
     "open_source",
@@ -120,6 +121,15 @@ def fit(
     input: str,
     task: Optional[str],
     threads: Optional[int],
+) -> bytes: ...
+def import_model(
+    name: str,
+    content: bytes,
+    labels: Optional[list[str]],
+    task: Optional[str],
+    input: str,
+    mean: list[float],
+    note: Optional[str],
 ) -> bytes: ...
 def train(
     sets: list[str],

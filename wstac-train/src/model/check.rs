@@ -1,35 +1,48 @@
-//! Counts the answers of a linear model that its rounded weights change, on samples of a data set.
+//! Compares the answers of a trained model with those of its model file, and with the labels of a data set.
 
 use std::path::Path;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::model::file::INPUTS;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 
-use super::eval::{MOST_KEPT, array_of, each_sample, is_sample, kept};
+use super::eval::{MOST_KEPT, Truth, array_of, each_sample, is_sample, kept, truth};
 use super::npz::Npz;
-use super::trained::{Linear, in_file_order};
+use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, in_file_order};
 
 /// Largest fraction of changed answers that is accepted.
 const MOST_CHANGED: f64 = 0.005;
+/// What mends a model whose sums have the wrong unit.
+pub(super) const USE_SCALE: &str = "help: train it on X * scale (scale is 1/2048)";
 
-/// The samples of a data set, and its name.
+/// The samples of a data set with its labels, and its name.
 pub(super) struct CheckSet {
     name: String,
     samples: Vec<[i16; INPUTS]>,
+    truth: Option<Truth>,
 }
 
 impl CheckSet {
-    pub(super) fn read(path: &Path, input: Input) -> Result<Self, Error> {
-        let (npz, array) = (Npz::open(path)?, array_of(input));
+    /// Reads the samples that a model takes, and their labels if the model has some of them.
+    pub(super) fn read(path: &Path, model: &Trained) -> Result<Self, Error> {
+        let (npz, array) = (Npz::open(path)?, array_of(model.input));
         let mut samples = Vec::with_capacity(kept(&npz, array, 1)?);
-        each_sample(&npz, array, 1..=MOST_KEPT, |sample| samples.extend(is_sample(sample).then_some(*sample)))?;
+        let mut rows = Vec::new();
+        each_sample(&npz, array, 1..=MOST_KEPT, |sample| {
+            rows.push(is_sample(sample));
+            samples.extend(is_sample(sample).then_some(*sample));
+        })?;
         if samples.is_empty() {
             let message = format_args!("{array} has only zeros, expected samples to compare answers on");
             return Err(Error::new(ErrorKind::Data, path.display(), message));
         }
-        Ok(Self { name: path.display().to_string(), samples })
+        let mut truth = truth(&npz, model.task, &model.labels, rows.len())?;
+        if let Some(truth) = &mut truth {
+            let mut rows = rows.into_iter();
+            truth.numbers.retain(|_| rows.next() == Some(true));
+        }
+        Ok(Self { name: path.display().to_string(), samples, truth })
     }
 
     /// Returns the mean of each input of a model.
@@ -41,33 +54,149 @@ impl CheckSet {
         mean.iter().map(|sum| sum / self.samples.len() as f64).collect()
     }
 
-    /// Compares the answers of a model before and after rounding, and returns how many differ.
+    /// Returns twice the largest value of each sum of a network's hidden layers: other samples have larger ones.
+    pub(super) fn tops(&self, network: &Network, inputs: usize) -> Vec<Vec<f64>> {
+        let hidden = &network.layers[..network.layers.len().saturating_sub(1)];
+        let mut tops: Vec<Vec<f64>> = hidden.iter().map(|layer| vec![0.0; layer.len()]).collect();
+        for sample in &self.samples {
+            let x: Vec<f64> = features(sample, inputs).collect();
+            for (top, sum) in tops.iter_mut().flatten().zip(network.sums(&x).iter().flatten()) {
+                *top = top.max(2.0 * sum);
+            }
+        }
+        tops
+    }
+
+    /// Compares the answers of a trained model with those of its file, and these with the labels of the data set.
+    /// Returns what was counted.
     ///
     /// # Errors
-    /// More than [`MOST_CHANGED`] of the answers differ.
-    pub(super) fn compare(&self, linear: &Linear, inputs: usize, model: &Model) -> Result<String, String> {
-        let (mut changed, mut margins) = (0, Vec::with_capacity(self.samples.len()));
+    /// More than [`MOST_CHANGED`] of the answers differ, or no more of them are right than by chance.
+    pub(super) fn compare(&self, trained: &Trained, model: &Model) -> Result<String, String> {
+        let (mut answers, mut margins) = (Vec::with_capacity(self.samples.len()), Vec::new());
+        let mut changed = 0;
         for sample in &self.samples {
-            let (class, margin) = decide(linear, model.labels().len(), sample, inputs);
-            changed += usize::from(class != usize::from(model.classify(&in_file_order(sample))));
-            margins.push(margin);
+            let (class, margin) = decide(trained, sample);
+            let answer = usize::from(model.classify(&in_file_order(sample)));
+            changed += usize::from(class != answer);
+            answers.push(answer);
+            margins.extend(margin);
         }
         margins.sort_unstable_by(f64::total_cmp);
-        let (all, name, median) = (margins.len(), &self.name, margins.get(margins.len() / 2).unwrap_or(&0.0));
-        let share = changed as f64 / all as f64;
-        let found = format!(
-            "rounded weights change {changed} of {all} answers of {name} ({:.2} %), whose median margin is {median:.2e}",
-            100.0 * share
-        );
-        if share <= MOST_CHANGED {
-            return Ok(found);
+        let median = margins.get(margins.len() / 2).map(|median| format!(", whose median margin is {median:.2e}"));
+        let found = format!("rounding changes {}{}", self.part(changed as f64), median.unwrap_or_default());
+        if changed as f64 > MOST_CHANGED * answers.len() as f64 {
+            let help = match trained.kind {
+                Kind::Linear(_) => {
+                    "import it with --weights int16 or int32, train it on X * scale without a StandardScaler, with more \
+                     regularization, or train trees"
+                }
+                Kind::Network(_) => "import it with --weights int16, or train it with more regularization",
+                _ => "import it with leaves of float32, or train trees whose leaves are of one class",
+            };
+            return Err(format!("{found}, expected at most {} %; help: {help}", 100.0 * MOST_CHANGED));
+        }
+        Ok(found + &self.graded(&answers)?)
+    }
+
+    /// Returns how many answers are right; no text without labels.
+    ///
+    /// # Errors
+    /// No more are right than by chance: than if the same answers were given to samples in any order.
+    fn graded(&self, answers: &[usize]) -> Result<String, String> {
+        let Some(truth) = &self.truth else { return Ok(String::new()) };
+        let (mut labels, mut given) = (vec![0.0; truth.labels.len()], vec![0.0; truth.labels.len()]);
+        let (mut right, mut all) = (0.0, 0.0);
+        for (&number, &class) in truth.numbers.iter().zip(answers).filter(|(label, _)| truth.of_class.contains(label)) {
+            let answer = truth.of_class[class];
+            labels[usize::from(number)] += 1.0;
+            given[usize::from(answer)] += 1.0;
+            right += f64::from(u8::from(number == answer));
+            all += 1.0;
+        }
+        if all == 0.0 {
+            return Ok(String::new());
+        }
+        let chance = labels.iter().zip(&given).map(|(label, answer)| label * answer).sum::<f64>() / (all * all);
+        // Two standard deviations, but few samples need not be all right: a kappa of 0.2 is a slight agreement.
+        let above = (2.0 * (chance * (1.0 - chance) / all).sqrt()).min(0.2 * (1.0 - chance));
+        let found = format!("{right} of {all} answers are right ({:.1} %)", 100.0 * right / all);
+        if labels.iter().filter(|count| **count > 0.0).count() > 1 && right / all <= chance + above {
+            return Err(format!(
+                "{found} in {}, expected more than by chance ({:.1} %); {USE_SCALE}, and name the classes in the order \
+                 of the training",
+                self.name,
+                100.0 * chance
+            ));
+        }
+        Ok(format!("; {found}"))
+    }
+
+    /// Checks that the float32 numbers of a trainer's file are exact enough for the answers.
+    ///
+    /// A trainer has float64, and rounded its numbers when it saved them. Rows behind a scaler, and those of pairs, are
+    /// computed from others: nothing is known of them.
+    ///
+    /// # Errors
+    /// That rounding alone changes more than [`MOST_CHANGED`] of the answers, by an estimate.
+    pub(super) fn check_float32(&self, trained: &Trained) -> Result<(), String> {
+        let Kind::Linear(linear) = &trained.kind else { return Ok(()) };
+        let is_float32 = |number: &f64| f64::from(*number as f32).total_cmp(number).is_eq();
+        let mut numbers = linear.rows.iter().flat_map(|row| row.weights.iter().chain([&row.bias]));
+        if linear.pairs || trained.mean.is_some() || !numbers.all(is_float32) {
+            return Ok(());
+        }
+        let mut changed = 0.0;
+        for sample in &self.samples {
+            let mut sums: Vec<(f64, f64)> =
+                linear.rows.iter().map(|row| blurred(row, sample, trained.inputs)).collect();
+            // The sum of a class against that of the next, or the single sum against 0.
+            sums.sort_unstable_by(|one, other| other.0.total_cmp(&one.0));
+            let [first, second] = [0, 1].map(|at| sums.get(at).copied().unwrap_or_default());
+            let spread = (first.1 + second.1).sqrt();
+            // Nearly the normal distribution.
+            changed += if spread > 0.0 { 1.0 / (1.0 + (1.7 * (first.0 - second.0).abs() / spread).exp()) } else { 0.0 };
+        }
+        if changed <= MOST_CHANGED * self.samples.len() as f64 {
+            return Ok(());
         }
         Err(format!(
-            "{found}, expected at most {} %; help: import it with weights of int16, train it on X * scale without a \
-             StandardScaler, with more regularization, or train trees",
+            "has float32 numbers, whose rounding changes about {} of the trainer, expected at most {} %; help: save it \
+             with float64 numbers, train it with more regularization, or compare its answers by wstac.save in Python",
+            self.part(changed.round()),
             100.0 * MOST_CHANGED
         ))
     }
+
+    fn part(&self, of_answers: f64) -> String {
+        let all = self.samples.len();
+        format!("{of_answers} of {all} answers of {} ({:.2} %)", self.name, 100.0 * of_answers / all as f64)
+    }
+}
+
+/// Checks that a linear model has more than one answer.
+///
+/// # Errors
+/// No sample of int16 changes the answer.
+pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
+    let (Kind::Linear(linear), classes) = (&trained.kind, trained.labels.len()) else { return Ok(()) };
+    // The largest feature is 16.
+    let is_above = |bias: f64, weights: &mut dyn Iterator<Item = f64>| bias > 16.0 * weights.map(f64::abs).sum::<f64>();
+    let rows = &linear.rows;
+    let is_fixed = if linear.pairs || rows.len() == 1 {
+        rows.iter().all(|row| is_above(row.bias.abs(), &mut row.weights.iter().copied()))
+    } else {
+        let above = |row: &Row, other: &Row| {
+            let differences = row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other);
+            std::ptr::eq(row, other) || is_above(row.bias - other.bias, &mut { differences })
+        };
+        rows.iter().any(|row| rows.iter().all(|other| above(row, other)))
+    };
+    if classes < 2 || !is_fixed {
+        return Ok(());
+    }
+    let label = trained.labels.get(decide(trained, &[0; INPUTS]).0).map_or("", String::as_str);
+    Err(format!("names every sample {label:?}, expected a model whose answer depends on its sample; {USE_SCALE}"))
 }
 
 /// Returns the features of a sample that a model takes, in the order of its inputs.
@@ -77,14 +206,64 @@ fn features(sample: &[i16; INPUTS], inputs: usize) -> impl Iterator<Item = f64> 
     rows.map(|&units| f64::from(units) / f64::from(FEATURE_ONE))
 }
 
-/// Returns the class by real numbers, and by how much it wins: its score over the next, or its closest pair.
-fn decide(linear: &Linear, classes: usize, sample: &[i16; INPUTS], inputs: usize) -> (usize, f64) {
-    let sum = |row: &super::trained::Row| {
-        row.bias + row.weights.iter().zip(features(sample, inputs)).map(|(weight, x)| weight * x).sum::<f64>()
-    };
+/// Returns a sum, and its variance by the rounding of its numbers to float32.
+fn blurred(row: &Row, sample: &[i16; INPUTS], inputs: usize) -> (f64, f64) {
+    // Rounding is off by up to 2^-24 of a number, evenly.
+    let add = |sums: (f64, f64), product: f64| (sums.0 + product, sums.1 + (product * 0.42 / 16_777_216.0).powi(2));
+    let products = row.weights.iter().zip(features(sample, inputs)).map(|(weight, x)| weight * x);
+    products.chain([row.bias]).fold((0.0, 0.0), add)
+}
+
+/// Returns the class of a trained model, and for weighted sums by how much it wins: its score over the next, or its
+/// closest pair.
+fn decide(trained: &Trained, sample: &[i16; INPUTS]) -> (usize, Option<f64>) {
+    let (classes, x) = (trained.labels.len(), features(sample, trained.inputs).collect::<Vec<f64>>());
+    match &trained.kind {
+        Kind::Linear(linear) => {
+            let (class, margin) = decide_sums(linear, classes, &x);
+            (class, Some(margin))
+        }
+        Kind::Forest(trees) => {
+            let mut votes = vec![0.0; classes];
+            trees.iter().flat_map(|tree| leaf(tree, &x)).for_each(|(class, vote)| votes[usize::from(*class)] += vote);
+            (best(&votes), None)
+        }
+        Kind::Boosted(boosted) => {
+            let add = |sum: f32, tree: &Tree<f32>| sum + leaf(tree, &x);
+            let scores: Vec<f64> =
+                boosted.scores.iter().map(|score| score.trees.iter().fold(score.start, add).into()).collect();
+            let [score] = scores[..] else { return (best(&scores), None) };
+            (usize::from(score > boosted.bound.into()), None)
+        }
+        Kind::Network(network) => {
+            let (class, margin) = highest(network.sums(&x).last().map_or(&[], Vec::as_slice), classes);
+            (class, Some(margin))
+        }
+    }
+}
+
+/// Returns the leaf of a sample. The tree has no circle.
+fn leaf<'t, L>(tree: &'t Tree<L>, x: &[f64]) -> &'t L {
+    let mut at = 0;
+    loop {
+        match &tree.nodes[at] {
+            Node::Leaf(leaf) => return leaf,
+            Node::Split { input, threshold, strict, left, right } => {
+                let is_left = if *strict { x[*input] < *threshold } else { x[*input] <= *threshold };
+                at = if is_left { *left } else { *right };
+            }
+        }
+    }
+}
+
+/// Returns the class of the largest score; the first of equal ones wins.
+fn best(scores: &[f64]) -> usize {
+    (0..scores.len()).rev().max_by(|&a, &b| scores[a].total_cmp(&scores[b])).unwrap_or(0)
+}
+
+fn decide_sums(linear: &Linear, classes: usize, x: &[f64]) -> (usize, f64) {
+    let sum = |row: &Row| row.bias + row.weights.iter().zip(x).map(|(weight, x)| weight * x).sum::<f64>();
     let sums: Vec<f64> = linear.rows.iter().map(sum).collect();
-    // The first of equal scores wins.
-    let best = |scores: &[f64]| (0..scores.len()).rev().max_by(|&a, &b| scores[a].total_cmp(&scores[b])).unwrap_or(0);
     if linear.pairs {
         let pairs =
             || (0..classes).flat_map(|first| (first + 1..classes).map(move |second| [first, second])).zip(&sums);
@@ -94,8 +273,13 @@ fn decide(linear: &Linear, classes: usize, sample: &[i16; INPUTS], inputs: usize
         let of_class = pairs().filter(|(pair, _)| pair.contains(&class));
         return (class, of_class.fold(f64::INFINITY, |least, (_, sum)| least.min(sum.abs())));
     }
+    highest(&sums, classes)
+}
+
+/// Returns the class of the highest score, or of a single one that decides between two, and by how much it wins.
+fn highest(sums: &[f64], classes: usize) -> (usize, f64) {
     let [sum] = sums[..] else {
-        let class = best(&sums);
+        let class = best(sums);
         let others = sums.iter().enumerate().filter(|(other, _)| *other != class);
         return (class, sums[class] - others.fold(f64::NEG_INFINITY, |most, (_, &sum)| most.max(sum)));
     };
@@ -104,8 +288,10 @@ fn decide(linear: &Linear, classes: usize, sample: &[i16; INPUTS], inputs: usize
 
 #[cfg(test)]
 mod tests {
-    use super::super::trained::{Kind, Row, Trained, guess_task};
-    use super::super::write::{Options, write};
+    use wstac_core::model::file::Input;
+
+    use super::super::trained::{Boosted, Score, guess_task};
+    use super::super::write::{Options, Weights, write};
     use super::*;
 
     /// Returns a model whose weights differ in size by `most`, and samples that its small weights decide.
@@ -131,7 +317,7 @@ mod tests {
                 _ => 100 * i16::from(input / 70 % 3 == number % 3),
             })
         };
-        (model, CheckSet { name: "set.npz".into(), samples: (0..300).map(sample).collect() })
+        (model, CheckSet { name: "set.npz".into(), samples: (0..300).map(sample).collect(), truth: None })
     }
 
     fn difference(first: &Row, second: &Row, most: f64) -> Row {
@@ -141,9 +327,8 @@ mod tests {
     }
 
     fn compared(model: &Trained, set: &CheckSet) -> Result<String, String> {
-        let Kind::Linear(linear) = &model.kind else { unreachable!() };
-        let words = write(model, "", Options::default()).unwrap().words;
-        set.compare(linear, INPUTS, &Model::from_words(&words).unwrap())
+        let words = write(model, "", Options { weights: Some(Weights::Int16), ..Options::default() }).unwrap().words;
+        set.compare(model, &Model::from_words(&words).unwrap())
     }
 
     #[test]
@@ -151,11 +336,11 @@ mod tests {
         for pairs in [false, true] {
             let (model, set) = case(pairs, 10.0);
             let found = compared(&model, &set).unwrap();
-            assert!(found.starts_with("rounded weights change 0 of 300 answers of set.npz (0.00 %)"), "{found}");
+            assert!(found.starts_with("rounding changes 0 of 300 answers of set.npz (0.00 %)"), "{found}");
             // Small weights are rounded to 0: every answer is that of equal scores.
             let (model, set) = case(pairs, 1e6);
             let error = compared(&model, &set).unwrap_err();
-            assert!(error.starts_with("rounded weights change 200 of 300 answers of set.npz (66.67 %)"), "{error}");
+            assert!(error.starts_with("rounding changes 200 of 300 answers of set.npz (66.67 %)"), "{error}");
             assert!(error.contains("expected at most 0.5 %; help: "), "{error}");
         }
     }
@@ -166,14 +351,103 @@ mod tests {
         if let Kind::Linear(linear) = &mut model.kind {
             linear.drop_shared();
         }
-        assert!(compared(&model, &set).unwrap().contains("change 0 of 300"));
+        assert!(compared(&model, &set).unwrap().contains("changes 0 of 300"));
     }
 
     #[test]
     fn with_a_mean_weights_below_a_unit_still_count() {
         let (mut model, set) = case(false, 1e5);
-        assert!(compared(&model, &set).unwrap_err().contains("change 200 of 300"));
+        assert!(compared(&model, &set).unwrap_err().contains("changes 200 of 300"));
         model.mean = Some(set.mean(INPUTS));
-        assert!(compared(&model, &set).unwrap().contains("change 0 of 300"));
+        assert!(compared(&model, &set).unwrap().contains("changes 0 of 300"));
+    }
+
+    #[test]
+    fn answers_that_are_not_above_chance_are_refused() {
+        let (model, mut set) = case(false, 10.0);
+        let truth = |shift: usize, last: u16| Truth {
+            from: "y".into(),
+            labels: ["0", "1", "2", "denim"].map(str::to_owned).into(),
+            numbers: (0..300).map(|number| if number < 30 { last } else { ((number + shift) % 3) as u16 }).collect(),
+            of_class: vec![0, 1, 2],
+        };
+        // A label that the model has not counts nowhere.
+        set.truth = Some(truth(0, 3));
+        assert!(compared(&model, &set).unwrap().ends_with("; 270 of 270 answers are right (100.0 %)"));
+        set.truth = Some(truth(1, 0));
+        let error = compared(&model, &set).unwrap_err();
+        assert!(
+            error.starts_with("10 of 300 answers are right (3.3 %) in set.npz, expected more than by chance"),
+            "{error}"
+        );
+        assert!(error.contains("X * scale (scale is 1/2048)"), "{error}");
+        // The same answer for every sample is right by chance; with one label in the set nothing is known.
+        let one = vec![1; 300];
+        assert!(set.graded(&one).unwrap_err().contains("by chance (30.0 %)"));
+        set.truth.as_mut().unwrap().numbers.fill(1);
+        assert_eq!(set.graded(&one).unwrap(), "; 300 of 300 answers are right (100.0 %)");
+        // Two samples are too few to ask for more.
+        set.truth.as_mut().unwrap().numbers = vec![0, 1];
+        assert!(set.graded(&[0, 1]).is_ok());
+        set.truth.as_mut().unwrap().numbers.fill(3);
+        assert_eq!(set.graded(&[0, 1]).unwrap(), "");
+    }
+
+    #[test]
+    fn a_model_with_one_answer_is_refused() {
+        for pairs in [false, true] {
+            let (mut model, _) = case(pairs, 10.0);
+            assert_eq!(check_varies(&model), Ok(()));
+            let Kind::Linear(linear) = &mut model.kind else { unreachable!() };
+            // As after a training on samples without their scale: weights are small beside the bias.
+            let biases = [9.0, 40.0, 8.0];
+            for (row, bias) in linear.rows.iter_mut().zip(if pairs { [-9.0, 9.0, 8.0] } else { biases }) {
+                row.weights.iter_mut().for_each(|weight| *weight *= 1.0 / 2048.0);
+                row.bias = bias;
+            }
+            let error = check_varies(&model).unwrap_err();
+            assert!(error.starts_with("names every sample \"1\", expected "), "{error}");
+            let Kind::Linear(linear) = &mut model.kind else { unreachable!() };
+            linear.rows[1].weights[5] = 10.0;
+            assert_eq!(check_varies(&model), Ok(()));
+        }
+    }
+
+    #[test]
+    fn numbers_that_float32_rounded_too_much_are_refused() {
+        let (mut model, set) = case(false, 0.0);
+        let said = |model: &mut Trained, biases: [f64; 3]| {
+            let Kind::Linear(linear) = &mut model.kind else { unreachable!() };
+            linear.rows.iter_mut().zip(biases).for_each(|(row, bias)| row.bias = bias);
+            set.check_float32(model)
+        };
+        // Biases that all classes share, as of features with large weights that hardly vary. They are float32.
+        let error = said(&mut model, [1e9; 3]).unwrap_err();
+        assert!(error.starts_with("has float32 numbers, whose rounding changes about "), "{error}");
+        // These are not, or are small.
+        assert_eq!(said(&mut model, [1e9, 1e9, 1e9 + 0.1]), Ok(()));
+        assert_eq!(said(&mut model, [64.0; 3]), Ok(()));
+    }
+
+    /// Returns a tree of an input that is 100 units in the samples of a class.
+    fn tree<L>(class: usize, leaves: [L; 2]) -> Tree<L> {
+        let [low, high] = leaves.map(Node::Leaf);
+        let split = Node::Split { input: 70 * (3 + class), threshold: 0.02, strict: class == 1, left: 1, right: 2 };
+        Tree { nodes: vec![split, low, high] }
+    }
+
+    #[test]
+    fn answers_of_trees_are_those_of_their_file() {
+        let (mut model, set) = case(false, 10.0);
+        let forest =
+            |class: u16| tree(class.into(), [vec![(class, 0.25), ((class + 1) % 3, 0.75)], vec![(class, 1.0)]]);
+        let scores = |class| Score { start: 0.5, trees: vec![tree(class, [-0.3, 0.1]), tree(class, [0.0, 0.7])] };
+        let boosted = Kind::Boosted(Boosted { scores: (0..3).map(scores).collect(), bound: 0.0 });
+        for kind in [Kind::Forest((0..3).map(forest).collect()), boosted] {
+            model.kind = kind;
+            assert_eq!(compared(&model, &set).unwrap(), "rounding changes 0 of 300 answers of set.npz (0.00 %)");
+        }
+        let classes: Vec<usize> = set.samples.iter().map(|sample| decide(&model, sample).0).collect();
+        assert!(classes.iter().enumerate().all(|(number, class)| *class == number % 3));
     }
 }

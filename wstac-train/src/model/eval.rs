@@ -322,7 +322,7 @@ pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
 }
 
 /// Reads the true labels from the first array that fits the model's task.
-fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
+pub(super) fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
     let has = |array: &str| npz.names().any(|name| name == array);
     if let Some(array) = label_arrays(task).iter().find(|array| has(array)) {
         let truth = compare(npz, array, classes.to_vec(), n)?;

@@ -29,7 +29,7 @@ use wstac_core::model::speeds::KnownSpeeds;
 use check::CheckSet;
 use inline::Source;
 use trained::{Kind, Trained};
-use write::{Options, Written, write};
+use write::{Options, Weights, Written, write};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::file_bytes;
 use wstac_host::texture::pattern_and_depth;
@@ -52,8 +52,11 @@ pub struct Import {
     pub note: Option<String>,
     /// Options for the conversion of real numbers to integers.
     pub options: Options,
-    /// Only for [`import`] of linear models: a data set on which at most 0.5 % of answers may change.
+    /// Only for [`import`]: a data set on which at most 0.5 % of answers may change. If it has labels of the model, more
+    /// answers must be right than by chance.
     pub check: Option<PathBuf>,
+    /// The mean of each input, for which rounded weights are exact; by default that of `check`, or a usual one.
+    pub mean: Option<Vec<f64>>,
 }
 
 /// Reads a trained model from its trainer's file and writes it as a model file.
@@ -62,8 +65,10 @@ pub struct Import {
 /// The file cannot be used; the message names the part.
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = file_bytes(path)?;
-    let set = wanted.check.as_deref().map(|set| CheckSet::read(set, wanted.input)).transpose()?;
-    made(&name(path), bytes, wanted, set.as_ref()).map_err(|why| Error::new(ErrorKind::Format, path.display(), why))
+    let refused = |why| Error::new(ErrorKind::Format, path.display(), why);
+    let (model, tool) = trained(bytes, wanted).map_err(refused)?;
+    let set = wanted.check.as_deref().map(|set| CheckSet::read(set, &model)).transpose()?;
+    made(&name(path), model, &tool, wanted, set.as_ref()).map_err(refused)
 }
 
 /// Reads a trained model from the bytes of its trainer's file and writes it as a model file; `name` is that file's
@@ -72,28 +77,45 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// # Errors
 /// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
-    made(name, bytes, wanted, None)
+    let (model, tool) = trained(bytes, wanted)?;
+    made(name, model, &tool, wanted, None)
 }
 
-fn made(name: &str, bytes: Vec<u8>, wanted: &Import, set: Option<&CheckSet>) -> Result<(Trained, Written), String> {
-    let (mut model, tool) = trained(bytes, wanted)?;
+fn made(
+    name: &str,
+    mut model: Trained,
+    tool: &str,
+    wanted: &Import,
+    set: Option<&CheckSet>,
+) -> Result<(Trained, Written), String> {
+    check::check_varies(&model)?;
+    set.map_or(Ok(()), |set| set.check_float32(&model))?;
     if let Kind::Linear(linear) = &mut model.kind {
         linear.drop_shared();
     }
-    if let Some(set) = set {
-        model.mean = Some(set.mean(model.inputs));
-    } else if model.input == Input::Frames && model.mean.is_none() {
-        model.mean = Some(vec![USUAL_MEAN; model.inputs]);
-    }
+    let inputs = model.inputs;
+    let given = wanted.mean.clone().or_else(|| set.map(|set| set.mean(inputs))).or(model.mean);
+    model.mean = given.or_else(|| (model.input == Input::Frames).then(|| vec![USUAL_MEAN; inputs]));
     let mut facts = serde_json::json!({ "file": name, "trainer": tool });
     if let Some(note) = &wanted.note {
         facts["note"] = note.as_str().into();
     }
-    let mut written = write(&model, &facts.to_string(), wanted.options)?;
-    if let (Some(set), Kind::Linear(linear)) = (set, &model.kind) {
-        let read = Model::from_words(&written.words).map_err(|error| error.to_string())?;
-        written.exactness = format!("{}; {}", written.exactness, set.compare(linear, model.inputs, &read)?);
+    if let (Some(set), Kind::Network(network)) = (set, &mut model.kind) {
+        network.tops = Some(set.tops(network, inputs));
     }
+    let written = |weights| {
+        let mut written = write(&model, &facts.to_string(), Options { weights, ..wanted.options })?;
+        if let Some(set) = set {
+            let read = Model::from_words(&written.words).map_err(|error| error.to_string())?;
+            let said = written.exactness.replace(write::linear::COUNTED_BY_CHECK, "");
+            written.exactness = format!("{said}; {}", set.compare(&model, &read)?);
+        }
+        Ok(written)
+    };
+    // Weights that change too many answers are wider, unless the user chose.
+    let can_be_wider = wanted.options.weights.is_none() && matches!(model.kind, Kind::Linear(_));
+    let written = written(wanted.options.weights)
+        .or_else(|why: String| if can_be_wider { written(Some(Weights::Int32)).map_err(|_| why) } else { Err(why) })?;
     Ok((model, written))
 }
 

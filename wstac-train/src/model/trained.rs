@@ -85,6 +85,20 @@ pub struct Network {
     pub tops: Option<Vec<Vec<f64>>>,
 }
 
+impl Network {
+    /// Returns the sums of each layer for a sample in the order of data sets.
+    pub(super) fn sums(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let mut values = x.to_vec();
+        let layer = |layer: &Vec<Row>| {
+            let sum = |row: &Row| row.bias + row.weights.iter().zip(&values).map(|(weight, x)| weight * x).sum::<f64>();
+            let sums: Vec<f64> = layer.iter().map(sum).collect();
+            values = sums.iter().map(|sum| sum.max(0.0)).collect();
+            sums
+        };
+        self.layers.iter().map(layer).collect()
+    }
+}
+
 /// A weighted sum.
 #[derive(Clone, Debug)]
 pub struct Row {

@@ -81,10 +81,10 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     leaves: Option<Leaves>,
 
-    /// Count the answers of a linear model that rounded weights change
+    /// Count the answers that rounding changes, and those that are right
     ///
-    /// The data set is one of wstac dataset, best not that of the training. More than 0.5 % are an error. Its mean also
-    /// makes the rounding of weights better.
+    /// The data set is one of wstac dataset, best not that of the training. It is an error if more than 0.5 % change, or if
+    /// no more are right than by chance. Its mean also makes the rounding of weights better. Only for model files.
     #[arg(long, value_name = "SET.npz")]
     check: Option<PathBuf>,
 
@@ -142,8 +142,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     });
     let options = Options { weights, leaves };
     let (labels, speeds) = (arguments.labels.clone(), arguments.speeds);
-    let wanted =
-        Import { labels, task, input, speeds, note: arguments.note.clone(), options, check: arguments.check.clone() };
+    let (note_of_training, check) = (arguments.note.clone(), arguments.check.clone());
+    let wanted = Import { labels, task, input, speeds, note: note_of_training, options, check, mean: None };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)
@@ -219,9 +219,6 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
     if arguments.weights.is_some() && !is_linear && !matches!(kind, Kind::Network(_)) {
         return refused("--weights", "linear models and networks");
     }
-    if arguments.check.is_some() && !is_linear {
-        return refused("--check", "linear models");
-    }
     if arguments.leaves.is_some() && !is_boosted {
         return refused("--leaves", "boosted trees");
     }
@@ -230,6 +227,9 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
     }
     if arguments.speeds.is_some() && backend == Backend::Inline {
         return Err(conflict("--speeds is for model files, and Rust has no place for it: expected no --speeds"));
+    }
+    if arguments.check.is_some() && backend == Backend::Inline {
+        return Err(conflict("--check is for model files, which hold the same trees: expected no --check"));
     }
     Ok(())
 }

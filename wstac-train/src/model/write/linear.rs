@@ -5,6 +5,7 @@
 use wstac_core::model::linear_svm::BLOCK;
 use wstac_core::params::FEATURES;
 
+use super::super::check::USE_SCALE;
 use super::super::trained::{Linear, Row, file_order};
 use super::{Body, ONE, Weights};
 
@@ -25,6 +26,9 @@ pub(super) const fn largest(weights: Weights) -> f64 {
         Weights::Int32 => 32_767.0 * WIDE,
     }
 }
+
+/// What a warning adds if the answers were not counted.
+pub(in super::super) const COUNTED_BY_CHECK: &str = "; --check SET.npz counts the answers that change";
 
 pub(super) fn body(
     model: &Linear,
@@ -175,7 +179,7 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> (String, bool) {
         let [low, high] = [USUAL.0, USUAL.1].map(|end| end / ONE);
         let text = format!(
             "; warning: {fixed} of {count} {what} {never} for features of {low:.2} to {high:.2}: was it trained on X times \
-             its scale?; help: train it on X * scale"
+             its scale?; {USE_SCALE}"
         );
         return (text, false);
     }
@@ -189,7 +193,7 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> (String, bool) {
     let text = format!(
         "; warning: rounded weights may change the scores of {unsure} of {count} {what} by the margin of their training or \
          more, and with them answers; help: train an SVM or a logistic regression on X * scale without a StandardScaler, \
-         import it with --weights int16 or int32; --check SET.npz counts the answers that change"
+         import it with --weights int16 or int32{COUNTED_BY_CHECK}"
     );
     (text, true)
 }

@@ -3,7 +3,7 @@
 pub(super) mod boosted;
 pub(super) mod forest;
 mod layout;
-mod linear;
+pub(super) mod linear;
 mod network;
 #[cfg(test)]
 mod tests;

@@ -248,7 +248,7 @@ fn a_linear_model_that_rounding_or_its_unit_spoils_has_a_warning() {
         said.starts_with("2 of 3 pairs of classes can have only one winner for features of -4.62 to 1.61"),
         "{said}"
     );
-    assert!(said.ends_with("help: train it on X * scale"), "{said}");
+    assert!(said.ends_with("help: train it on X * scale (scale is 1/2048)"), "{said}");
     assert!(of(false, 2, small(-9.0)[..1].to_vec(), Weights::Int16).unwrap().starts_with("1 of 1 pair of classes"));
     let said = of(false, 3, three(&many(0.3), 9000.0), Weights::Int16).unwrap();
     assert!(said.starts_with("2 of 3 classes can never be the answer"), "{said}");
@@ -328,24 +328,15 @@ fn a_network_decides_as_real_numbers_do() {
         }
         let mut sample = || [(); INPUTS].map(|()| (6000.0 * number()) as i16 - 3000);
         let samples: Vec<[i16; INPUTS]> = (0..400).map(|_| sample()).collect();
-        let scores = |sample: &[i16; INPUTS]| {
-            let mut values: Vec<f64> = sample.iter().map(|&x| f64::from(x) / 2048.0).collect();
-            let mut all = vec![];
-            for layer in &layers {
-                let sum = |row: &Row| row.bias + row.weights.iter().zip(&values).map(|(w, x)| w * x).sum::<f64>();
-                let sums: Vec<f64> = layer.iter().map(sum).collect();
-                values = sums.iter().map(|sum| sum.max(0.0)).collect();
-                all.push(sums);
-            }
-            all
-        };
-        let answer = |scores: &[f64]| match scores {
-            [one] => (u8::from(*one > 0.0), one.abs()),
-            _ => {
+        let network = Network { layers, tops: None };
+        let scores = |sample: &[i16; INPUTS]| network.sums(&sample.map(|x| f64::from(x) / 2048.0));
+        let answer = |scores: &[f64]| {
+            let [one] = scores else {
                 let best = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b])).unwrap();
                 let rest = (0..scores.len()).filter(|other| *other != best);
-                (best as u8, scores[best] - rest.fold(f64::NEG_INFINITY, |most, at| most.max(scores[at])))
-            }
+                return (best as u8, scores[best] - rest.fold(f64::NEG_INFINITY, |most, at| most.max(scores[at])));
+            };
+            (u8::from(*one > 0.0), one.abs())
         };
         // The ranges of hidden values, from half of the samples.
         let tops = (0..widths.len() - 1).map(|layer| {
@@ -358,7 +349,7 @@ fn a_network_decides_as_real_numbers_do() {
             (Weights::Int16, None, 0.97),
             (Weights::Int16, Some(tops.collect::<Vec<Vec<f64>>>()), 0.99),
         ] {
-            let trained = model(classes, Kind::Network(Network { layers: layers.clone(), tops }));
+            let trained = model(classes, Kind::Network(Network { tops, ..network.clone() }));
             let written = write(&trained, "", Options { weights: Some(width), ..Options::default() }).unwrap();
             let read = Model::from_words(&written.words).unwrap();
             assert_eq!((read.layout(), inspect(&read, &written.words).kind.to_string()), (2, "network".into()));
