@@ -250,7 +250,7 @@ class Forests(Imported):
                 self.linear(f"{type(model).__name__}, {y.dtype}", model, y, count=300, weights=["int16"], **options)
 
     def test_what_stands_before_is_refused_by_name(self):
-        for before, says in [(Normalizer(), "node Normalizer before"), (MinMaxScaler(), "node Add before")]:
+        for before, says in [(Normalizer(), "node Normalizer before"), (MinMaxScaler(clip=True), "node Clip before")]:
             model = make_pipeline(before, LogisticRegression()).fit(self.X, self.y)
             self.refused(self.onnx(model), says)
 
