@@ -13,6 +13,9 @@ use super::trained::{Kind, Linear, Node, Row, Trained, Tree, in_file_order};
 
 /// Largest fraction of changed answers that is accepted.
 const MOST_CHANGED: f64 = 0.005;
+/// Range of all features: those of a camera of 16 bits begin at ln(2.5/65535), and those along a path end at 4.2.
+const LEAST: f64 = -11.0;
+const MOST: f64 = 5.0;
 /// What mends a model whose sums have the wrong unit.
 pub(super) const USE_SCALE: &str = "help: train it on X * scale (scale is 1/2048)";
 
@@ -163,14 +166,20 @@ impl CheckSet {
 /// Checks that a linear model has more than one answer.
 ///
 /// # Errors
-/// No sample of int16 changes the answer.
+/// No sample changes the answer.
 pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
     let (Kind::Linear(linear), classes) = (&trained.kind, trained.labels.len()) else { return Ok(()) };
-    // The largest feature is 16.
-    let is_above = |bias: f64, weights: &mut dyn Iterator<Item = f64>| bias > 16.0 * weights.map(f64::abs).sum::<f64>();
+    let is_above = |bias: f64, weights: &mut dyn Iterator<Item = f64>| {
+        let (sum, spread) = weights.fold((bias, 0.0), |(sum, spread), weight| {
+            (sum + weight * f64::midpoint(LEAST, MOST), spread + weight.abs() * (MOST - LEAST) / 2.0)
+        });
+        sum > spread
+    };
     let rows = &linear.rows;
     let is_fixed = if linear.pairs || rows.len() == 1 {
-        rows.iter().all(|row| is_above(row.bias.abs(), &mut row.weights.iter().copied()))
+        let is_above =
+            |row: &Row, sign: f64| is_above(row.bias * sign, &mut row.weights.iter().map(|weight| weight * sign));
+        rows.iter().all(|row| is_above(row, 1.0) || is_above(row, -1.0))
     } else {
         let above = |row: &Row, other: &Row| {
             let differences = row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other);
@@ -181,7 +190,7 @@ pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
     if classes < 2 || !is_fixed {
         return Ok(());
     }
-    let label = trained.labels.get(decide(trained, &[0; INPUTS]).0).map_or("", String::as_str);
+    let label = trained.labels.get(decide(trained, &[-2048; INPUTS]).0).map_or("", String::as_str);
     Err(format!("names every sample {label:?}, expected a model whose answer depends on its sample; {USE_SCALE}"))
 }
 
