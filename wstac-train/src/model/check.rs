@@ -151,7 +151,7 @@ impl CheckSet {
         }
         Err(format!(
             "has float32 numbers, whose rounding changes about {} of the trainer, expected at most {} %; help: save it \
-             with float64 numbers, train it with more regularization, or compare its answers by wstac.save in Python",
+             with float64 numbers, or by wstac.save in Python",
             self.part(changed.round()),
             100.0 * MOST_CHANGED
         ))
