@@ -17,7 +17,7 @@ try:
     import skl2onnx
     import sklearn  # noqa: F401
     import xgboost  # noqa: F401
-    from skl2onnx.common.data_types import FloatTensorType
+    from skl2onnx.common.data_types import DoubleTensorType, FloatTensorType
 
     MISSING = None
 except ImportError as error:
@@ -106,9 +106,10 @@ class Imported(unittest.TestCase):
         model, said = self.imported(file, *options)
         return self.evaluated(model, samples, truth), said
 
-    def onnx(self, model, inputs=700, **options):
+    def onnx(self, model, inputs=700, real="Float", **options):
         path = self.path / "model.onnx"
-        made = skl2onnx.convert_sklearn(model, initial_types=[("X", FloatTensorType([None, inputs]))], **options)
+        kind = {"Float": FloatTensorType, "Double": DoubleTensorType}[real]
+        made = skl2onnx.convert_sklearn(model, initial_types=[("X", kind([None, inputs]))], **options)
         path.write_bytes(made.SerializeToString())
         return path
 
@@ -209,8 +210,10 @@ class Imported(unittest.TestCase):
         self.report(f"{name}, int16, outside the bound {bound:.1e}", same[far], (~far).sum())
         return said
 
-    def linear(self, name, model, y, count=SAMPLES, weights=("int16", "int8"), **options):
-        """Trains a linear model, imports it through ONNX and compares its answers outside the bound that import prints."""
+    def linear(self, name, model, y, count=SAMPLES, weights=("int16", "int8"), write=None, **options):
+        """Trains a linear model, imports it through ONNX and compares its answers outside the bound that import prints.
+        If given, `write` writes the ONNX file instead of skl2onnx.
+        """
         model.fit(self.X, y)
         # Between samples of different classes, so that some are close to where the answer changes.
         share = self.random.random((count, 1))
@@ -222,7 +225,7 @@ class Imported(unittest.TestCase):
             last.decision_function_shape = "ovo"
         scores = model.decision_function(samples * SCALE).reshape(count, -1)
         for kind in weights:
-            answers, said = self.answers(self.onnx(model, **options), "--weights", kind, samples=samples)
+            answers, said = self.answers((write or self.onnx)(model, **options), "--weights", kind, samples=samples)
             # Weights of int16 are as good as the trained ones here.
             self.assertTrue(kind == "int8" or "warning" not in said, said)
             bound = float(said.split("off by ")[1].split()[0])

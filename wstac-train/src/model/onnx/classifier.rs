@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use super::path::{Before, ClassifierOutput};
+use super::path::ClassifierOutput;
 use super::proto::Node as OnnxNode;
-use super::scaler::Scaler;
+use super::steps::Before;
 use super::trees::{Leaf, scores, split, votes};
 use super::{Read, attribute, integers, labels, numbers, post_transform, thresholds};
 use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Tree};
@@ -13,11 +13,12 @@ use crate::model::trained::{Boosted, Kind, MOST_NODES, Node, Tree};
 const BOOSTED: &str = "boosted trees have post_transform LOGISTIC or SOFTMAX; of XGBoost import what save_model writes";
 
 /// Reads a forest, or trees that add up to scores, from `TreeEnsembleClassifier`.
-pub(super) fn read(node: &OnnxNode, before: &Before, producer: &str) -> Result<Read, String> {
+pub(super) fn read(node: &OnnxNode, before: Before, producer: &str) -> Result<Read, String> {
     let wrong = |why: String| format!("TreeEnsembleClassifier: {why}");
     let labels = labels(node, "classlabels_int64s")?;
     let (transform, base) = (post_transform(node), numbers(node, "base_values")?);
-    let mut ensemble = Ensemble::read(node, &before.scalers).map_err(wrong)?;
+    let inputs = before.inputs(None)?;
+    let mut ensemble = Ensemble::read(node, &before).map_err(wrong)?;
     ensemble.weights(node, labels.len()).map_err(wrong)?;
     let mut forest = ensemble.trees.clone();
     let is_vote = if base.iter().all(|&base| base == 0.0) {
@@ -43,8 +44,7 @@ pub(super) fn read(node: &OnnxNode, before: &Before, producer: &str) -> Result<R
         }
         (other, _) => return Err(wrong(format!("post_transform {other}, expected NONE, LOGISTIC or SOFTMAX"))),
     };
-    let inputs = before.width.ok_or("the ONNX input's shape does not say how many inputs there are, expected 700")?;
-    Ok(Read { inputs, kind, answer: ClassifierOutput::Label(labels) })
+    Ok(Read { inputs, kind, answer: ClassifierOutput::Label(labels), before })
 }
 
 struct Ensemble {
@@ -56,7 +56,7 @@ struct Ensemble {
 }
 
 impl Ensemble {
-    fn read(node: &OnnxNode, scalers: &[Scaler]) -> Result<Self, String> {
+    fn read(node: &OnnxNode, before: &Before) -> Result<Self, String> {
         let trees = integers(node, "nodes_treeids");
         let lists = ["nodes_nodeids", "nodes_featureids", "nodes_truenodeids", "nodes_falsenodeids"];
         let [names, inputs, yes, no] = lists.map(|list| integers(node, list));
@@ -98,7 +98,7 @@ impl Ensemble {
             };
             let children = (child(yes[at])?, child(no[at])?);
             let mode = String::from_utf8_lossy(&modes[at]);
-            let split = split(&mode, inputs[at], thresholds[at], children, scalers).map_err(wrong)?;
+            let split = split(&mode, inputs[at], thresholds[at], children, before).map_err(wrong)?;
             if let Some(&(number, node)) = ensemble.places.get(&(tree, name)) {
                 ensemble.trees[number].nodes[node] = split;
             }
@@ -140,16 +140,19 @@ impl Ensemble {
             return Err("post_transform SOFTMAX with weights of one class, expected weights of both".into());
         }
         // Converters write a single 0 for classes that all start at 0.
-        if ![0, classes].contains(&base.len()) && !(self.single && base.len() == 1) && base != [0.0] {
+        let fits = base.len() == classes || self.single && base.len() == 1 || matches!(base, [] | [0.0]);
+        if !fits {
             return Err(format!("{} base_values, expected none or {classes}", base.len()));
         }
         // CatBoost gives the first of two classes the negative weights of the second.
-        let opposite = |leaf: &Leaf| matches!(leaf[..], [(0, first), (1, second)] if first == -second);
+        let opposite = |leaf: &Leaf| matches!(leaf[..], [(0, first), (1, second)] if first + second == 0.0);
         let is_mirrored = classes == 2 && base.is_empty() && self.trees.iter().flat_map(Tree::leaves).all(opposite);
         for node in self.trees.iter_mut().flat_map(|tree| &mut tree.nodes) {
             let Node::Leaf(leaf) = node else { continue };
             leaf.retain(|share| !is_mirrored || share.0 == 1);
-            leaf.iter_mut().for_each(|share| share.1 = f64::from(share.1 as f32));
+            for share in leaf {
+                share.1 = f64::from(share.1 as f32);
+            }
         }
         let mut boosted = scores(&self.trees, classes)?;
         if self.single || is_mirrored {

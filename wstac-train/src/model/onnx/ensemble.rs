@@ -3,9 +3,9 @@
 //! Each of its leaves has a weight of one class. So a forest of soft votes has a tree for each class, or only leaves of
 //! one class.
 
-use super::path::{Before, ClassifierOutput};
-use super::proto::Node as OnnxNode;
-use super::scaler::Scaler;
+use super::proto::{Graph, Node as OnnxNode};
+use super::steps::Before;
+use super::sums::highest;
 use super::tensor::Tensor;
 use super::trees::{Leaf, merged, scores, split, votes};
 use super::{Read, attribute, integers, numbers, thresholds};
@@ -19,7 +19,7 @@ const NONE: i64 = 0;
 const SOFTMAX: i64 = 1;
 
 /// Reads the trees of `TreeEnsemble`.
-pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
+pub(super) fn read(graph: &Graph, node: &OnnxNode, before: Before) -> Result<Read, String> {
     let wrong = |why: String| format!("TreeEnsemble: {why}");
     let number = |name, default| attribute(node, name).and_then(|found| found.i).unwrap_or(default);
     let (aggregate, transform) = (number("aggregate_function", SUM), number("post_transform", NONE));
@@ -33,23 +33,24 @@ pub(super) fn read(node: &OnnxNode, before: &Before) -> Result<Read, String> {
     let classes = usize::try_from(number("n_targets", 0)).ok().filter(|classes| (1..=most).contains(classes));
     let classes =
         classes.ok_or_else(|| wrong(format!("n_targets {}, expected 1 to {most}", number("n_targets", 0))))?;
-    let trees = Lists::read(node).and_then(|lists| lists.trees(classes, &before.scalers)).map_err(wrong)?;
-    let inputs = before.width.ok_or("the ONNX input's shape does not say how many inputs there are, expected 700")?;
-    let answer = ClassifierOutput::Scores(classes);
+    let inputs = before.inputs(None)?;
+    let trees = Lists::read(node).and_then(|lists| lists.trees(classes, &before)).map_err(wrong)?;
+    let scores_name = node.output.first().ok_or("an ONNX node has no output")?;
+    let answer = highest(graph, scores_name, classes, None)?;
     // Leaves that all weigh the same are complete votes; others may be parts of votes.
     let mut single = trees.clone();
     if votes(&mut single, false).is_ok() {
-        return Ok(Read { inputs, kind: Kind::Forest(single), answer });
+        return Ok(Read { inputs, kind: Kind::Forest(single), answer, before });
     }
     let mut whole = merged(&trees);
     let Err(no_votes) = votes(&mut whole, false) else {
-        return Ok(Read { inputs, kind: Kind::Forest(whole), answer });
+        return Ok(Read { inputs, kind: Kind::Forest(whole), answer, before });
     };
     if aggregate == AVERAGE {
         return Err(wrong(format!("{no_votes}; other trees are understood where they are added (SUM)")));
     }
     let boosted = scores(&trees, classes).map_err(|no_scores| wrong(format!("{no_votes}; {no_scores}")))?;
-    Ok(Read { inputs, kind: Kind::Boosted(boosted), answer })
+    Ok(Read { inputs, kind: Kind::Boosted(boosted), answer, before })
 }
 
 /// The operator's lists: one entry for each node, for each leaf, for each tree.
@@ -95,12 +96,12 @@ impl<'m> Lists<'m> {
         Ok(lists)
     }
 
-    fn trees(&self, classes: usize, scalers: &[Scaler]) -> Result<Vec<Tree<Leaf>>, String> {
+    fn trees(&self, classes: usize, before: &Before) -> Result<Vec<Tree<Leaf>>, String> {
         let mut reached = vec![false; self.modes.len()];
         let mut left = MOST_NODES;
         let mut trees = Vec::with_capacity(self.roots.len());
         for &root in self.roots {
-            trees.push(self.tree(root, classes, scalers, &mut reached, &mut left)?);
+            trees.push(self.tree(root, classes, before, &mut reached, &mut left)?);
         }
         Ok(trees)
     }
@@ -110,7 +111,7 @@ impl<'m> Lists<'m> {
         &self,
         root: i64,
         classes: usize,
-        scalers: &[Scaler],
+        before: &Before,
         reached: &mut [bool],
         left: &mut usize,
     ) -> Result<Tree<Leaf>, String> {
@@ -145,7 +146,7 @@ impl<'m> Lists<'m> {
             let places = (nodes.len(), nodes.len() + 1);
             let mode = usize::try_from(self.modes[at]).ok().and_then(|mode| MODES.get(mode));
             let mode = mode.ok_or_else(|| format!("node {at}: mode {}, expected 0 to 3", self.modes[at]))?;
-            let split = split(mode, self.inputs[at], self.thresholds[at], places, scalers);
+            let split = split(mode, self.inputs[at], self.thresholds[at], places, before);
             nodes[place] = split.map_err(|why| format!("node {at}: {why}"))?;
             nodes.extend([Node::Leaf(Vec::new()), Node::Leaf(Vec::new())]);
             waiting.extend([(yes, places.0), (no, places.1)]);

@@ -1,13 +1,21 @@
 //! `LinearClassifier`, and `SVMClassifier` with a linear kernel, as weighted sums.
 
-use super::path::{Before, ClassifierOutput};
+use super::path::ClassifierOutput;
 use super::proto::Node;
-use super::scaler::fold;
+use super::steps::Before;
+use super::sums::linear;
 use super::{Read, attribute, floats, integers, labels, post_transform};
 use crate::model::trained::{Kind, Linear, Row, frames};
 
-/// Reads the weighted sums of `LinearClassifier`.
-pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
+/// Reads `LinearClassifier`.
+pub(super) fn classifier(node: &Node, before: Before) -> Result<Read, String> {
+    let (rows, labels) = rows(node, &before)?;
+    let inputs = before.inputs(Some(rows[0].weights.len()))?;
+    linear(rows, vec![before], inputs, ClassifierOutput::Label(labels))
+}
+
+/// Reads the weighted sums of `LinearClassifier`, and its labels.
+pub(super) fn rows(node: &Node, before: &Before) -> Result<(Vec<Row>, Vec<String>), String> {
     let labels = labels(node, "classlabels_ints")?;
     let transform = post_transform(node);
     // All of them keep the order of scores, so the label is the same.
@@ -16,13 +24,16 @@ pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
     }
     let (coefficients, intercepts) = (floats(node, "coefficients")?, floats(node, "intercepts")?);
     let classes = labels.len();
-    let rows = match intercepts.len() {
-        0 => rows_without_intercepts(coefficients.len(), classes, before.width)?,
+    let count = match intercepts.len() {
+        0 => {
+            let given = before.width.map(|width| before.given(width)).transpose()?;
+            rows_without_intercepts(coefficients.len(), classes, given)?
+        }
         rows => rows,
     };
-    if rows != classes && !(rows == 1 && classes == 2)
+    if count != classes && !(count == 1 && classes == 2)
         || coefficients.is_empty()
-        || !coefficients.len().is_multiple_of(rows)
+        || !coefficients.len().is_multiple_of(count)
     {
         let counts = (coefficients.len(), intercepts.len());
         return Err(format!(
@@ -30,24 +41,11 @@ pub(super) fn classifier(node: &Node, before: &Before) -> Result<Read, String> {
             counts.0, counts.1
         ));
     }
-    let inputs = coefficients.len() / rows;
-    frames(inputs)?;
-    let mut rows: Vec<Row> = coefficients
-        .chunks(inputs)
-        .enumerate()
-        .map(|(row, weights)| Row {
-            weights: weights.iter().map(|&weight| f64::from(weight)).collect(),
-            bias: f64::from(intercepts.get(row).copied().unwrap_or(0.0)),
-        })
-        .collect();
-    if let [first, second] = &mut rows[..] {
-        // For two classes one sum is enough: the second class wins if its sum is above that of the first.
-        second.weights.iter_mut().zip(&first.weights).for_each(|(second, first)| *second -= first);
-        second.bias -= first.bias;
-        rows.remove(0);
-    }
-    fold(&mut rows, &before.scalers)?;
-    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: false, rows }), answer: ClassifierOutput::Label(labels) })
+    let rows = coefficients.chunks(coefficients.len() / count).enumerate().map(|(row, weights)| Row {
+        weights: weights.iter().map(|&weight| f64::from(weight)).collect(),
+        bias: f64::from(intercepts.get(row).copied().unwrap_or(0.0)),
+    });
+    Ok((rows.collect(), labels))
 }
 
 /// Returns the number of rows of coefficients if no intercepts show it.
@@ -74,7 +72,7 @@ fn rows_without_intercepts(coefficients: usize, classes: usize, width: Option<us
 }
 
 /// Reads the weighted sums of `SVMClassifier`: each pair of classes has its own, from the support vectors of both.
-pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
+pub(super) fn svm(node: &Node, before: Before) -> Result<Read, String> {
     let labels = labels(node, "classlabels_ints")?;
     let classes = labels.len();
     let kernel = attribute(node, "kernel_type").and_then(|attribute| attribute.s.as_deref()).unwrap_or(b"LINEAR");
@@ -100,9 +98,9 @@ pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
             found.0, found.1, found.2
         ));
     }
-    let inputs = vectors.len() / count;
+    let taken = vectors.len() / count;
     // There may be many pairs, so the number of inputs must be limited.
-    frames(inputs)?;
+    let inputs = before.inputs(Some(taken))?;
     let starts: Vec<usize> = counts
         .iter()
         .scan(0, |start, &count| {
@@ -113,13 +111,13 @@ pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
     let mut rows = Vec::with_capacity(pairs);
     for first in 0..classes {
         for second in first + 1..classes {
-            let mut row = Row { weights: vec![0.0; inputs], bias: f64::from(rho[rows.len()]) };
+            let mut row = Row { weights: vec![0.0; taken], bias: f64::from(rho[rows.len()]) };
             // libsvm keeps a vector's coefficients against the other classes in rows, without its own class.
             for (class, line) in [(first, second - 1), (second, first)] {
                 for vector in starts[class]..starts[class] + counts[class] {
                     let coefficient = f64::from(coefficients[line * count + vector]);
                     if coefficient != 0.0 {
-                        let vector = &vectors[vector * inputs..][..inputs];
+                        let vector = &vectors[vector * taken..][..taken];
                         row.weights.iter_mut().zip(vector).for_each(|(sum, &x)| *sum += coefficient * f64::from(x));
                     }
                 }
@@ -127,6 +125,7 @@ pub(super) fn svm(node: &Node, before: &Before) -> Result<Read, String> {
             rows.push(row);
         }
     }
-    fold(&mut rows, &before.scalers)?;
-    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: true, rows }), answer: ClassifierOutput::Label(labels) })
+    before.fold(&mut rows, inputs)?;
+    let kind = Kind::Linear(Linear { pairs: true, rows });
+    Ok(Read { inputs, kind, answer: ClassifierOutput::Label(labels), before })
 }

@@ -51,6 +51,9 @@ pub struct AttributeProto {
     /// Its name.
     #[prost(string, optional, tag = "1")]
     pub name: ::core::option::Option<::prost::alloc::string::String>,
+    /// A float.
+    #[prost(float, optional, tag = "2")]
+    pub f: ::core::option::Option<f32>,
     /// An integer.
     #[prost(int64, optional, tag = "3")]
     pub i: ::core::option::Option<i64>,
@@ -70,9 +73,12 @@ pub struct AttributeProto {
     #[prost(bytes = "vec", repeated, tag = "9")]
     pub strings: ::prost::alloc::vec::Vec<::prost::alloc::vec::Vec<u8>>,
 }
-/// A constant. Its shape does not matter to models.
+/// A constant.
 #[derive(Clone, PartialEq, ::prost::Message)]
 pub struct TensorProto {
+    /// Its shape.
+    #[prost(int64, repeated, packed = "false", tag = "1")]
+    pub dims: ::prost::alloc::vec::Vec<i64>,
     /// Type of its elements.
     #[prost(int32, optional, tag = "2")]
     pub data_type: ::core::option::Option<i32>,

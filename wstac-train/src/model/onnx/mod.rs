@@ -1,7 +1,7 @@
 //! Models in ONNX, as skl2onnx writes them for scikit-learn, and from other programs with the same operators.
 //!
-//! [`limits`], [`proto`] and [`tensor`] read the file, [`path`] finds the operators before and after the one
-//! classifier, and the others read classifiers.
+//! [`limits`], [`proto`] and [`tensor`] read the file, [`path`] finds the operators before and after the classifier,
+//! [`steps`] are those before it, and the others read classifiers.
 
 mod classifier;
 mod ensemble;
@@ -11,56 +11,58 @@ mod linear;
 mod messages;
 mod path;
 mod proto;
-mod scaler;
+mod several;
+mod steps;
+mod sums;
 mod tensor;
 #[cfg(test)]
 mod tests;
 mod trees;
 
 use self::path::ClassifierOutput;
-use self::proto::{Attribute, Node};
-use self::scaler::Scaler;
+use self::proto::{Attribute, Graph, Node};
+use self::steps::Before;
 use self::tensor::Tensor;
 use super::trained::{Kind, Score, Trained, Tree, guess_task};
 use wstac_core::model::file::Input;
 
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
-const UNDERSTOOD: &str = "Cast, Identity, Scaler, TreeEnsembleClassifier (also LOGISTIC and SOFTMAX), TreeEnsemble with ArgMax, LinearClassifier, SVMClassifier (linear kernel), and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
+const UNDERSTOOD: &str = "TreeEnsembleClassifier, TreeEnsemble, LinearClassifier, SVMClassifier (linear kernel), MatMul \
+     and Gemm; before them Cast, Identity, Scaler, Imputer, Add, Sub, Mul and Div with constants, ArrayFeatureExtractor and \
+     Gather; for scores Softmax, Sigmoid and ArgMax; and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
 
 /// The part of a classifier that is read.
 struct Read {
     inputs: usize,
     kind: Kind,
     answer: ClassifierOutput,
+    before: Before,
 }
 
 /// Reads the model in a file, with the labels given or its own; also returns the tool that trained it.
 pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
     let unknown = |why| format!("expected JSON or UBJSON of XGBoost, or ONNX; as ONNX it {why}");
     let (graph, producer) = proto::graph(bytes).map_err(unknown)?;
-    let mut found = graph.node.iter().filter(|node| CLASSIFIERS.contains(&node.op_type()));
-    let (Some(classifier), None) = (found.next(), found.next()) else {
-        let mut kinds: Vec<&str> = graph.node.iter().map(Node::op_type).collect();
-        kinds.sort_unstable();
-        kinds.dedup();
-        kinds.truncate(20);
-        let kinds = kinds.join(", ");
-        return Err(format!("ONNX nodes {kinds}, expected one classifier; understood are {UNDERSTOOD}"));
+    let found: Vec<&Node> = graph.node.iter().filter(|node| CLASSIFIERS.contains(&node.op_type())).collect();
+    let is_used = |name: &String| {
+        graph.output.iter().any(|output| output.name() == name)
+            || graph.node.iter().any(|node| node.input.contains(name))
     };
-    let before = path::before(&graph, classifier)?;
-    let Read { inputs, kind, answer } = match classifier.op_type() {
-        "TreeEnsembleClassifier" => classifier::read(classifier, &before, &producer)?,
-        "TreeEnsemble" => ensemble::read(classifier, &before)?,
-        "LinearClassifier" => linear::classifier(classifier, &before)?,
-        _ => linear::svm(classifier, &before)?,
+    let Read { inputs, kind, answer, before } = match &found[..] {
+        [] => sums::read(&graph)?,
+        [node] if node.op_type() != "LinearClassifier" || node.output.first().is_none_or(is_used) => {
+            let before = path::before(&graph, node)?;
+            match node.op_type() {
+                "TreeEnsembleClassifier" => classifier::read(node, before, &producer)?,
+                "TreeEnsemble" => ensemble::read(&graph, node, before)?,
+                "LinearClassifier" => linear::classifier(node, before)?,
+                _ => linear::svm(node, before)?,
+            }
+        }
+        all => several::read(&graph, all, &producer)?,
     };
-    if let Some(width) = before.width
-        && width != inputs
-    {
-        return Err(format!("the ONNX input has {width} numbers, and {} is of {inputs}", classifier.op_type()));
-    }
-    before.scalers.iter().try_for_each(|scaler| scaler.check(inputs))?;
-    let classes = path::labels(&graph, classifier, answer)?;
+    let is_given = matches!(answer, ClassifierOutput::Given(_));
+    let classes = path::labels(&graph, found.first().copied(), answer)?;
     let labels = match labels {
         Some(labels) if labels.len() == classes.len() => labels,
         Some(labels) => return Err(format!("has {} classes, and --labels names {}", classes.len(), labels.len())),
@@ -68,9 +70,12 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     };
     let task = guess_task(&labels);
     let trainer = if producer.is_empty() { "ONNX".into() } else { format!("ONNX of {producer}") };
-    let mean = before.scalers.first().and_then(|scaler| scaler.mean(inputs));
+    let mean = before.mean(inputs);
     let mut remarks = Vec::new();
-    if !before.scalers.is_empty() && !matches!(kind, Kind::Linear(_)) {
+    if is_given {
+        remarks.push("the file gives scores: the highest is the answer".into());
+    }
+    if before.scales() && !matches!(kind, Kind::Linear(_)) {
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
         remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
     }
@@ -82,6 +87,16 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
         ));
     }
     Ok((Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean }, trainer))
+}
+
+/// Describes a graph without one classifier.
+fn not_one(graph: &Graph) -> String {
+    let mut kinds: Vec<&str> = graph.node.iter().map(Node::op_type).collect();
+    kinds.sort_unstable();
+    kinds.dedup();
+    kinds.truncate(20);
+    let kinds = kinds.join(", ");
+    format!("ONNX nodes {kinds}, expected one classifier; understood are {UNDERSTOOD}")
 }
 
 /// Returns a bound of what float32 takes from a score: in the start, in every leaf and in every addition.

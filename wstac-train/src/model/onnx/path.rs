@@ -5,31 +5,27 @@
 
 use super::messages::TensorProto;
 use super::proto::{Graph, Node, type_of};
+use super::steps::{Before, Step};
+use super::sums::{reals, sums, whole};
 use super::tensor::{DOUBLE, FLOAT, STRING, Tensor};
-use super::{Scaler, UNDERSTOOD, attribute, floats};
+use super::{UNDERSTOOD, attribute, floats};
 
 /// ONNX's number of the boolean type.
 const BOOL: i64 = 9;
 
-/// The operators before the classifier.
-pub(super) struct Before {
-    /// The last dimension of the input, if it is stated.
-    pub(super) width: Option<usize>,
-    /// Scalers, in their order.
-    pub(super) scalers: Vec<Scaler>,
-}
-
-/// The first output of a classifier.
+/// What a classifier gives.
 pub(super) enum ClassifierOutput {
-    /// The label, one of these.
+    /// In its first output the label, one of these.
     Label(Vec<String>),
-    /// A score for each class, and the number of classes.
-    Scores(usize),
+    /// In an output of this name the number of the class, and the number of classes.
+    Class(String, usize),
+    /// An output of the graph holds the scores; the number of classes.
+    Given(usize),
 }
 
 /// Follows the path backwards from the classifier to the input.
 pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String> {
-    let mut scalers = Vec::new();
+    let (mut steps, mut is_double) = (Vec::new(), false);
     let mut name = classifier.input.first().ok_or("the ONNX classifier has no input")?;
     for _ in 0..=graph.node.len() {
         if let Some(input) = graph.input.iter().find(|input| input.name() == name) {
@@ -39,45 +35,81 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
                     "ONNX input {name} is of type {kind}, expected float (1) or double (11): features times their scale"
                 ));
             }
-            if kind == DOUBLE && !scalers.is_empty() {
-                return Err(format!("ONNX input {name} is double before a Scaler, expected float"));
-            }
-            scalers.reverse();
-            return Ok(Before { width, scalers });
+            steps.reverse();
+            return Ok(Before { width, is_double: is_double || kind == DOUBLE, steps });
         }
         let before = graph.node.iter().find(|node| node.output.contains(name));
         let before = before.ok_or_else(|| format!("ONNX input {name} comes from nowhere"))?;
-        match before.op_type() {
+        let kind = before.op_type();
+        name = before.input.first().ok_or("an ONNX node has no input")?;
+        let second = before.input.get(1);
+        match kind {
             "Identity" => {}
             // Other types lose a part of the input.
-            "Cast" if to(before).and_then(|to| u64::try_from(to).ok()) == Some(DOUBLE) && !scalers.is_empty() => {
-                return Err("ONNX node Cast to double (11) before a Scaler, expected float (1)".into());
+            "Cast" if to(before).and_then(|to| u64::try_from(to).ok()).is_some_and(is_real) => {
+                is_double |= to(before) == Some(DOUBLE as i64);
             }
-            "Cast" if to(before).and_then(|to| u64::try_from(to).ok()).is_some_and(is_real) => {}
             "Cast" => {
                 let to = to(before).unwrap_or(0);
                 return Err(format!(
                     "ONNX node Cast to {to} before the classifier, expected to float (1) or double (11)"
                 ));
             }
-            "Scaler" => scalers.push(Scaler::new(floats(before, "offset")?, floats(before, "scale")?)),
+            "Scaler" => {
+                let list =
+                    |name| Ok::<_, String>(floats(before, name)?.iter().map(|&x| f64::from(x)).collect::<Vec<_>>());
+                let (offset, scale) = (list("offset")?, list("scale")?);
+                steps.extend((!scale.is_empty()).then_some(Step::Multiply(scale)));
+                steps.extend((!offset.is_empty()).then_some(Step::Subtract(offset)));
+            }
+            // Features are never NaN.
+            "Imputer" if attribute(before, "replaced_value_float").and_then(|of| of.f).is_some_and(f32::is_nan) => {}
+            "Imputer" => return Err("ONNX node Imputer of numbers before the classifier, expected one of NaN".into()),
+            "ArrayFeatureExtractor" | "Gather" => {
+                let axis = attribute(before, "axis").and_then(|axis| axis.i).unwrap_or(0);
+                let list =
+                    second.and_then(|list| whole(graph, list)).filter(|_| kind != "Gather" || matches!(axis, 1 | -1));
+                let list = list.and_then(|list| list.into_iter().map(|at| usize::try_from(at).ok()).collect());
+                let wrong = "selects by other numbers than constants along the features";
+                steps.push(Step::Pick(list.ok_or_else(|| format!("ONNX node {kind} before the classifier {wrong}"))?));
+            }
+            "Add" | "Sub" | "Mul" | "Div" => {
+                let (mut list, is_first) = (second.and_then(|list| reals(graph, list)), matches!(kind, "Add" | "Mul"));
+                if let (None, true, Some(other)) = (&list, is_first, second) {
+                    list = reals(graph, name);
+                    name = other;
+                }
+                let list = list.filter(|(list, shape)| shape.last().is_none_or(|&last| last == list.len()));
+                let wrong = "expected the features and constants";
+                let (list, _) = list.ok_or_else(|| format!("ONNX node {kind} before the classifier, {wrong}"))?;
+                steps.push(match kind {
+                    "Add" => Step::Add(list),
+                    "Sub" => Step::Subtract(list),
+                    "Mul" => Step::Multiply(list),
+                    _ => Step::Divide(list),
+                });
+            }
+            "MatMul" | "Gemm" => steps.push(Step::Sums(sums(graph, before)?)),
             other => return Err(format!("ONNX node {other} before the classifier; understood are {UNDERSTOOD}")),
         }
-        name = before.input.first().ok_or("an ONNX node has no input")?;
     }
     Err("the ONNX graph goes in a circle".into())
 }
 
 /// Follows the path forwards from the classifier to an output, and returns the resulting labels of its classes.
-pub(super) fn labels(graph: &Graph, classifier: &Node, answer: ClassifierOutput) -> Result<Vec<String>, String> {
-    let mut name = classifier.output.first().ok_or("the ONNX classifier has no output")?;
-    let mut labels = match answer {
-        ClassifierOutput::Label(labels) => labels,
-        ClassifierOutput::Scores(classes) => {
-            name = highest(graph, name)?;
-            (0..classes).map(|class| class.to_string()).collect()
-        }
+pub(super) fn labels(
+    graph: &Graph,
+    classifier: Option<&Node>,
+    answer: ClassifierOutput,
+) -> Result<Vec<String>, String> {
+    let numbers = |classes| (0..classes).map(|class: usize| class.to_string()).collect();
+    let (name, mut labels) = match answer {
+        ClassifierOutput::Label(labels) => (classifier.and_then(|node| node.output.first().cloned()), labels),
+        ClassifierOutput::Class(name, classes) => (Some(name), numbers(classes)),
+        ClassifierOutput::Given(classes) => return Ok(numbers(classes)),
     };
+    let name = name.ok_or("the ONNX classifier has no output")?;
+    let mut name = &name;
     for _ in 0..=graph.node.len() {
         if graph.output.iter().any(|output| output.name() == name) {
             return Ok(labels);
@@ -94,39 +126,6 @@ pub(super) fn labels(graph: &Graph, classifier: &Node, answer: ClassifierOutput)
             other => return Err(format!("ONNX node {other} after the label; understood are {UNDERSTOOD}")),
         }
         name = next.output.first().ok_or("an ONNX node has no output")?;
-    }
-    Err("the ONNX graph goes in a circle after the classifier".into())
-}
-
-/// Finds the output that holds the number of the highest score.
-fn highest<'m>(graph: &'m Graph, scores: &'m String) -> Result<&'m String, String> {
-    let mut name = scores;
-    for _ in 0..=graph.node.len() {
-        let mut next = graph.node.iter().filter(|node| node.input.contains(name));
-        if let Some(node) = next.clone().find(|node| node.op_type() == "ArgMax") {
-            let number = |name, default| attribute(node, name).and_then(|found| found.i).unwrap_or(default);
-            if !matches!(number("axis", 0), 1 | -1) || number("select_last_index", 0) != 0 {
-                return Err("ArgMax: expected axis 1 or -1, and the first index of those that are equal".into());
-            }
-            return node.output.first().ok_or_else(|| "an ONNX node has no output".into());
-        }
-        // These keep the order of scores; of other operators only the unknown one is of interest. A Softmax does over
-        // the classes of a sample, but not over samples.
-        let axis = |node: &Node| attribute(node, "axis").and_then(|found| found.i).unwrap_or(-1);
-        let keeps =
-            |node: &&Node| node.op_type() == "Identity" || node.op_type() == "Softmax" && matches!(axis(node), 1 | -1);
-        match (next.clone().find(keeps), next.next()) {
-            (Some(node), _) => name = node.output.first().ok_or("an ONNX node has no output")?,
-            (None, Some(node)) => {
-                return Err(format!(
-                    "ONNX node {} after TreeEnsemble, expected ArgMax, or Softmax of axis 1",
-                    node.op_type()
-                ));
-            }
-            (None, None) => {
-                return Err("ONNX TreeEnsemble gives scores, expected ArgMax after it, which gives classes".into());
-            }
-        }
     }
     Err("the ONNX graph goes in a circle after the classifier".into())
 }
@@ -168,7 +167,7 @@ fn encoded(node: &Node, labels: &[String]) -> Result<Vec<String>, String> {
     all.ok_or_else(|| format!("LabelEncoder: {} keys, expected one for each of {} classes", keys.len(), labels.len()))
 }
 
-fn constant<'g>(graph: &'g Graph, name: &String) -> Option<&'g TensorProto> {
+pub(super) fn constant<'g>(graph: &'g Graph, name: &String) -> Option<&'g TensorProto> {
     let node = || graph.node.iter().find(|node| node.op_type() == "Constant" && node.output.contains(name));
     let listed = graph.initializer.iter().find(|constant| constant.name() == name);
     listed.or_else(|| attribute(node()?, "value")?.t.as_ref())

@@ -1,4 +1,4 @@
-//! Tensors in ONNX: numbers and texts of a constant, flat; their shapes do not matter to models.
+//! Tensors in ONNX: numbers and texts of a constant, flat.
 
 use super::messages::TensorProto;
 
@@ -11,12 +11,13 @@ pub(super) struct Tensor {
     pub(super) floats: Vec<f64>,
     pub(super) integers: Vec<i64>,
     pub(super) texts: Vec<Vec<u8>>,
+    pub(super) shape: Vec<usize>,
 }
 
 pub(super) const FLOAT: u64 = 1;
 const UINT8: u64 = 2;
 const INT8: u64 = 3;
-const INT32: u64 = 6;
+pub(super) const INT32: u64 = 6;
 pub(super) const INT64: u64 = 7;
 pub(super) const STRING: u64 = 8;
 pub(super) const DOUBLE: u64 = 11;
@@ -34,6 +35,7 @@ impl Tensor {
             floats: message.double_data.clone(),
             integers: message.int64_data.clone(),
             texts: message.string_data.clone(),
+            shape: message.dims.iter().map(|&length| usize::try_from(length).unwrap_or(0)).collect(),
         };
         tensor.floats.extend(message.float_data.iter().copied().map(f64::from));
         tensor.integers.extend(message.int32_data.iter().copied().map(i64::from));

@@ -131,6 +131,164 @@ fn boosted_trees_have_starts_and_a_class_for_a_tie() {
     }
 }
 
+/// Encodes a node with several inputs.
+fn node_of(kind: &str, inputs: &[&str], output: &str, attributes: &[Vec<u8>]) -> Vec<u8> {
+    let inputs: Vec<u8> = inputs.iter().flat_map(|input| field(1, input.as_bytes())).collect();
+    field(1, &[inputs, field(2, output.as_bytes()), field(4, kind.as_bytes()), attributes.concat()].concat())
+}
+
+/// Encodes a constant of floats (type 1) or 64-bit integers (type 7), beside the nodes of a graph.
+fn constant_of(name: &str, kind: u8, shape: &[u8], raw: &[u8]) -> Vec<u8> {
+    let shape: Vec<u8> = shape.iter().flat_map(|&length| [1 << 3, length]).collect();
+    // 700 takes two bytes.
+    let shape = if shape.len() == 4 && shape[1] == 70 { [&[1 << 3, 0xBC, 5][..], &shape[2..]].concat() } else { shape };
+    field(5, &[shape, vec![2 << 3, kind], field(8, name.as_bytes()), field(9, raw)].concat())
+}
+
+fn raw(floats: &[f32]) -> Vec<u8> {
+    floats.iter().flat_map(|float| float.to_le_bytes()).collect()
+}
+
+/// Returns the weights of a `MatMul` in which only feature 1 of frame 1 counts.
+fn weights(row: &[f32]) -> Vec<u8> {
+    let mut list = vec![0.0; 700 * row.len()];
+    list[71 * row.len()..][..row.len()].copy_from_slice(row);
+    constant_of("w", 1, &[70, row.len() as u8], &raw(&list))
+}
+
+#[test]
+fn weighted_sums_are_those_of_any_network() {
+    let product = || node_of("MatMul", &["X", "w"], "y", &[]);
+    let bias = |list: &[f32]| constant_of("b", 1, &[list.len() as u8], &raw(list));
+    let add = |output: &str| node_of("Add", &["y", "b"], output, &[]);
+    let highest = |of: &str| node("ArgMax", of, "label", &[number_of("axis", 1)]);
+    // Two sums; three, of which the one with the highest bias wins until the features are large.
+    let two = || vec![weights(&[1.0, 2.0]), product(), highest("y")];
+    assert_eq!(answers(&two()), Ok([0, 0, 1, 1]));
+    let three = |last| vec![weights(&[-1.0, 0.0, 1.0]), bias(&[0.0, 2.0, 0.0]), product(), add("z"), last];
+    assert_eq!(answers(&three(highest("z"))), Ok([0, 1, 1, 2]));
+    // Scores without an ArgMax.
+    assert_eq!(answers(&three(node("Softmax", "z", "label", &[]))), Ok([0, 1, 1, 2]));
+    let found = read(&model(&three(node("Softmax", "z", "label", &[]))), None).unwrap().0;
+    assert_eq!(found.remarks, ["the file gives scores: the highest is the answer"]);
+    // One sum is the second class's: with a Sigmoid, or beside its opposite.
+    let one = |more: &[Vec<u8>]| [vec![weights(&[1.0]), bias(&[-0.25]), product(), add("z")], more.to_vec()].concat();
+    assert_eq!(answers(&one(&[node("Sigmoid", "z", "label", &[])])), Ok([0, 0, 0, 1]));
+    let opposite = |inputs: &[&str]| [node("Neg", "z", "n", &[]), node_of("Concat", inputs, "c", &[]), highest("c")];
+    assert_eq!(answers(&one(&opposite(&["n", "z"]))), Ok([0, 0, 0, 1]));
+    for (nodes, says) in [
+        (one(&[highest("z")]), "ONNX node ArgMax after the scores"),
+        (one(&[node("Identity", "z", "label", &[])]), "gives scores, expected ArgMax after it"),
+        (one(&opposite(&["z", "n"])), "ONNX node Neg after the scores"),
+        (three(node("Relu", "z", "label", &[])), "ONNX node Relu after the scores"),
+        (three(node("Softmax", "z", "label", &[number_of("axis", 0)])), "ONNX node Softmax after the scores"),
+        (
+            vec![weights(&[1.0, 2.0]), bias(&[1.0, 2.0, 3.0]), product(), add("z"), highest("z")],
+            "Add: 3 biases, expected 2",
+        ),
+        (
+            vec![
+                weights(&[1.0, 2.0]),
+                node("Relu", "X", "x", &[]),
+                node_of("MatMul", &["x", "w"], "y", &[]),
+                highest("y"),
+            ],
+            "node Relu before",
+        ),
+        (
+            vec![constant_of("w", 1, &[2, 2], &raw(&[1.0; 4])), product(), highest("y")],
+            "gives the classifier 700 numbers, expected 2",
+        ),
+        (
+            vec![constant_of("w", 1, &[2, 3], &raw(&[1.0; 4])), product(), highest("y")],
+            "4 weights of 2 inputs and 3 outputs",
+        ),
+        (vec![weights(&[1.0, f32::NAN]), product(), highest("y")], "second input is no constant"),
+    ] {
+        let error = answers(&nodes).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
+#[test]
+fn steps_before_a_classifier_are_folded() {
+    let list = |name: &str, list: &[f32]| constant_of(name, 1, &[list.len() as u8], &raw(list));
+    let pick = |at: u64| {
+        [
+            constant_of("i", 7, &[2], &[at.to_le_bytes(), 5_u64.to_le_bytes()].concat()),
+            node_of("ArrayFeatureExtractor", &["X", "i"], "p", &[]),
+        ]
+        .concat()
+    };
+    let mut lists = forest("BRANCH_LEQ", 1.0);
+    lists[2] = integers_of("nodes_featureids", &[0, 0, 0]);
+    let tree = |input: &str| node("TreeEnsembleClassifier", input, "label", &lists);
+    assert_eq!(answers(&[pick(71), tree("p")]), Ok([0, 0, 0, 1]));
+    assert_eq!(answers(&[pick(72), tree("p")]), Ok([0; 4]));
+    // 2 x + 1 is above 1 from the first number above 0 on; (x − 1) / 2 at 3.
+    let scaled = [
+        list("f", &[2.0]),
+        list("g", &[1.0]),
+        pick(71),
+        node_of("Mul", &["f", "p"], "m", &[]),
+        node_of("Add", &["m", "g"], "a", &[]),
+    ];
+    assert_eq!(answers(&[&scaled[..], &[tree("a")]].concat()), Ok([0, 0, 1, 1]));
+    let scaled = [
+        list("f", &[2.0]),
+        list("g", &[1.0]),
+        pick(71),
+        node_of("Sub", &["p", "g"], "m", &[]),
+        node_of("Div", &["m", "f"], "a", &[]),
+    ];
+    let nodes = [&scaled[..], &[tree("a")]].concat();
+    assert_eq!(answers(&nodes), Ok([0, 0, 0, 1]));
+    // The same before weighted sums: the second class has (x − 1) / 2 + 0.5, which is x / 2.
+    let sums = [
+        node_of("MatMul", &["a", "w"], "y", &[]),
+        node_of("Add", &["y", "b"], "z", &[]),
+        node("ArgMax", "z", "label", &[number_of("axis", 1)]),
+    ];
+    let constants = [constant_of("w", 1, &[2, 2], &raw(&[0.0, 1.0, 0.0, 0.0])), list("b", &[0.0, 0.5])];
+    assert_eq!(answers(&[&scaled[..], &constants, &sums].concat()), Ok([0, 0, 1, 1]));
+    // PCA: sums before sums; −2 x, of which the second class has −1.
+    let before = [weights(&[1.0, -2.0]), node_of("MatMul", &["X", "w"], "a", &[])];
+    let after = [constant_of("v", 1, &[2, 2], &raw(&[0.0, 0.0, 0.0, -1.0])), node_of("MatMul", &["a", "v"], "y", &[])];
+    let end = [node("ArgMax", "y", "label", &[number_of("axis", 1)])];
+    assert_eq!(answers(&[&before[..], &after, &end].concat()), Ok([0, 0, 1, 1]));
+    let imputer = |value: f32| {
+        let value = attribute_of("replaced_value_float", &[[&[2 << 3 | 5][..], &value.to_le_bytes()].concat()]);
+        vec![
+            node("Imputer", "X", "p", &[value]),
+            node("TreeEnsembleClassifier", "p", "label", &forest("BRANCH_LEQ", 0.0)),
+        ]
+    };
+    assert_eq!(answers(&imputer(f32::NAN)), Ok([0, 0, 1, 1]));
+    for (nodes, says) in [
+        (imputer(0.0), "Imputer of numbers"),
+        (vec![pick(700), tree("p")], "input 700 is selected, expected below 700"),
+        (
+            vec![pick(71), node("TreeEnsembleClassifier", "p", "label", &forest("BRANCH_LEQ", 0.0))],
+            "input 71, expected below 2",
+        ),
+        ([&before[..], &[tree("a")]].concat(), "its input is a weighted sum"),
+        (vec![list("f", &[-2.0]), node_of("Mul", &["X", "f"], "a", &[]), tree("a")], "scaled by -2, expected above 0"),
+        (vec![list("f", &[0.0]), node_of("Div", &["X", "f"], "a", &[]), tree("a")], "scaled by 0, expected above 0"),
+        (
+            vec![list("f", &[1.0; 3]), node_of("Add", &["X", "f"], "a", &[]), tree("a")],
+            "scaling has 3 numbers, expected 1 or 700",
+        ),
+        (
+            vec![list("f", &[1.0]), node_of("Sub", &["f", "X"], "a", &[]), tree("a")],
+            "ONNX node Sub before the classifier",
+        ),
+        (vec![node_of("Gather", &["X", "X"], "a", &[]), tree("a")], "selects by other numbers"),
+    ] {
+        let error = answers(&nodes).unwrap_err();
+        assert!(error.contains(says), "{error}");
+    }
+}
+
 fn number_of(name: &str, number: u8) -> Vec<u8> {
     attribute_of(name, &[vec![3 << 3, number]])
 }
@@ -391,8 +549,9 @@ fn what_is_not_understood_is_named() {
     let cast = |to: u8| number_of("to", to);
     for (nodes, says) in [
         (vec![classifier()], "tree 0, node 0: mode BRANCH_EQ"),
-        (vec![node("Gemm", "X", "label", &[])], "nodes Gemm, expected one classifier"),
-        (vec![node("Gemm", "X", "y", &[]), node("LinearClassifier", "y", "label", &[])], "node Gemm before"),
+        (vec![node("Relu", "X", "label", &[])], "nodes Relu, expected one classifier"),
+        (vec![node("Gemm", "X", "label", &[])], "node Gemm: its second input is no constant"),
+        (vec![node("Relu", "X", "y", &[]), node("LinearClassifier", "y", "label", &[])], "node Relu before"),
         (vec![named("y"), node("Gemm", "y", "label", &[])], "node Gemm after"),
         (vec![node("Identity", "y", "y", &[]), node("LinearClassifier", "y", "label", &[])], "in a circle"),
         // Inputs lose a part on the way.

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::scaler::{Scaler, unscaled};
+use super::steps::Before;
 use crate::model::trained::{Boosted, MOST_NODES, Node, Score, Tree};
 
 /// The classes of a leaf, and its contribution to each.
@@ -21,9 +21,9 @@ pub(super) fn split(
     input: i64,
     threshold: f64,
     (yes, no): (usize, usize),
-    scalers: &[Scaler],
+    before: &Before,
 ) -> Result<Node<Leaf>, String> {
-    let (mut strict, left, right) = match mode {
+    let (strict, left, right) = match mode {
         "BRANCH_LEQ" => (false, yes, no),
         "BRANCH_LT" => (true, yes, no),
         // At least is the opposite of below, above is the opposite of at most.
@@ -31,12 +31,8 @@ pub(super) fn split(
         "BRANCH_GT" => (false, no, yes),
         _ => return Err(format!("mode {mode}, expected BRANCH_LEQ, BRANCH_LT, BRANCH_GTE, BRANCH_GT or a leaf")),
     };
-    let input = usize::try_from(input).ok().filter(|&input| input < 700);
-    let input = input.ok_or("its input is none of 700")?;
-    let mut threshold = threshold;
-    if !scalers.is_empty() {
-        (threshold, strict) = (unscaled(threshold, strict, input, scalers)?, false);
-    }
+    let index = usize::try_from(input).map_err(|_| format!("input {input}, expected one from 0 on"))?;
+    let (input, threshold, strict) = before.split(index, threshold, strict)?;
     Ok(Node::Split { input, threshold, strict, left, right })
 }
 
