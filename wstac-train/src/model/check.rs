@@ -168,30 +168,30 @@ impl CheckSet {
 /// # Errors
 /// No sample changes the answer.
 pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
-    let (Kind::Linear(linear), classes) = (&trained.kind, trained.labels.len()) else { return Ok(()) };
-    let is_above = |bias: f64, weights: &mut dyn Iterator<Item = f64>| {
-        let (sum, spread) = weights.fold((bias, 0.0), |(sum, spread), weight| {
-            (sum + weight * f64::midpoint(LEAST, MOST), spread + weight.abs() * (MOST - LEAST) / 2.0)
-        });
-        sum > spread
-    };
-    let rows = &linear.rows;
-    let is_fixed = if linear.pairs || rows.len() == 1 {
-        let is_above =
-            |row: &Row, sign: f64| is_above(row.bias * sign, &mut row.weights.iter().map(|weight| weight * sign));
-        rows.iter().all(|row| is_above(row, 1.0) || is_above(row, -1.0))
+    let Kind::Linear(Linear { pairs, rows }) = &trained.kind else { return Ok(()) };
+    let is_fixed = if *pairs || rows.len() == 1 {
+        rows.iter()
+            .map(|row| ends(row.bias, row.weights.iter().copied()))
+            .all(|(least, most)| least > 0.0 || most < 0.0)
     } else {
-        let above = |row: &Row, other: &Row| {
-            let differences = row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other);
-            std::ptr::eq(row, other) || is_above(row.bias - other.bias, &mut { differences })
+        let least = |row: &Row, other: &Row| {
+            ends(row.bias - other.bias, row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other)).0
         };
-        rows.iter().any(|row| rows.iter().all(|other| above(row, other)))
+        rows.iter().any(|row| rows.iter().all(|other| std::ptr::eq(row, other) || least(row, other) > 0.0))
     };
-    if classes < 2 || !is_fixed {
+    if trained.labels.len() < 2 || !is_fixed {
         return Ok(());
     }
     let label = trained.labels.get(decide(trained, &[-2048; INPUTS]).0).map_or("", String::as_str);
     Err(format!("names every sample {label:?}, expected a model whose answer depends on its sample; {USE_SCALE}"))
+}
+
+/// Returns the least and the largest weighted sum of features.
+fn ends(bias: f64, weights: impl Iterator<Item = f64>) -> (f64, f64) {
+    weights.fold((bias, bias), |(least, most), weight| {
+        let ends = [LEAST, MOST].map(|feature| weight * feature);
+        (least + ends[0].min(ends[1]), most + ends[0].max(ends[1]))
+    })
 }
 
 /// Returns the features of a sample that a model takes, in the order of its inputs.

@@ -84,25 +84,32 @@ From recordings:
 
 Models that can be imported:
   scikit-learn, as ONNX of skl2onnx:
-    RandomForestClassifier, ExtraTreesClassifier, DecisionTreeClassifier
+    RandomForestClassifier, ExtraTreesClassifier, BaggingClassifier,
+    DecisionTreeClassifier, GradientBoostingClassifier,
+    HistGradientBoostingClassifier
       Thresholds are exact. Votes are exact if leaves are of one class,
       otherwise within the bound that import prints. Behind a
       StandardScaler, thresholds are those of ONNX, which scales the
       inputs in float32.
     LogisticRegression, LinearSVC, SVC(kernel="linear") and other linear
-    classifiers, with or without a StandardScaler before them
+    classifiers, with or without a scaler, PCA, an imputer or a selection
+    of features before them
       Weights are rounded; import prints by how much a score may be off,
       and a warning if that may change answers, as of weights of very
       different sizes, or if X was not times its scale.
       A LinearSVC behind a StandardScaler converts with
-      options={LinearSVC: {"raw_scores": True}}.
+      options={LinearSVC: {"raw_scores": True}}. In Python,
+      wstac.save(model, X, "my.wsm") converts and compares answers.
   XGBoost, as save_model("FILE.json") or save_model("FILE.ubj"):
     XGBClassifier, XGBRFClassifier (gbtree)
       Trees, leaves and the order of their sums are exact. The file has
       no labels: use import --labels.
+  LightGBM, as ONNX of onnxmltools, and CatBoost, as
+  save_model("FILE.onnx", format="onnx"): exact trees
   ONNX of other programs:
     The operators TreeEnsembleClassifier (a forest), TreeEnsemble and
-    ArgMax, LinearClassifier, SVMClassifier (linear kernel). Labels may
+    ArgMax, LinearClassifier, SVMClassifier (linear kernel), MatMul and
+    Add, or Gemm, as of a linear layer of PyTorch or Keras. Labels may
     pass LabelEncoder, ArrayFeatureExtractor or Gather. The error names
     any other operator on the way to the label.
 
