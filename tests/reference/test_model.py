@@ -24,15 +24,23 @@ class Agreement(Imported):
     def test_early_answers(self):
         names = LABELS[self.y]
         for inputs in [10, 200, 690]:
-            self.forest(f"forest of {inputs // 10} frames", RandomForestClassifier(20, random_state=1), names, inputs=inputs)
-            self.assertIn(f"frames    {inputs // 10} of a sample", self.wstac("inspect", self.path / "model.wsm").stdout)
+            self.forest(
+                f"forest of {inputs // 10} frames", RandomForestClassifier(20, random_state=1), names, inputs=inputs
+            )
+            self.assertIn(
+                f"frames    {inputs // 10} of a sample", self.wstac("inspect", self.path / "model.wsm").stdout
+            )
         model = xgboost.XGBClassifier(n_estimators=8, max_depth=3)
         self.boosted("XGBoost of 20 frames", model, self.y, LABELS, inputs=200)
         self.refused(self.onnx(DecisionTreeClassifier().fit(self.X[:, :15], names), 15), "15 inputs", "700")
 
     def test_linear_models_that_are_not_as_trained_have_a_warning(self):
         names = LABELS[self.y]
-        self.refused(self.onnx(SVC(kernel="linear").fit(self.integers, names)), "names every sample", "help: train it on X * scale (scale is 1/2048)")
+        self.refused(
+            self.onnx(SVC(kernel="linear").fit(self.integers, names)),
+            "names every sample",
+            "help: train it on X * scale (scale is 1/2048)",
+        )
         # Half of the inputs hardly vary, as those of dark frames.
         X = self.X.copy()
         X[:, ::2] = -4.6 + self.random.normal(0, 1e-4, X[:, ::2].shape)

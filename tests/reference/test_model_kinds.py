@@ -1,9 +1,9 @@
-"""Tests one model of every kind that docs/MODELS.md lists: the answers of the imported model beside the library's own `predict`.
+"""Tests one model of every kind that docs/MODELS.md lists: its answers beside the library's own `predict`.
 
     WSTAC=$(../../ci/build wstac) $(../../ci/tool python train) -m unittest -v test_model_kinds
 
-KINDS=all tests every kind, and without it five are tested. Kinds of the list REFUSED are not imported with --check, and those of the
-list LATER not yet: their refusals are tested. Whoever adds one removes its entry.
+KINDS=all tests every kind, and without it five are tested. Kinds of the list REFUSED are not imported with --check, and
+those of the list LATER not yet: their refusals are tested. Whoever adds one removes its entry.
 """
 
 import os
@@ -59,46 +59,64 @@ def kinds():
     cat = {"iterations": 10, "depth": 4, "thread_count": 1, "allow_writing_files": False, "verbose": False}
     svc = {"kernel": "linear", "random_state": 1}
     raw = {LinearSVC: {"raw_scores": True}}
-    logistic = linear_model.LogisticRegression
+
+    def logistic(**options):
+        return linear_model.LogisticRegression(max_iter=100, **options)
+
+    def behind(*steps):
+        """Returns what makes a pipeline of these steps."""
+        return lambda: make_pipeline(*steps)
+
     return {
         # Trees.
         "DecisionTree": Kind(lambda: DecisionTreeClassifier(random_state=1), EXACT),
         "RandomForest": Kind(lambda: ensemble.RandomForestClassifier(30, **one), EXACT),
         "ExtraTrees": Kind(lambda: ensemble.ExtraTreesClassifier(30, **one), EXACT),
-        "StandardScaler, ExtraTrees": Kind(lambda: make_pipeline(StandardScaler(), ensemble.ExtraTreesClassifier(30, **one)), 0.999),
+        "StandardScaler, ExtraTrees": Kind(behind(StandardScaler(), ensemble.ExtraTreesClassifier(30, **one)), 0.999),
         "XGBoost": Kind(lambda: xgboost.XGBClassifier(n_estimators=10, n_jobs=1), EXACT),
         "XGBoost's forest": Kind(lambda: xgboost.XGBRFClassifier(n_estimators=10, max_depth=6, n_jobs=1), EXACT),
         "LightGBM": Kind(lambda: lightgbm.LGBMClassifier(**light), EXACT),
         "CatBoost": Kind(lambda: catboost.CatBoostClassifier(**cat), EXACT),
-        "GradientBoosting": Kind(lambda: ensemble.GradientBoostingClassifier(n_estimators=3, max_features=30, random_state=1), EXACT),
+        "GradientBoosting": Kind(
+            lambda: ensemble.GradientBoostingClassifier(n_estimators=3, max_features=30, random_state=1), EXACT
+        ),
         "HistGradientBoosting": Kind(lambda: ensemble.HistGradientBoostingClassifier(max_iter=5, max_bins=32), EXACT),
         "Bagging": Kind(lambda: ensemble.BaggingClassifier(n_estimators=10, **one), EXACT),
         # Weighted sums.
         "LDA": Kind(LinearDiscriminantAnalysis, LINEAR),
         "LDA, float64": Kind(LinearDiscriminantAnalysis, LINEAR, double=True),
         "LDA, lsqr, shrinkage": Kind(lambda: LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"), LINEAR),
-        "LDA, lsqr, shrinkage, float64": Kind(lambda: LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"), LINEAR, double=True),
+        "LDA, lsqr, shrinkage, float64": Kind(
+            lambda: LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto"), LINEAR, double=True
+        ),
         "SVC": Kind(lambda: SVC(**svc), LINEAR),
         "SVC, int8": Kind(lambda: SVC(**svc), 0.98, arguments=("--weights", "int8")),
         "SVC with probabilities": Kind(lambda: SVC(**svc, C=0.1, probability=True), LINEAR),
-        "StandardScaler, SVC": Kind(lambda: make_pipeline(StandardScaler(), SVC(**svc)), LINEAR),
+        "StandardScaler, SVC": Kind(behind(StandardScaler(), SVC(**svc)), LINEAR),
         "LinearSVC": Kind(lambda: LinearSVC(max_iter=200, random_state=1), LINEAR),
-        "StandardScaler, LinearSVC": Kind(lambda: make_pipeline(StandardScaler(), LinearSVC(max_iter=50, random_state=1)), LINEAR, options=raw),
-        "LogisticRegression": Kind(lambda: logistic(max_iter=100), LINEAR),
-        "LogisticRegression, float64": Kind(lambda: logistic(max_iter=100), LINEAR, double=True),
-        "PyTorch's Linear": Kind(lambda: logistic(max_iter=100), LINEAR, gemm=True),
-        "OneVsRest, LogisticRegression": Kind(lambda: OneVsRestClassifier(logistic(max_iter=100)), LINEAR),
+        "StandardScaler, LinearSVC": Kind(
+            behind(StandardScaler(), LinearSVC(max_iter=50, random_state=1)), LINEAR, options=raw
+        ),
+        "LogisticRegression": Kind(logistic, LINEAR),
+        "LogisticRegression, float64": Kind(logistic, LINEAR, double=True),
+        "PyTorch's Linear": Kind(logistic, LINEAR, gemm=True),
+        "OneVsRest, LogisticRegression": Kind(lambda: OneVsRestClassifier(logistic()), LINEAR),
         "Ridge": Kind(linear_model.RidgeClassifier, LINEAR),
-        "three scalers, Ridge": Kind(lambda: make_pipeline(RobustScaler(), MaxAbsScaler(), StandardScaler(with_mean=False), linear_model.RidgeClassifier()), LINEAR),
+        "three scalers, Ridge": Kind(
+            behind(RobustScaler(), MaxAbsScaler(), StandardScaler(with_mean=False), linear_model.RidgeClassifier()),
+            LINEAR,
+        ),
         "SGD": Kind(lambda: linear_model.SGDClassifier(random_state=1), LINEAR),
         "Perceptron": Kind(lambda: linear_model.Perceptron(random_state=1), LINEAR),
-        "PCA, LogisticRegression": Kind(lambda: make_pipeline(PCA(40, random_state=1), logistic(max_iter=100)), LINEAR),
-        "MinMaxScaler, LogisticRegression": Kind(lambda: make_pipeline(MinMaxScaler(), logistic(max_iter=100)), LINEAR),
-        "SelectKBest, LogisticRegression": Kind(lambda: make_pipeline(SelectKBest(k=200), logistic(max_iter=100)), LINEAR),
-        "VarianceThreshold, RandomForest": Kind(lambda: make_pipeline(VarianceThreshold(1e-3), ensemble.RandomForestClassifier(30, **one)), EXACT),
-        "imputer, RandomForest": Kind(lambda: make_pipeline(SimpleImputer(), ensemble.RandomForestClassifier(30, **one)), EXACT),
-        "imputer, LogisticRegression": Kind(lambda: make_pipeline(SimpleImputer(), logistic(max_iter=100)), LINEAR),
-    }  # fmt: skip
+        "PCA, LogisticRegression": Kind(behind(PCA(40, random_state=1), logistic()), LINEAR),
+        "MinMaxScaler, LogisticRegression": Kind(behind(MinMaxScaler(), logistic()), LINEAR),
+        "SelectKBest, LogisticRegression": Kind(behind(SelectKBest(k=200), logistic()), LINEAR),
+        "VarianceThreshold, RandomForest": Kind(
+            behind(VarianceThreshold(1e-3), ensemble.RandomForestClassifier(30, **one)), EXACT
+        ),
+        "imputer, RandomForest": Kind(behind(SimpleImputer(), ensemble.RandomForestClassifier(30, **one)), EXACT),
+        "imputer, LogisticRegression": Kind(behind(SimpleImputer(), logistic()), LINEAR),
+    }
 
 
 FEW = ("RandomForest", "XGBoost", "LightGBM", "SVC", "Ridge")
@@ -137,7 +155,9 @@ class Kinds(Imported):
             file = f"{cls.temporary}/{name}"
             with open(f"{file}.toml", "w") as written:
                 written.write(sweep)
-            subprocess.run([os.environ["WSTAC"], "dataset", f"{file}.toml", "-o", f"{file}.npz"], check=True, capture_output=True)
+            subprocess.run(
+                [os.environ["WSTAC"], "dataset", f"{file}.toml", "-o", f"{file}.npz"], check=True, capture_output=True
+            )
             cls.sets[name] = numpy.load(f"{file}.npz")
         flat = {name: data["X"].reshape(-1, 700) for name, data in cls.sets.items()}
         cls.X, cls.y = flat["train"] * SCALE, cls.sets["train"]["y_specimen"]
@@ -182,10 +202,22 @@ class Kinds(Imported):
         answers, said = self.answers(file, *arguments, samples=self.tested)
         same = answers == expected
         right = (answers[: len(same) // 2] == self.sets["test"]["y_specimen"]).mean()
-        print(f"{name}: {100 * same.mean():.2f} % of {len(same)} alike, {100 * right:.1f} % of slides right; {said}", flush=True)
+        print(
+            f"{name}: {100 * same.mean():.2f} % of {len(same)} alike, {100 * right:.1f} % of slides right; {said}",
+            flush=True,
+        )
         self.assertGreaterEqual(same.mean(), kind.agree)
         if kind.agree == EXACT:
-            checked = self.wstac("import", file, "-o", self.path / "model.wsm", "--force", *arguments, "--check", f"{self.temporary}/test.npz")
+            checked = self.wstac(
+                "import",
+                file,
+                "-o",
+                self.path / "model.wsm",
+                "--force",
+                *arguments,
+                "--check",
+                f"{self.temporary}/test.npz",
+            )
             self.assertIn("rounding changes 0 of 1000 answers", checked.stderr)
             self.assertIn(f"; {round(1000 * right)} of 1000 answers are right", checked.stderr)
 

@@ -30,7 +30,9 @@ def real(data: dict[str, Any]) -> Any:
     return data["X"].reshape(-1, 700) * data["scale"]
 
 
-@pytest.mark.parametrize("estimator", [RandomForestClassifier(10, random_state=1), RidgeClassifier(), SVC(kernel="linear")])
+@pytest.mark.parametrize(
+    "estimator", [RandomForestClassifier(10, random_state=1), RidgeClassifier(), SVC(kernel="linear")]
+)
 def test_saved_models_answer_as_their_estimators(estimator: Any, data: dict[str, Any], tmp_path: Path) -> None:
     X, file = real(data), tmp_path / "model.wsm"
     estimator.fit(X, data["y_specimen"])
@@ -60,7 +62,9 @@ def test_what_would_answer_otherwise_is_refused(data: dict[str, Any], tmp_path: 
     X, y, file = real(data), data["y_specimen"], tmp_path / "no.wsm"
     units = data["X"].reshape(-1, 700)
     svm = SVC(kernel="linear").fit(units, y)
-    with pytest.raises(wstac.Error, match=r"expected samples times their scale; help: train the estimator on X \* scale"):
+    with pytest.raises(
+        wstac.Error, match=r"expected samples times their scale; help: train the estimator on X \* scale"
+    ):
         wstac.save(svm, units, file)
     with pytest.raises(wstac.Error, match="names every sample"):
         wstac.save(svm, X, file)
@@ -69,7 +73,9 @@ def test_what_would_answer_otherwise_is_refused(data: dict[str, Any], tmp_path: 
     # A model of two answers, of which the estimator gives another.
     forest = RandomForestClassifier(5, random_state=1).fit(X, y)
     forest.predict = lambda samples: np.roll(RandomForestClassifier.predict(forest, samples), 1)
-    with pytest.raises(wstac.Error, match=r"answers \(.* %\) differ from those of predict, expected at most 0.5 %; help: "):
+    with pytest.raises(
+        wstac.Error, match=r"answers \(.* %\) differ from those of predict, expected at most 0.5 %; help: "
+    ):
         wstac.save(forest, X, file)
     with pytest.raises(wstac.Error, match="KNeighborsClassifier"):
         wstac.save(KNeighborsClassifier().fit(X, y), X, file)

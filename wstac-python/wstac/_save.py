@@ -40,10 +40,11 @@ def save(
 ) -> Model:
     """Writes a trained classifier as the model file `path`, and compares its answers with `estimator.predict(X)`.
 
-    The estimator is one of scikit-learn or a `Pipeline`, of XGBoost, LightGBM or CatBoost; `wstac model --help` lists the kinds.
-    Those of scikit-learn need the package skl2onnx, and those of LightGBM onnxmltools. X has samples as the estimator takes them,
-    (n, 700) or ten numbers for each of the first frames: best not those of the training, times their scale. `input` is the sample:
-    "frames", "path" or "taxel-path". `labels` are the names of `estimator.classes_`, which XGBoost numbers.
+    The estimator is one of scikit-learn or a `Pipeline`, of XGBoost, LightGBM or CatBoost; `wstac model --help` lists
+    the kinds. Those of scikit-learn need the package skl2onnx, and those of LightGBM onnxmltools. X has samples as the
+    estimator takes them, times their scale, best not those of the training: (n, 700), or ten numbers for each of the
+    first frames. `input` is the sample: "frames", "path" or "taxel-path". `labels` are the names of
+    `estimator.classes_`, which XGBoost numbers.
 
     Raises `Error`, a `ValueError`, if more than 0.5 % of the answers differ; there is no file then. Returns the model.
 
@@ -61,9 +62,10 @@ def save(
     width = real.shape[1]
     if input is None and width in ALONG_PATH:
         along = f"input={ALONG_PATH[width]!r}"
-        raise Error(f'X: {width} inputs: those of {along}, or of the first {width // 10} frames, expected {along} or input="frames"')
+        frames = f"of the first {width // 10} frames"
+        raise Error(f'X: {width} inputs: those of {along}, or {frames}, expected {along} or input="frames"')
     if not hasattr(estimator, "predict") or not hasattr(estimator, "classes_"):
-        raise Error(f"estimator: {type(estimator).__name__} has no predict and classes_, expected a trained classifier")
+        raise Error(f"estimator: {type(estimator).__name__} lacks predict or classes_, expected a trained classifier")
     answers = np.asarray(estimator.predict(real)).reshape(-1).astype(str)
     classes = np.asarray(estimator.classes_).astype(str).tolist()
     names = classes if labels is None else [str(label) for label in labels]
@@ -87,9 +89,12 @@ def save(
     if best is None:
         raise Error(reason)
     if fewest > MOST_CHANGED * len(expected):
+        found = (
+            f"{fewest} of {len(expected)} answers ({100 * fewest / len(expected):.1f} %) differ from those of predict"
+        )
         raise Error(
-            f"{kind}: {fewest} of {len(expected)} answers ({100 * fewest / len(expected):.1f} %) differ from those of predict, expected at "
-            "most 0.5 %; help: train a linear model without a StandardScaler and with more regularization, or train trees"
+            f"{kind}: {found}, expected at most 0.5 %; help: train a linear model without a StandardScaler and with "
+            "more regularization, or train trees"
         )
     try:
         with open(file, "wb" if force else "xb") as output:
@@ -132,7 +137,7 @@ def _contents(estimator: Any, width: int) -> Iterator[bytes]:
 
 
 def _converted(estimator: Any, width: int, package: str, convert: str) -> Iterator[bytes]:
-    """Yields an estimator as ONNX with float64 numbers and with those of float32, which lose answers of some linear models."""
+    """Yields an estimator as ONNX of float64, and of float32, which loses answers of some models."""
     kind = type(estimator).__name__
     try:
         converter = getattr(importlib.import_module(package), convert)
