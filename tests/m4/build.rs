@@ -25,6 +25,7 @@ fn main() {
         let kind = match fs::read(&file).expect("a model file").get(12) {
             Some(1 | 2) => "linear_svm::LinearSvm",
             Some(3) => "forest::Forest",
+            Some(5) => "network::Network",
             _ => "boosted::Boosted",
         };
         let name = kind.rsplit(':').next().unwrap_or(kind);

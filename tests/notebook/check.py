@@ -14,13 +14,14 @@ import nbformat
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 
-# Accuracies below these are no longer what the text says. Both were above 0.9 when they were set.
-LEAST = {"trained.accuracy": 0.9, "forest_accuracy": 0.85}
-FIGURES = 3
+# Accuracies below these are no longer what the text says. All were above them by 0.03 or more when they were set.
+LEAST = {"trained.accuracy": 0.9, "forest_accuracy": 0.85, "curve": 0.9, "labeled": 0.8}
+FIGURES = 4
 # Values at the end of the notebook, as one line of JSON.
 ASK = """
 import json
-print(json.dumps({"trained.accuracy": trained.accuracy, "forest_accuracy": float(forest_accuracy), "found": found}))
+facts = {"trained.accuracy": trained.accuracy, "forest_accuracy": forest_accuracy, "curve": scores[-1].mean(), "labeled": labeled}
+print(json.dumps({**{name: float(fact) for name, fact in facts.items()}, "found": found}))
 """
 
 

@@ -5,20 +5,25 @@ from __future__ import annotations
 import copy
 import inspect
 import pickle
+import subprocess
+import sys
+import warnings
 from typing import Any
 
 import numpy as np
+import pandas
 import pytest
+import sklearn
 import wstac
 from sklearn.base import clone, is_classifier
 from sklearn.ensemble import StackingClassifier
 from sklearn.exceptions import NotFittedError
 from sklearn.inspection import permutation_importance
 from sklearn.metrics import get_scorer
-from sklearn.model_selection import FixedThresholdClassifier, cross_val_score
+from sklearn.model_selection import FixedThresholdClassifier, GroupKFold, cross_val_score, cross_validate
 from sklearn.pipeline import make_pipeline
-from sklearn.utils.estimator_checks import parametrize_with_checks
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.estimator_checks import check_dataframe_column_names_consistency, check_estimator, parametrize_with_checks
+from sklearn.utils.validation import check_is_fitted
 
 SWEEP = {"specimens": ["Fla0", "Saw4", "Sin3"], "slides": 360, "sensors": 40}
 
@@ -142,39 +147,137 @@ def test_few_groups_give_no_calibration(data: dict[str, Any]) -> None:
         found.known(X)
 
 
+def test_groups_reach_the_training_in_a_cross_validation(data: dict[str, Any]) -> None:
+    X, y, sensors = data["X_path"].reshape(-1, 700), data["y_specimen"], data["sensor"]
+    with pytest.raises(RuntimeError, match="enable_metadata_routing"):
+        wstac.TextureClassifier().set_fit_request(groups=True)
+    with sklearn.config_context(enable_metadata_routing=True):
+        asked = wstac.TextureClassifier().set_fit_request(groups="sensors").set_score_request(sample_weight=True)
+        for one in (asked, clone(asked), pickle.loads(pickle.dumps(asked))):
+            assert str(one.get_metadata_routing()) == "{'fit': {'groups': 'sensors'}, 'score': {'sample_weight': True}}"
+        params = {"sensors": sensors, "groups": sensors, "sample_weight": np.ones(len(y))}
+        found = cross_validate(asked, X, y, cv=GroupKFold(2), params=params, return_estimator=True, return_indices=True)
+        with pytest.raises(sklearn.exceptions.UnsetMetadataPassedError, match="groups.* TextureClassifier"):
+            cross_validate(wstac.TextureClassifier(), X, y, params={"groups": sensors})
+    for trained, train in zip(found["estimator"], found["indices"]["train"]):
+        again = wstac.TextureClassifier().fit(X[train], y[train], groups=sensors[train])
+        assert trained.model_.to_bytes() == again.model_.to_bytes()
+        assert trained.model_.to_bytes() != wstac.TextureClassifier().fit(X[train], y[train]).model_.to_bytes()
+
+
+def test_a_table_has_the_columns_of_the_training(data: dict[str, Any]) -> None:
+    table = pandas.DataFrame(data["X_path"].reshape(-1, 700)).rename(columns="n{}".format)
+    y = data["y_specimen"]
+    found = wstac.TextureClassifier().fit(table, y, groups=data["sensor"])
+    assert found.feature_names_in_.tolist() == table.columns.tolist()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert found.score(table, y) > 0.9
+    methods = [found.predict, found.predict_proba, found.known, lambda X: found.score(X, y)]
+    for columns, words in (
+        (table.columns[::-1], "Feature names must be in the same order"),
+        (["other", *table.columns[1:]], "unseen at fit time:\n- other\nFeature names seen at fit time, yet now missing:\n- n0\n"),
+    ):
+        for method in methods:
+            with pytest.raises(wstac.Error, match=words):
+                method(table.set_axis(columns, axis=1))
+    for method in methods:
+        with pytest.warns(UserWarning, match="X does not have valid feature names, but TextureClassifier was fitted"):
+            method(table.to_numpy())
+    assert not hasattr(found.fit(table.to_numpy(), y), "feature_names_in_")
+    with pytest.warns(UserWarning, match="fitted without feature names"):
+        found.predict(table)
+    with pytest.raises(TypeError, match="string names"):
+        found.fit(table.rename(columns={"n0": 0}), y)
+    # It is not among the checks for estimators of others.
+    check_dataframe_column_names_consistency("Padded", Padded())
+
+
+def test_events_become_tables() -> None:
+    events = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
+    model, array = wstac.Model.load("builtin:path-svm"), wstac.EventSamples().transform(events)
+    with sklearn.config_context(transform_output="pandas"):
+        assert isinstance(wstac.EventSamples().transform(events), pandas.DataFrame)
+        assert isinstance(wstac.EventSamples().set_output(transform="default").transform(events), np.ndarray)
+    pipeline = clone(make_pipeline(wstac.EventSamples(), model).set_output(transform="pandas"))
+    table = pipeline[:-1].transform(events)
+    assert table.columns.tolist() == pipeline[:-1].get_feature_names_out().tolist() == [f"path{k}" for k in range(700)]
+    assert np.array_equal(table, array) and pipeline.predict(events).tolist() == model.predict(array).tolist() == ["Saw3"]
+    with pytest.raises(wstac.Error, match="same order"):
+        model.predict(table[table.columns[::-1]])
+    with pytest.raises(wstac.Error, match="transform is 'x'"):
+        wstac.EventSamples().set_output(transform="x")
+
+
+WITHOUT = """
+import sys, warnings
+sys.modules["sklearn"] = None
+import pandas, pytest, wstac
+data = wstac.dataset({"specimens": ["Fla0", "Saw4"], "slides": 100, "sensors": 10}, input="path")
+table, y = pandas.DataFrame(data["X_path"].reshape(-1, 700)).rename(columns="n{}".format), data["y_specimen"]
+with pytest.raises(wstac.Error, match="is not trained"):
+    wstac.TextureClassifier().predict(table)
+with pytest.warns(UserWarning, match="column-vector y"):
+    found = wstac.TextureClassifier().fit(table, y[:, None])
+with pytest.raises(wstac.Error, match="same order"):
+    found.predict(table[table.columns[::-1]])
+assert found.score(table, y) > 0.9 and wstac.EventSamples().transform([]).shape == (0, 700)
+"""
+
+
+def test_scikit_learn_need_not_be_there() -> None:
+    subprocess.run([sys.executable, "-c", WITHOUT], check=True)
+
+
 class Padded(wstac.TextureClassifier):
     """The classifier for the tables of scikit-learn's checks, which have few columns of real numbers.
 
     They become the first of a sample's 700 numbers, in units of 1/1000. The rest is a constant, so that no row is zero.
     """
 
-    def _samples(self, X: Any) -> Any:
-        X = validate_data(self, X, reset=self._resets, ensure_min_samples=1)
-        whole = np.full((len(X), 700), 1, np.int16)
-        whole[:, : X.shape[1]] = np.rint(np.clip(1000 * X.astype(float), -32_000, 32_000))
-        return super()._samples(whole)
-
-    _resets = False
-
     def fit(self, X: Any, y: Any, groups: Any = None) -> Padded:
-        type(self)._resets = True
-        try:
-            super().fit(X, y, groups)
-        finally:
-            type(self)._resets = False
-        self.n_features_in_ = np.asarray(X).shape[1] if not hasattr(X, "shape") else X.shape[1]
+        vars(self).pop("n_features_in_", None)
+        super().fit(X, y, groups)
+        self.n_features_in_ = np.asarray(X).shape[1]
         return self
 
-    def score(self, X: Any, y: Any, sample_weight: Any = None) -> float:
-        return float(np.average(self.predict(X) == np.asarray(y), weights=sample_weight))
+    def _samples(self, X: Any) -> Any:
+        found = np.asarray(X)
+        if found.ndim != 2 or 0 in found.shape or found.dtype.kind == "c":
+            return super()._samples(X)
+        columns = found.shape[1]
+        if columns != vars(self).get("n_features_in_", columns):
+            raise ValueError(f"X has {columns} features, but Padded is expecting {self.n_features_in_} features as input")
+        whole = np.ones((len(found), 700), object)
+        whole[:, :columns] = found
+        try:
+            real = 1000 * found.astype(float)
+            whole[:, :columns] = np.where(np.isfinite(real), np.rint(np.clip(real, -32_000, 32_000)), real)
+        except (TypeError, ValueError):
+            pass  # The classifier says it.
+        return super()._samples(whole)
 
 
-NO_CHECK = {
-    "check_supervised_y_2d": "a column of labels is taken without a warning",
-}
-"""Checks that the classifier does not pass, with the reasons."""
+BY_SHAPE = """
+    check_fit_score_takes_y check_estimators_overwrite_params check_dont_overwrite_parameters check_estimators_fit_returns_self
+    check_readonly_memmap_input check_n_features_in_after_fitting check_positive_only_tag_during_fit check_estimators_dtypes
+    check_dtype_object check_pipeline_consistency check_estimators_nan_inf check_estimators_pickle check_f_contiguous_array_estimator
+    check_classifier_data_not_an_array check_classifiers_classes check_classifiers_train check_supervised_y_2d
+    check_methods_sample_order_invariance check_methods_subset_invariance check_dict_unchanged check_fit_idempotent
+    check_fit_check_is_fitted check_n_features_in check_fit2d_predict1d
+"""
+"""Checks that train on few columns, which the classifier refuses. `Padded` passes them."""
 
 
-@parametrize_with_checks([Padded()], expected_failed_checks=lambda _: NO_CHECK)
+@parametrize_with_checks([Padded()])
 def test_the_checks_of_scikit_learn(estimator: Any, check: Any) -> None:
     check(estimator)
+
+
+def test_the_classifier_fails_checks_by_the_shape_alone() -> None:
+    reasons = dict.fromkeys(BY_SHAPE.split(), "the table has few columns, a sample has 700 numbers")
+    found = check_estimator(wstac.TextureClassifier(), expected_failed_checks=reasons, on_fail=None, on_skip=None)
+    failed = [one for one in found if one["status"] in ("failed", "xfail")]
+    assert {one["check_name"] for one in failed} == set(reasons) and sum(one["status"] == "passed" for one in found) > 25
+    for one in failed:
+        assert "while a minimum of 700 is required" in f"{one['exception']} {one['exception'].__cause__}", one

@@ -196,7 +196,8 @@ pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
 }
 
 /// The kinds of models: the module of each and its type, which is the variant of `ModelKind`, too.
-const KINDS: [(&str, &str); 3] = [("linear_svm", "LinearSvm"), ("forest", "Forest"), ("boosted", "Boosted")];
+const KINDS: [(&str, &str); 4] =
+    [("linear_svm", "LinearSvm"), ("forest", "Forest"), ("boosted", "Boosted"), ("network", "Network")];
 
 /// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is linked.
 fn texture(file: &Path, config: &Config) -> Result<String, String> {
@@ -208,6 +209,7 @@ fn texture(file: &Path, config: &Config) -> Result<String, String> {
         Model::LinearSvm(_) => KINDS[0],
         Model::Forest(_) => KINDS[1],
         Model::Boosted(_) => KINDS[2],
+        Model::Network(_) => KINDS[3],
     };
     let file = file.canonicalize().map_err(|error| error.to_string())?;
     let file = file.to_str().ok_or("its path is no UTF-8")?;
@@ -228,7 +230,7 @@ fn no_texture(models: Option<&str>, config: &Config) -> Result<String, String> {
     let input = [Input::Frames, Input::Path, Input::TaxelPath].into_iter().find(|known| known.name() == input);
     let (Some(kind), Some(input)) = (kind, input) else {
         return Err(
-            "expected KIND:SAMPLE of linear_svm, forest or boosted, and of frames, path or taxel_path".to_owned()
+            "expected KIND:SAMPLE of linear_svm, forest, boosted or network, and of frames, path or taxel_path".to_owned()
         );
     };
     let none = "/// The texture model: `None`, because `WSTAC_MODEL` was not set.

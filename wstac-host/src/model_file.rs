@@ -130,7 +130,7 @@ impl ModelFile {
     pub fn of_bytes(about: String, bytes: &[u8]) -> Result<Self, Error> {
         // This check comes before that of the length, which says little of a file of another kind.
         match bytes.first_chunk() {
-            Some(b"WSM1") => {}
+            Some(b"WSM1" | b"WSM2") => {}
             Some([b'W', b'S', b'M', version]) => {
                 return Err(Error::with_cause(ErrorKind::Format, about, ModelError::Version(*version)));
             }

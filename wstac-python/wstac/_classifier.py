@@ -2,26 +2,28 @@
 
 from __future__ import annotations
 
-import inspect
+import warnings
 from collections.abc import Callable
-from typing import Any, Optional
+from typing import Any, Optional, Union
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
+from ._estimator import Estimator, check_names, feature_names, of_scikit_learn
 from ._models import INPUTS, Model, accuracy, answered, classifier_tags
 from ._wstac import Error
 
 
-class TextureClassifier:
+class TextureClassifier(Estimator):
     """A texture classifier that trains as `wstac train` does, with the conventions of scikit-learn's estimators.
 
     `input` says which samples are given: "path" (the array X_path of a data set), "taxel-path" (X_taxel_path) or "frames" (X).
     `task` is the kind of the labels, "specimen", "pattern", "depth" or "other"; by default, their names decide. `threads` is by
     default the number of processors. The result is the same with any number.
 
-    After `fit`, `model_` is the `Model`, `classes_` the labels and `n_features_in_` the numbers of a sample.
+    After `fit`, `model_` is the `Model`, `classes_` the labels and `n_features_in_` the numbers of a sample; of a table,
+    `feature_names_in_` are its columns, which must be the same later.
 
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Fla0", "Saw4"], "slides": 300, "sensors": 30}, input="path")
@@ -41,6 +43,7 @@ class TextureClassifier:
     model_: Model
     classes_: NDArray[Any]
     n_features_in_: int
+    feature_names_in_: NDArray[np.object_]
 
     def __init__(self, *, input: str = "path", task: Optional[str] = None, threads: Optional[int] = None) -> None:
         self.input = input
@@ -58,10 +61,15 @@ class TextureClassifier:
             raise Error("y: is None; TextureClassifier requires y to be passed, but the target y is None")
         labels = np.asarray(y)
         if labels.ndim == 2 and labels.shape[1] == 1:
+            words = "A column-vector y was passed when a 1d array was expected, such as y.ravel()"
+            warnings.warn(words, of_scikit_learn("DataConversionWarning", UserWarning), stacklevel=2)
             labels = labels[:, 0]
         if labels.dtype.kind == "f" and not (np.isfinite(labels).all() and (labels == np.rint(labels)).all()):
             raise Error("y: Unknown label type: continuous numbers, expected names or integers")
-        flat = self._samples(X)
+        classes, numbers = np.unique(labels, return_inverse=True)
+        if len(classes) == 1:
+            raise Error(f"y: one class ({classes[0]}), expected at least 2")
+        given, flat = feature_names(X), self._samples(X)
         if labels.ndim != 1 or len(labels) != len(flat):
             raise Error(f"y: shape {np.shape(y)}, expected ({len(flat)},) as of X")
         if not len(flat):
@@ -70,21 +78,23 @@ class TextureClassifier:
             groups = range(len(flat))
         if len(groups) != len(flat):
             raise Error(f"groups: {len(groups)} elements, expected {len(flat)} as of X")
-        classes, numbers = np.unique(labels, return_inverse=True)
-        if len(classes) < 2:
-            raise Error(f"y: one class ({classes[0]}), expected at least 2")
         names = [str(label) for label in classes.tolist()]
         threads = None if self.threads is None else _frames.count("threads", self.threads, 1, 1024)
         made = _wstac.fit(flat, [names[k] for k in numbers], [str(group) for group in groups], self.input, self.task, threads)
         self.model_ = Model.from_bytes(made, "TextureClassifier")
         self.classes_ = classes
         self.n_features_in_ = INPUTS
+        vars(self).pop("feature_names_in_", None)
+        if given is not None:
+            self.feature_names_in_ = given
         return self
 
     def predict(self, X: Any) -> NDArray[Any]:
         """Returns the label of each sample, (n,). Also a row of zeros has one, and a sample that is unknown."""
-        model, order = self._fitted()
-        found: NDArray[Any] = self.classes_[order[model._native.classes(self._samples(X))]]
+        return self._labels(self._given(X))
+
+    def _labels(self, flat: NDArray[np.int16]) -> NDArray[Any]:
+        found: NDArray[Any] = self.classes_[self._order()[self.model_._native.classes(flat)]]
         return found
 
     @property
@@ -99,12 +109,12 @@ class TextureClassifier:
         return self._probabilities
 
     def _probabilities(self, X: Any) -> NDArray[np.float64]:
-        model, order = self._fitted()
-        found = model._native.probabilities(self._samples(X))
+        flat = self._given(X)
+        found = self.model_._native.probabilities(flat)
         assert found is not None
         # Each is rounded to a multiple of 2^-15.
         found = found / found.sum(axis=1, keepdims=True)
-        in_order: NDArray[np.float64] = found[:, np.argsort(order)]
+        in_order: NDArray[np.float64] = found[:, np.argsort(self._order())]
         return in_order
 
     # scikit-learn looks at a method's name to know what it returns.
@@ -115,7 +125,8 @@ class TextureClassifier:
 
         Raises `Error` if the training had too few groups for a calibration.
         """
-        found = self._fitted()[0]._native.known(self._samples(X))
+        flat = self._given(X)
+        found = self.model_._native.known(flat)
         if found is None:
             raise Error("TextureClassifier: does not tell what is unknown, expected 3 groups of each label for the training")
         return found
@@ -126,28 +137,55 @@ class TextureClassifier:
         A row of zeros, and a sample that is unknown, has no answer and counts as wrong. (The accuracy of scikit-learn's metrics
         compares labels alone.)
         """
-        flat = self._samples(X)
-        given = answered(flat, self._fitted()[0]._native.known(flat))
-        return accuracy(self.predict(flat), given, y, sample_weight)
+        flat = self._given(X)
+        return accuracy(self._labels(flat), answered(flat, self.model_._native.known(flat)), y, sample_weight)
 
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Returns the arguments of the classifier."""
-        return {name: getattr(self, name) for name in _names()}
+    def get_metadata_routing(self) -> Any:
+        """Returns which arguments scikit-learn passes to which method, with its metadata routing."""
+        from sklearn.utils.metadata_routing import MetadataRequest  # type: ignore[import-untyped,import-not-found,unused-ignore]
 
-    def set_params(self, **params: Any) -> TextureClassifier:
-        """Sets arguments of the classifier. Returns it."""
-        for name, value in params.items():
-            if name not in _names():
-                raise Error(f"{name}: is no parameter, expected {', '.join(_names())}")
-            setattr(self, name, value)
+        found = MetadataRequest(owner=type(self).__name__)
+        found.fit.add_request(param="groups", alias=None)
+        found.score.add_request(param="sample_weight", alias=None)
+        return vars(self).get("_metadata_request", found)
+
+    def set_fit_request(self, *, groups: Union[bool, str, None]) -> TextureClassifier:
+        """Sets whether scikit-learn passes `groups` to `fit`, or under which name. Returns the classifier.
+
+        >>> import sklearn, wstac
+        >>> with sklearn.config_context(enable_metadata_routing=True):
+        ...     classifier = wstac.TextureClassifier().set_fit_request(groups=True).set_score_request(sample_weight=False)
+        >>> classifier.get_metadata_routing()
+        {'fit': {'groups': True}, 'score': {'sample_weight': False}}
+        """
+        return self._request("fit", "groups", groups)
+
+    def set_score_request(self, *, sample_weight: Union[bool, str, None]) -> TextureClassifier:
+        """Sets whether scikit-learn passes `sample_weight` to `score`, or under which name. Returns the classifier."""
+        return self._request("score", "sample_weight", sample_weight)
+
+    def _request(self, method: str, name: str, alias: Union[bool, str, None]) -> TextureClassifier:
+        from sklearn import get_config  # type: ignore[import-untyped,import-not-found,unused-ignore]
+        from sklearn.utils.metadata_routing import get_routing_for_object
+
+        if not get_config()["enable_metadata_routing"]:
+            raise RuntimeError("metadata routing is off, expected sklearn.set_config(enable_metadata_routing=True) before")
+        # The name is that of scikit-learn, whose clone copies it.
+        self._metadata_request = get_routing_for_object(self)
+        getattr(self._metadata_request, method).add_request(param=name, alias=alias)
         return self
 
-    def _fitted(self) -> tuple[Model, NDArray[np.int64]]:
-        """Returns the model, and for each of its classes the number in `classes_`."""
-        if not self.__sklearn_is_fitted__():
-            raise _not_fitted()
+    def _order(self) -> NDArray[np.int64]:
+        """Returns for each class of the model the number in `classes_`."""
         names = [str(label) for label in self.classes_.tolist()]
-        return self.model_, np.array([names.index(label) for label in self.model_.labels])
+        return np.array([names.index(label) for label in self.model_.labels])
+
+    def _given(self, X: Any) -> NDArray[np.int16]:
+        """Returns samples for the trained model, of the columns of the training."""
+        if not self.__sklearn_is_fitted__():
+            raise of_scikit_learn("NotFittedError", Error)("TextureClassifier: is not trained, expected a call of fit before")
+        check_names(type(self).__name__, feature_names(X), vars(self).get("feature_names_in_"))
+        return self._samples(X)
 
     def _samples(self, X: Any) -> NDArray[np.int16]:
         """Returns samples as int16 (n, 700)."""
@@ -158,10 +196,12 @@ class TextureClassifier:
         found = np.asarray(X)
         if found.dtype.kind == "c":
             raise Error("X: Complex data not supported, expected integers of int16")
-        if found.ndim == 1:
+        if found.ndim < 2:
             raise Error(f"X: shape {found.shape}, expected (n, 700). Reshape your data: X.reshape(1, -1) is a single sample")
-        if found.ndim not in (2, 3) or found.shape[1:] not in ((10, 70), (INPUTS,)):
-            raise Error(f"X: shape {found.shape}, expected (n, 10, 70) or (n, 700)")
+        if found.shape[1:] not in ((10, 70), (INPUTS,)):
+            few = found.ndim == 2 and found.shape[1] < INPUTS
+            words = f"{found.shape[1]} feature(s) (shape={found.shape}) while a minimum of {INPUTS} is required"
+            raise Error(f"X: {words if few else f'shape {found.shape}'}, expected (n, 10, 70) or (n, 700)")
         if found.dtype != np.int16:
             try:
                 real = found.astype(np.float64)
@@ -180,29 +220,3 @@ class TextureClassifier:
 
     def __sklearn_tags__(self) -> Any:
         return classifier_tags()
-
-    def __repr__(self) -> str:
-        defaults = {name: parameter.default for name, parameter in _signature().items()}
-        changed = [f"{name}={value!r}" for name, value in self.get_params().items() if value != defaults[name]]
-        return f"TextureClassifier({', '.join(changed)})"
-
-
-def _signature() -> dict[str, inspect.Parameter]:
-    """Returns the parameters of the classifier."""
-    return dict(list(inspect.signature(TextureClassifier.__init__).parameters.items())[1:])
-
-
-def _names() -> list[str]:
-    """Returns the names of the parameters, in order."""
-    return sorted(_signature())
-
-
-def _not_fitted() -> Exception:
-    """Returns the error of a classifier before `fit`: scikit-learn's own if it is there, which is a ValueError, too."""
-    message = "TextureClassifier: is not trained, expected a call of fit before"
-    try:
-        from sklearn.exceptions import NotFittedError  # type: ignore[import-untyped,import-not-found,unused-ignore]
-    except ImportError:
-        return Error(message)
-    made: Exception = NotFittedError(message)
-    return made

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from . import _frames, _wstac
 from ._answers import Event
+from ._estimator import check_names, feature_names
 from ._wstac import Error
 
 Path = Union[str, bytes, "os.PathLike[str]", "os.PathLike[bytes]"]
@@ -104,6 +105,8 @@ class Model:
     ('Saw3', array(['Saw3'], dtype='<U4'))
     >>> model.name, model.frames, model.n_features_in_, model.classes_.tolist() == model.labels
     ('builtin:path-svm', 39, 700, True)
+    >>> model.fit() is model, model.get_params()
+    (True, {'name': 'builtin:path-svm'})
     """
 
     _estimator_type = "classifier"
@@ -274,8 +277,12 @@ class Model:
         return answered(flat, self._native.known(flat))
 
     def _samples(self, X: NDArray[np.int16]) -> NDArray[np.int16]:
-        """Returns samples of either shape as (n, 700). Refuses those over time if the model takes others."""
-        flat = samples(X)
+        """Returns samples of either shape, or a table of them, as (n, 700). Refuses those over time if the model takes others."""
+        table: Any = X
+        given = feature_names(table)
+        if given is not None:
+            check_names(self.name, given, sample_names(self.input))
+        flat = samples(X if given is None else table.to_numpy())
         # The first numbers along a path are a speed, a direction and products of them, all of which are from -1 to 1.
         facts = flat.reshape(-1, 10, 70)[:, :4, 0]
         if self.input != "frames" and ((facts < -2048) | (facts > 2048)).any():
@@ -286,22 +293,11 @@ class Model:
         return flat
 
     def fit(self, X: Any = None, y: Any = None, **_: Any) -> Model:
-        """Returns the model as it is, like `sklearn.frozen.FrozenEstimator`: it is trained already.
-
-        >>> import wstac
-        >>> model = wstac.Model.load("builtin:path-svm")
-        >>> model.fit() is model
-        True
-        """
+        """Returns the model as it is, like `sklearn.frozen.FrozenEstimator`: it is trained already."""
         return self
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Returns what the model was made of, as scikit-learn's estimators do: its name.
-
-        >>> import wstac
-        >>> wstac.Model.load("builtin:path-svm").get_params()
-        {'name': 'builtin:path-svm'}
-        """
+        """Returns what the model was made of, as scikit-learn's estimators do: its name."""
         return {"name": self.name}
 
     def set_params(self, **params: Any) -> Model:
@@ -334,6 +330,11 @@ class Model:
 
 INPUTS = 700
 """Numbers of a sample."""
+
+
+def sample_names(input: str) -> NDArray[np.object_]:
+    """Returns the names of a sample's numbers as columns of a table."""
+    return np.array([f"{input}{number}" for number in range(INPUTS)], dtype=object)
 
 
 def _model_of(content: bytes, name: str) -> Model:

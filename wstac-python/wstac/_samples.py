@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import importlib
+import sys
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._answers import Event
-from ._models import INPUTS
+from ._estimator import Estimator
+from ._models import INPUTS, sample_names
 from ._wstac import Error
 
 _OF_INPUTS = {"path": "path_sample", "taxel-path": "taxel_path_sample", "frames": "sample"}
 
 
-class EventSamples:
+class EventSamples(Estimator):
     """Turns events into an array of samples, (n, 700), as the first step of a pipeline of scikit-learn.
 
     `input` says which samples: "path" or "taxel-path" along the path, of events that were made with `path_samples`, or "frames"
@@ -29,6 +32,9 @@ class EventSamples:
     >>> samples = wstac.EventSamples(input="path").fit(events)          # learns nothing
     >>> samples.fit_transform(events).tolist() == X.tolist(), samples.get_params(), samples.set_params(input="frames")
     (True, {'input': 'path'}, EventSamples(input='frames'))
+    >>> table = wstac.EventSamples().set_output(transform="pandas").transform(events)     # or "polars", or "default"
+    >>> table.columns.tolist() == wstac.EventSamples().get_feature_names_out().tolist(), table.columns[699]
+    (True, 'path699')
     """
 
     input: str
@@ -40,8 +46,8 @@ class EventSamples:
         """Returns the transformer, which learns nothing."""
         return self
 
-    def transform(self, X: Iterable[Event]) -> NDArray[np.int16]:
-        """Returns the samples of events, int16 (n, 700)."""
+    def transform(self, X: Iterable[Event]) -> Any:
+        """Returns the samples of events, int16 (n, 700): an array, or what `set_output` or `sklearn.set_config` asks for."""
         name = _OF_INPUTS.get(self.input)
         if name is None:
             raise Error(f"input is {self.input!r}, expected {', '.join(_OF_INPUTS)}")
@@ -53,22 +59,30 @@ class EventSamples:
             if sample is None:
                 raise Error(f"X: event {number} has no {name}, expected events that were made with path_samples = True")
             rows.append(sample.reshape(INPUTS))
-        return np.stack(rows) if rows else np.zeros((0, INPUTS), np.int16)
+        found = np.stack(rows) if rows else np.zeros((0, INPUTS), np.int16)
+        # The default for all transformers is set in scikit-learn, if it is loaded.
+        sklearn = sys.modules.get("sklearn")
+        default = sklearn.get_config()["transform_output"] if sklearn else None
+        kind = vars(self).get("_sklearn_output_config", {"transform": default})["transform"]
+        columns = self.get_feature_names_out().tolist()
+        options = {"pandas": {"columns": columns}, "polars": {"schema": columns, "orient": "row"}}.get(kind)
+        return found if options is None else importlib.import_module(kind).DataFrame(found, **options)
 
-    def fit_transform(self, X: Iterable[Event], y: Any = None) -> NDArray[np.int16]:
+    def fit_transform(self, X: Iterable[Event], y: Any = None) -> Any:
         """Returns the samples of events."""
         return self.transform(X)
 
-    def get_params(self, deep: bool = True) -> dict[str, Any]:
-        """Returns the arguments of the transformer."""
-        return {"input": self.input}
+    def get_feature_names_out(self, input_features: Any = None) -> NDArray[np.object_]:
+        """Returns the names of the columns: `input` and the number in the sample, such as "path0"."""
+        return sample_names(self.input)
 
-    def set_params(self, **params: Any) -> EventSamples:
-        """Sets arguments of the transformer. Returns it."""
-        for name, value in params.items():
-            if name != "input":
-                raise Error(f"{name}: is no parameter, expected input")
-            self.input = value
+    def set_output(self, *, transform: Optional[str] = None) -> EventSamples:
+        """Sets what `transform` returns: "default", which is an array, "pandas" or "polars". None leaves it."""
+        if transform not in (None, "default", "pandas", "polars"):
+            raise Error(f"transform is {transform!r}, expected default, pandas or polars")
+        if transform is not None:
+            # The name is that of scikit-learn, whose clone copies it.
+            self._sklearn_output_config = {"transform": transform}
         return self
 
     def __sklearn_is_fitted__(self) -> bool:
@@ -85,6 +99,3 @@ class EventSamples:
             requires_fit=False,
             no_validation=True,
         )
-
-    def __repr__(self) -> str:
-        return f"EventSamples(input={self.input!r})"

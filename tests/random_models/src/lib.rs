@@ -10,14 +10,15 @@
 pub const INPUTS: usize = 700;
 /// The largest number of words of a model.
 pub const MOST_WORDS: usize = 16_384;
-/// The number of kinds of models: linear ones by weights and votes, forests, and boosted trees by leaves.
-pub const KINDS: u32 = 7;
+/// The number of kinds of models: linear ones by weights and votes, forests, boosted trees by leaves, linear ones of int32,
+/// and networks by weights.
+pub const KINDS: u32 = 10;
 /// The number of models of each kind in [`answers`].
 pub const ROUNDS: u64 = 40;
 /// The number of samples for each model.
 pub const SAMPLES: usize = 12;
 /// The result of [`answers`] on every machine.
-pub const ANSWERS: u32 = 2_088_475_055;
+pub const ANSWERS: u32 = 3_820_798_451;
 
 /// Makes model files.
 pub struct Maker {
@@ -95,10 +96,12 @@ impl Maker {
         };
         self.shift = [0, 0, 0, 1, 3][self.below(5) as usize];
         let (kind, number, trees) = match kind {
-            0..=3 => self.linear(kind % 2 == 1, kind >= 2),
+            0..=3 => self.linear([2, 1][kind as usize % 2], kind >= 2),
             4 => self.forest(),
             5 => self.boosted(Leaves::Integers),
-            _ => self.boosted(Leaves::Floats),
+            6 => self.boosted(Leaves::Floats),
+            7 => self.linear(4, false),
+            _ => self.network([2, 1][kind as usize % 2]),
         };
         let labels = self.length;
         // Labels of one letter, which a byte counts, and no facts.
@@ -107,7 +110,9 @@ impl Maker {
         if self.length % 2 == 1 {
             self.push(0);
         }
-        let header = [0x5357, 0x314D, 0, 0, (self.length / 2) as u16, 0, kind, number, self.classes, 0, frames as u16];
+        // Weights of int32 and networks are of the second layout.
+        let layout = if kind == 5 || number == 4 { 0x324D } else { 0x314D };
+        let header = [0x5357, layout, 0, 0, (self.length / 2) as u16, 0, kind, number, self.classes, 0, frames as u16];
         self.halves[..11].copy_from_slice(&header);
         self.halves[11] = trees;
         self.halves[12] = labels as u16;
@@ -121,7 +126,7 @@ impl Maker {
         length
     }
 
-    fn linear(&mut self, int8: bool, pairs: bool) -> (u16, u16, u16) {
+    fn linear(&mut self, number: u16, pairs: bool) -> (u16, u16, u16) {
         self.shift = 0;
         let classes = self.classes;
         let one = classes == 2 && self.below(2) == 0;
@@ -134,13 +139,44 @@ impl Maker {
         };
         self.push(rows);
         self.push(0);
+        // A row of int32 is two of int16, whose biases are smaller.
+        if number == 4 {
+            self.rows(2 * rows, self.inputs, 2, 1 << 46)
+        } else {
+            self.rows(rows, self.inputs, number, 1 << 62)
+        }
+        (if pairs { 2 } else { 1 }, number, 0)
+    }
+
+    fn network(&mut self, number: u16) -> (u16, u16, u16) {
+        self.shift = 0;
+        let hidden = 1 + self.below(2) as u16;
+        self.push(hidden + 1);
+        self.push(0);
+        let mut inputs = self.inputs;
+        for _ in 0..hidden {
+            let (sums, shift) = (1 + self.below(20) as u16, self.below(30) as u16);
+            self.push(sums);
+            self.push(shift);
+            self.rows(sums, inputs, number, 1 << 40);
+            inputs = u64::from(sums).next_multiple_of(10);
+        }
+        let sums = if self.classes == 2 && self.below(2) == 0 { 1 } else { self.classes };
+        self.push(sums);
+        self.push(0);
+        self.rows(sums, inputs, number, 1 << 62);
+        (5, number, 0)
+    }
+
+    fn rows(&mut self, rows: u16, inputs: u64, number: u16, most_bias: i64) {
+        let int8 = number == 1;
         let extreme = self.below(3);
         for _ in 0..rows {
             let bias: i64 =
-                [0, 1 << 62, -(1 << 62), 1 << 31, -5][if extreme == 0 { 0 } else { self.below(5) as usize }];
+                [0, most_bias, -most_bias, 1 << 31, -5][if extreme == 0 { 0 } else { self.below(5) as usize }];
             (0..4).for_each(|half| self.push((bias >> (16 * half)) as u16));
         }
-        let row = if int8 { self.inputs.div_ceil(4) * 2 } else { self.inputs };
+        let row = if int8 { inputs.div_ceil(4) * 2 } else { inputs };
         let smallness = self.below(4);
         for _ in 0..u64::from(rows) * row {
             let weight = match (extreme, smallness) {
@@ -151,7 +187,6 @@ impl Maker {
             };
             self.push(weight);
         }
-        (if pairs { 2 } else { 1 }, if int8 { 1 } else { 2 }, 0)
     }
 
     fn forest(&mut self) -> (u16, u16, u16) {

@@ -197,7 +197,7 @@ impl<'a> Calibration<'a> {
     fn each_number<const FAST: bool>(&self, sample: &[i16; INPUTS], header: &Header, mut give: impl FnMut(usize, i64)) {
         let shift = u32::from(half(self.words, START));
         let dimensions = usize::from(self.dimensions());
-        let rows = Rows::checked(self.words.get(ROWS_START / 2..).unwrap_or_default(), dimensions);
+        let rows = Rows::checked(self.words.get(ROWS_START / 2..).unwrap_or_default(), dimensions, INT16, false);
         rows.each_sum_of::<Int16, FAST>(inputs_of(sample, header.inputs()), |dimension, sum| {
             // Sums are below 2^63 by far.
             give(dimension, sum.wrapping_add(1_i64.wrapping_shl(shift.wrapping_sub(1))).wrapping_shr(shift));

@@ -6,11 +6,11 @@
 //!
 //! | half | content |
 //! | --- | --- |
-//! | 0–1 | `WSM1` |
+//! | 0–1 | `WSM1`; `WSM2` of a network and of weights of int32, which software before version 0.4 cannot read |
 //! | 2–3 | CRC-32 (IEEE) of the bytes from half 4 to the end |
 //! | 4–5 | length of the file, in words |
-//! | 6 | kind: 1 linear, one-vs-rest; 2 linear, one-vs-one; 3 forest; 4 boosted trees |
-//! | 7 | type of weights and leaves: 1 int8, 2 int16, 3 float32; 0 in a forest |
+//! | 6 | kind: 1 linear, one-vs-rest; 2 linear, one-vs-one; 3 forest; 4 boosted trees; 5 network |
+//! | 7 | type of weights and leaves: 1 int8, 2 int16, 3 float32, 4 int32; 0 in a forest |
 //! | 8 | classes, 1 to [`MOST_CLASSES`] |
 //! | 9 | low byte, task: 0 unstated, 1 specimen, 2 pattern, 3 depth |
 //! |  | high byte: the fastest slide of the training in 4 mm/s; 0 if its speeds are not stated ([`super::speeds`]) |
@@ -21,7 +21,8 @@
 //! |  | high byte: the slowest slide of the training in 2 mm/s, at most the fastest |
 //! | 15 | low byte, input: 0 the sample over time; 1 along the path, of ten sums; 2 along the path, of 25 taxels |
 //! |  | high byte: 1 if there is a calibration; else 0 |
-//! | 16– | the part of its kind: [`super::linear_svm`], [`super::forest`], [`super::boosted`] |
+//! | 16– | the part of its kind: [`super::linear_svm`], [`super::forest`], [`super::boosted`],
+//! |  | [`super::network`] |
 //! | … | the calibration, if there is one: [`super::calibration`] |
 //! | labels | the class names, then the training facts, then up to three bytes of 0 |
 //!
@@ -46,12 +47,17 @@ pub const HEADER_HALVES: usize = 16;
 pub const MOST_SHIFT: u16 = 8;
 /// The first four bytes.
 pub const MAGIC: [u16; 2] = [u16::from_le_bytes(*b"WS"), u16::from_le_bytes(*b"M1")];
+/// The first four bytes of a network's file, and of one with weights of int32.
+pub const MAGIC_2: [u16; 2] = [MAGIC[0], u16::from_le_bytes(*b"M2")];
+/// The newest layout that this version reads: the digit behind `WSM`.
+pub const NEWEST_LAYOUT: u8 = 2;
 
 /// The kinds of models, by their numbers.
 pub(super) const ONE_AGAINST_REST: u16 = 1;
 pub(super) const ONE_AGAINST_ONE: u16 = 2;
 pub(super) const FOREST: u16 = 3;
 pub(super) const BOOSTED: u16 = 4;
+pub(super) const NETWORK: u16 = 5;
 
 /// The reason why bytes are not a valid model file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,7 +66,7 @@ pub(super) const BOOSTED: u16 = 4;
 pub enum ModelError {
     /// The file does not start with `WSM`.
     Magic,
-    /// The file has another version of this layout than `1`: this is its fourth byte.
+    /// The file has a version of this layout that is not known: this is its fourth byte.
     Version(u8),
     /// The file's length is not what its header says, or the file is cut off.
     Length {
@@ -110,8 +116,8 @@ impl ModelError {
     /// Returns what is wrong, in words.
     pub const fn describe(self) -> &'static str {
         match self {
-            Self::Magic => "does not start with WSM1, expected a model file, as wstac model import makes",
-            Self::Version(_) => "is a model file of another version, expected WSM1: import the model again",
+            Self::Magic => "does not start with WSM1 or WSM2, expected a model file, as wstac model import makes",
+            Self::Version(_) => "is a model file of another version, expected WSM1 or WSM2: import the model again",
             Self::Length { .. } => "its length is not what its header says: it is cut off or has bytes too many",
             Self::End => "does not end with its training facts, expected at most three bytes of 0 behind them",
             Self::Checksum { .. } => "its checksum is wrong: it is damaged",
@@ -148,6 +154,7 @@ const fn name(kind: u16) -> &'static str {
         ONE_AGAINST_REST | ONE_AGAINST_ONE => "a linear model",
         FOREST => "a forest",
         BOOSTED => "boosted trees",
+        NETWORK => "a network",
         _ => "none",
     }
 }
@@ -155,12 +162,15 @@ const fn name(kind: u16) -> &'static str {
 /// Returns the range of a half of the header, in words.
 const fn range(half: u8) -> &'static str {
     match half {
-        6 => "1 to 4",
-        7 => "what its kind can be of: 1 or 2 of a linear model, 0 of a forest, 2 or 3 of boosted trees",
+        6 => "1 to 4, or 5 of WSM2",
+        7 => {
+            "what its kind can be of: 1 or 2 of a linear model or a network, 4 of a linear model of WSM2, 0 of a forest, \
+             2 or 3 of boosted trees"
+        }
         8 => "1 to 64",
         9 => "a task of 0 to 3 in its low byte",
         10 => "1 to 70",
-        11 => "as many trees as there are, and none of a linear model",
+        11 => "as many trees as there are, and none of a linear model or a network",
         12 => "a place within the file",
         14 => "a shift of 0 to 8, and a slowest speed of at most the fastest",
         15 => "0 to 2, or 256 to 258 with a calibration",
@@ -247,6 +257,8 @@ impl Input {
 /// The header of a file. The checks that all kinds have in common have been made.
 #[derive(Clone, Copy, Debug)]
 pub struct Header {
+    /// The version of the layout.
+    pub(super) layout: u8,
     pub(super) kind: u16,
     pub(super) number: u16,
     pub(super) classes: u8,
@@ -265,9 +277,12 @@ pub struct Header {
 impl Header {
     /// Checks everything except the part that a kind defines.
     pub(super) const fn read(words: &[u32]) -> Result<Self, ModelError> {
-        if half(words, 0) != MAGIC[0] || half(words, 1) != MAGIC[1] {
-            return Err(other_start(words));
-        }
+        let layout = match half(words, 1) {
+            _ if half(words, 0) != MAGIC[0] => return Err(other_start(words)),
+            start if start == MAGIC[1] => 1,
+            start if start == MAGIC_2[1] => 2,
+            _ => return Err(other_start(words)),
+        };
         if words.len() < HEADER_HALVES / 2 {
             return Err(ModelError::Length { found: words.len() as u32, expected: HEADER_HALVES as u32 / 2 });
         }
@@ -319,6 +334,7 @@ impl Header {
             return Err(error);
         }
         Ok(Self {
+            layout,
             kind: half(words, 6),
             number: half(words, 7),
             classes: classes as u8,

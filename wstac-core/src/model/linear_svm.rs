@@ -12,7 +12,8 @@
 //! Each row has a bias, an int64 (four halves). Weights follow, in blocks of up to [`BLOCK`] rows. For int16, a block has
 //! for every two inputs the two weights of each row. For int8, it has for every four inputs the four weights of each row.
 //! They are in the order first, third, second, fourth, because a Cortex-M4 widens every other byte. Inputs are those of
-//! the frames that the model needs; for int8, zeros follow up to a multiple of four.
+//! the frames that the model needs; for int8, zeros follow up to a multiple of four. For int32, each row is two rows of
+//! int16: its sum is that of the first times 2^15, and that of the second.
 //!
 //! In one-vs-rest, the class with the highest sum wins; if there are several, the lowest. Of two classes with one row,
 //! the second wins if the sum is above 0. In one-vs-one, each row is a vote: for its first class if the sum is above 0,
@@ -24,7 +25,7 @@ use super::file::{
 };
 use super::labels::Labels;
 pub use super::rows::BLOCK;
-use super::rows::{INT8, INT16, Rows, inputs_of};
+use super::rows::{INT8, INT16, INT32, Rows, inputs_of};
 
 /// A linear model that has been checked.
 #[derive(Clone, Copy, Debug)]
@@ -49,7 +50,8 @@ impl<'a> LinearSvm<'a> {
         if header.kind != ONE_AGAINST_REST && header.kind != ONE_AGAINST_ONE {
             return Err(ModelError::Kind { found: header.kind, expected: ONE_AGAINST_REST });
         }
-        if header.number != INT8 && header.number != INT16 {
+        let is_wide = header.number == INT32 && header.layout > 1;
+        if header.number != INT8 && header.number != INT16 && !is_wide {
             return Err(ModelError::Header { half: 7, found: header.number });
         }
         if header.trees != 0 {
@@ -86,28 +88,11 @@ impl<'a> LinearSvm<'a> {
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
     /// `give`.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool>(
-        &self,
-        sample: &[i16; INPUTS],
-        _all: bool,
-        mut give: impl FnMut(u8, i64),
-    ) -> u8 {
+    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS], _all: bool, give: impl FnMut(u8, i64)) -> u8 {
         if self.header.kind == ONE_AGAINST_ONE {
             return self.most_votes::<FAST>(sample, give);
         }
-        let one = self.rows.len() == 1 && self.header.classes == 2;
-        if one {
-            // The sum is the second class's score over the first one's.
-            give(0, 0);
-        }
-        let (mut best, mut highest) = (0, i64::MIN);
-        self.each_sum::<FAST>(sample, |row, sum| {
-            give(row as u8 + u8::from(one), sum);
-            if sum > highest {
-                (best, highest) = (row as u8, sum);
-            }
-        });
-        if one { u8::from(highest > 0) } else { best }
+        self.rows.highest::<FAST>(inputs_of(sample, self.header.inputs()), self.header.classes, give)
     }
 
     #[inline(always)]
@@ -137,6 +122,6 @@ impl<'a> LinearSvm<'a> {
     /// Passes every row's sum to `give` in order.
     #[inline(always)]
     pub(super) fn each_sum<const FAST: bool>(&self, sample: &[i16; INPUTS], give: impl FnMut(usize, i64)) {
-        self.rows.each_sum::<FAST>(self.header.number, inputs_of(sample, self.header.inputs()), give);
+        self.rows.each_sum::<FAST>(inputs_of(sample, self.header.inputs()), give);
     }
 }

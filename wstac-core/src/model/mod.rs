@@ -3,7 +3,7 @@
 //!
 //! [`mod@file`] has the byte layout. A model is checked when it is created, on a board in a `const`
 //! ([`crate::include_model!`]). After that it answers without checks that could fail, panics or allocation. An
-//! application that names the one kind it uses ([`LinearSvm`], [`Forest`], [`Boosted`]) links only that kind. [`Model`]
+//! application that names the one kind it uses ([`LinearSvm`], [`Forest`], [`Boosted`], [`Network`]) links only that kind. [`Model`]
 //! is any of them.
 
 pub mod boosted;
@@ -15,6 +15,7 @@ pub mod file;
 pub mod forest;
 pub mod labels;
 pub mod linear_svm;
+pub mod network;
 pub mod place;
 mod rows;
 pub mod speeds;
@@ -26,6 +27,7 @@ use self::file::{Header, INPUTS, Input, MOST_CLASSES, ModelError, Task};
 use self::forest::Forest;
 use self::labels::Labels;
 use self::linear_svm::LinearSvm;
+use self::network::Network;
 use self::place::Place;
 use self::speeds::KnownSpeeds;
 
@@ -133,6 +135,11 @@ macro_rules! common {
                 self.calibration.mean_place(&self.header, class)
             }
 
+            /// Returns the version of the file's layout, 1 or 2.
+            pub const fn layout(&self) -> u8 {
+                self.header.layout
+            }
+
             /// Returns the checksum of the model's file, which tells one model from another.
             pub const fn checksum(&self) -> u32 {
                 self.labels.checksum()
@@ -171,7 +178,7 @@ macro_rules! common {
         }
     )*};
 }
-common!(LinearSvm Forest Boosted);
+common!(LinearSvm Forest Boosted Network);
 
 /// A model of any kind.
 #[derive(Clone, Copy, Debug)]
@@ -183,6 +190,8 @@ pub enum Model<'a> {
     Forest(Forest<'a>),
     /// Boosted trees.
     Boosted(Boosted<'a>),
+    /// A network.
+    Network(Network<'a>),
 }
 
 impl<'a> Model<'a> {
@@ -208,6 +217,10 @@ impl<'a> Model<'a> {
                 Ok(model) => Ok(Self::Boosted(model)),
                 Err(error) => Err(error),
             },
+            file::NETWORK => match Network::from_words(words) {
+                Ok(model) => Ok(Self::Network(model)),
+                Err(error) => Err(error),
+            },
             _ => Err(ModelError::Header { half: 6, found: header.kind }),
         }
     }
@@ -228,6 +241,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.classify(sample),
             Self::Forest(model) => model.classify(sample),
             Self::Boosted(model) => model.classify(sample),
+            Self::Network(model) => model.classify(sample),
         }
     }
 
@@ -237,6 +251,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.classification(sample),
             Self::Forest(model) => model.classification(sample),
             Self::Boosted(model) => model.classification(sample),
+            Self::Network(model) => model.classification(sample),
         }
     }
 
@@ -247,6 +262,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.probabilities(sample),
             Self::Forest(model) => model.probabilities(sample),
             Self::Boosted(model) => model.probabilities(sample),
+            Self::Network(model) => model.probabilities(sample),
         }
     }
 
@@ -258,6 +274,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.each_score(sample, give),
             Self::Forest(model) => model.each_score(sample, give),
             Self::Boosted(model) => model.each_score(sample, give),
+            Self::Network(model) => model.each_score(sample, give),
         }
     }
 
@@ -267,6 +284,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.is_calibrated(),
             Self::Forest(model) => model.is_calibrated(),
             Self::Boosted(model) => model.is_calibrated(),
+            Self::Network(model) => model.is_calibrated(),
         }
     }
 
@@ -276,6 +294,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.tells_unknown(),
             Self::Forest(model) => model.tells_unknown(),
             Self::Boosted(model) => model.tells_unknown(),
+            Self::Network(model) => model.tells_unknown(),
         }
     }
 
@@ -285,6 +304,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.place(sample),
             Self::Forest(model) => model.place(sample),
             Self::Boosted(model) => model.place(sample),
+            Self::Network(model) => model.place(sample),
         }
     }
 
@@ -295,6 +315,17 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.mean_place(class),
             Self::Forest(model) => model.mean_place(class),
             Self::Boosted(model) => model.mean_place(class),
+            Self::Network(model) => model.mean_place(class),
+        }
+    }
+
+    /// Returns the version of the file's layout, 1 or 2.
+    pub const fn layout(&self) -> u8 {
+        match self {
+            Self::LinearSvm(model) => model.layout(),
+            Self::Forest(model) => model.layout(),
+            Self::Boosted(model) => model.layout(),
+            Self::Network(model) => model.layout(),
         }
     }
 
@@ -304,6 +335,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.checksum(),
             Self::Forest(model) => model.checksum(),
             Self::Boosted(model) => model.checksum(),
+            Self::Network(model) => model.checksum(),
         }
     }
 
@@ -313,6 +345,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.labels(),
             Self::Forest(model) => model.labels(),
             Self::Boosted(model) => model.labels(),
+            Self::Network(model) => model.labels(),
         }
     }
 
@@ -322,6 +355,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.task(),
             Self::Forest(model) => model.task(),
             Self::Boosted(model) => model.task(),
+            Self::Network(model) => model.task(),
         }
     }
 
@@ -331,6 +365,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.known_speeds(),
             Self::Forest(model) => model.known_speeds(),
             Self::Boosted(model) => model.known_speeds(),
+            Self::Network(model) => model.known_speeds(),
         }
     }
 
@@ -340,6 +375,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.input(),
             Self::Forest(model) => model.input(),
             Self::Boosted(model) => model.input(),
+            Self::Network(model) => model.input(),
         }
     }
 
@@ -350,6 +386,7 @@ impl<'a> Model<'a> {
             Self::LinearSvm(model) => model.frames(),
             Self::Forest(model) => model.frames(),
             Self::Boosted(model) => model.frames(),
+            Self::Network(model) => model.frames(),
         }
     }
 }
@@ -373,7 +410,7 @@ pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
 /// Compiles a model file into the program. The compiler checks it, so that a bad file does not build.
 ///
 /// The kind is [`LinearSvm`](crate::model::linear_svm::LinearSvm), [`Forest`](crate::model::forest::Forest),
-/// [`Boosted`](crate::model::boosted::Boosted) or [`Model`](crate::model::Model), by its name in scope. Only the kind
+/// [`Boosted`](crate::model::boosted::Boosted), [`Network`](crate::model::network::Network) or [`Model`](crate::model::Model), by its name in scope. Only the kind
 /// that it names is linked. The path is relative to the source file, as for `include_bytes!`.
 ///
 /// ```

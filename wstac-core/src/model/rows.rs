@@ -5,6 +5,9 @@
 //! For int16, a block has for every two inputs the two weights of each row. For int8, it has for every four inputs the
 //! four weights of each row. They are in the order first, third, second, fourth, because a Cortex-M4 widens every other
 //! byte. Inputs are those of the frames that the model needs; for int8, zeros follow up to a multiple of four.
+//!
+//! Weights of int32 are two rows of int16 for each of theirs, one behind the other: a sum is that of the first row times
+//! 2^15, and that of the second. So fast kernels of int16 serve them, and weights have 30 bits and a sign.
 
 use super::dot::{self, Int8, Int16, Weights};
 use super::file::{INPUTS, ModelError, part};
@@ -14,6 +17,9 @@ pub const BLOCK: usize = 2;
 /// The types of weights: see the file's half 7.
 pub(super) const INT8: u16 = 1;
 pub(super) const INT16: u16 = 2;
+pub(super) const INT32: u16 = 4;
+/// Bits of a weight of int32 in the second of its rows.
+const LOW_BITS: u32 = 15;
 
 /// Rows of weights that have been checked.
 #[derive(Clone, Copy, Debug)]
@@ -23,45 +29,77 @@ pub(super) struct Rows<'a> {
     weights: &'a [u32],
     /// Whether no sum can exceed 32 bits, whatever the sample is.
     fits_32_bits: bool,
+    /// The type of weights.
+    number: u16,
 }
 
 impl<'a> Rows<'a> {
     pub(super) const fn halves(rows: usize, inputs: usize, number: u16) -> usize {
-        rows * (4 + if number == INT16 { inputs } else { inputs.div_ceil(4) * 2 })
+        match number {
+            INT8 => rows * (4 + inputs.div_ceil(4) * 2),
+            INT16 => rows * (4 + inputs),
+            _ => 2 * rows * (4 + inputs),
+        }
     }
 
     /// Creates rows from their words and checks that their sums cannot overflow.
     pub(super) const fn new(words: &'a [u32], rows: usize, inputs: usize, number: u16) -> Result<Self, ModelError> {
+        let (rows, most_bias) = if number == INT32 { (2 * rows, 1 << 46) } else { (rows, 1 << 62) };
         let (biases, weights) = (part(words, 0, 2 * rows), part(words, 2 * rows, words.len()));
         let (biases, _) = biases.as_chunks::<2>();
-        let row_words = Self::halves(1, inputs, number) / 2 - 2;
-        let fits_32_bits = match largest(biases, weights, row_words, number == INT8) {
-            // 700 products of int16 are below 2^40. With a bias below 2^62 no sum of them overflows.
+        let row_words = if number == INT8 { inputs.div_ceil(4) } else { inputs / 2 };
+        let fits_32_bits = match largest(biases, weights, row_words, number == INT8, most_bias) {
+            // 700 products of int16 are below 2^40. With a bias below 2^62 no sum of them overflows; one of 2^46 may be
+            // multiplied by 2^15.
             None => return Err(ModelError::Overflow),
             Some(largest) => largest <= i32::MAX as u64,
         };
-        Ok(Self { biases, weights, fits_32_bits })
+        Ok(Self { biases, weights, fits_32_bits, number })
     }
 
-    /// Returns the rows of words that [`Rows::new`] has checked. Their sums are added up in 64 bits.
-    pub(super) fn checked(words: &'a [u32], rows: usize) -> Self {
+    /// Returns the rows of words that [`Rows::new`] has checked, and not of int32.
+    pub(super) fn checked(words: &'a [u32], rows: usize, number: u16, fits_32_bits: bool) -> Self {
         let (biases, weights) = words.split_at_checked(2 * rows).unwrap_or_default();
-        Self { biases: biases.as_chunks::<2>().0, weights, fits_32_bits: false }
+        Self { biases: biases.as_chunks::<2>().0, weights, fits_32_bits, number }
     }
 
-    pub(super) const fn len(&self) -> usize {
-        self.biases.len()
+    pub(super) const fn fits_32_bits(&self) -> bool {
+        self.fits_32_bits
+    }
+
+    /// Returns the class with the highest sum; if there are several, the lowest. Of two classes with one row, the second
+    /// wins if the sum is above 0. Each class's score is passed to `give`.
+    #[inline(always)]
+    pub(super) fn highest<const FAST: bool>(&self, inputs: &[i16], classes: u8, mut give: impl FnMut(u8, i64)) -> u8 {
+        let rows = if self.number == INT32 { self.biases.len() / 2 } else { self.biases.len() };
+        let one = rows == 1 && classes == 2;
+        if one {
+            // The sum is the second class's score over the first one's.
+            give(0, 0);
+        }
+        let (mut best, mut highest) = (0, i64::MIN);
+        self.each_sum::<FAST>(inputs, |row, sum| {
+            give(row as u8 + u8::from(one), sum);
+            if sum > highest {
+                (best, highest) = (row as u8, sum);
+            }
+        });
+        if one { u8::from(highest > 0) } else { best }
     }
 
     /// Passes every row's sum to `give` in order. It is inlined, so that a compiled-in model takes only the code of its
     /// own kind.
     #[inline(always)]
-    pub(super) fn each_sum<const FAST: bool>(&self, number: u16, inputs: &[i16], give: impl FnMut(usize, i64)) {
-        if number == INT16 {
-            self.each_sum_of::<Int16, FAST>(inputs, give);
-        } else {
-            self.each_sum_of::<Int8, FAST>(inputs, give);
+    pub(super) fn each_sum<const FAST: bool>(&self, inputs: &[i16], mut give: impl FnMut(usize, i64)) {
+        if self.number == INT8 {
+            return self.each_sum_of::<Int8, FAST>(inputs, give);
         }
+        let (wide, mut high) = (self.number == INT32, 0_i64);
+        self.each_sum_of::<Int16, FAST>(inputs, |row, sum| match (wide, row % 2) {
+            (false, _) => give(row, sum),
+            (true, 0) => high = sum,
+            (true, _) => give(row / 2, high.wrapping_shl(LOW_BITS).wrapping_add(sum)),
+        });
     }
 
     #[inline(always)]
@@ -103,13 +141,13 @@ const fn bias_of([low, high]: [u32; 2]) -> i64 {
 }
 
 /// Returns the largest sum that a row's bias and weights can reach, whatever the sample is; `None` if a bias is above
-/// 2^62.
-const fn largest(biases: &[[u32; 2]], weights: &[u32], row_words: usize, int8: bool) -> Option<u64> {
+/// `most_bias`.
+const fn largest(biases: &[[u32; 2]], weights: &[u32], row_words: usize, int8: bool, most_bias: u64) -> Option<u64> {
     let mut most = 0;
     let mut row = 0;
     while row < biases.len() {
         let bias = bias_of(biases[row]).unsigned_abs();
-        if bias > 1 << 62 {
+        if bias > most_bias {
             return None;
         }
         // The words of a block's rows take turns.

@@ -12,7 +12,7 @@ mod kernels;
 /// Returns a file with header, labels and checksum around the part of a kind. Labels are `a`, `b` …
 fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u32> {
     let mut halves = vec![0; HEADER_HALVES];
-    halves[..2].copy_from_slice(&MAGIC);
+    halves[..2].copy_from_slice(if kind == 5 || number == 4 { &file::MAGIC_2 } else { &MAGIC });
     (halves[6], halves[7], halves[8], halves[9], halves[10], halves[11]) = (kind, number, classes, 1, 70, trees);
     halves.extend(part);
     halves[12] = halves.len() as u16;
@@ -171,9 +171,88 @@ fn one_against_one_votes() {
     }
 }
 
+/// Tests weights of int32, which are two rows of int16: first one of units of 2^15.
+#[test]
+fn wide_weights_weigh() {
+    // Class 0 has the weight 2^15 + 1 of input 0, class 1 has 2^15 + 2 of input 1, class 2 a bias of -2^15 + 7.
+    let words = linear(1, 3, 6, &[0, 0, 0, 0, -1, 7], |row, input| match (row, input) {
+        (0, 0) | (1, 0) | (2, 1) => 1,
+        (3, 1) => 2,
+        _ => 0,
+    });
+    let words = with_halves(words, &[(1, file::MAGIC_2[1]), (7, 4), (HEADER_HALVES, 3)]);
+    let model = LinearSvm::from_words(&words).unwrap();
+    assert_eq!(model.layout(), 2);
+    let mut scores = vec![];
+    model.each_score(&sample(10, -10, 5), |_, score| scores.push(score));
+    assert_eq!(scores, [10 * 32_769, -10 * 32_770, -32_768 + 7]);
+    assert_eq!([(7, 7), (8, 7), (-9, -9)].map(|(first, second)| model.classify(&sample(first, second, 0))), [1, 0, 2]);
+    // A first layout has no such weights, and a bias times 2^15 must fit.
+    for (halves, expected) in [
+        (vec![(1, MAGIC[1])], ModelError::Header { half: 7, found: 4 }),
+        (vec![(HEADER_HALVES + 2 + 3, 1)], ModelError::Overflow),
+    ] {
+        assert_eq!(LinearSvm::from_words(&with_halves(words.clone(), &halves)).unwrap_err(), expected);
+    }
+}
+
+fn with_halves(mut words: Vec<u32>, halves: &[(usize, u16)]) -> Vec<u32> {
+    for &(at, half) in halves {
+        let shift = 16 * (at % 2);
+        words[at / 2] = words[at / 2] & !(0xFFFF << shift) | u32::from(half) << shift;
+    }
+    sealed(words)
+}
+
+/// Returns a network of int16 weights over two inputs: max(0, x0 + x1) / 2 and max(0, −x0 − x1) / 2, and scores of both.
+fn network() -> Vec<u32> {
+    let mut part = vec![2, 0, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0];
+    part.extend([1, 1, 0xFFFF, 0xFFFF]);
+    part.extend([0; 2 * (INPUTS - 2)]);
+    // Class 0 above 100 by the first value, class 1 by the second one, class 2 has 100.
+    part.extend([3, 0, 0, 0, 0, 0, 0, 0, 0, 0, 100, 0, 0, 0]);
+    part.extend([[1, 0, 0, 1], [0; 4], [0; 4], [0; 4], [0; 4]].concat());
+    part.extend([0; 10]);
+    file(5, 2, 3, 0, &part)
+}
+
+#[test]
+fn a_network_has_hidden_values() {
+    let words = network();
+    let model = Network::from_words(&words).unwrap();
+    for (first, second, scores, class) in [
+        (150, 51, [100, 0, 100], 0),
+        (150, 52, [101, 0, 100], 0),
+        (-150, -52, [0, 101, 100], 1),
+        (3, 2, [2, 0, 100], 2),
+        // Values end at 32767.
+        (i16::MAX, i16::MAX, [32_767, 0, 100], 0),
+        (i16::MIN, i16::MIN, [0, 32_767, 100], 1),
+    ] {
+        let mut found = vec![];
+        model.each_score(&sample(first, second, 0), |_, score| found.push(score));
+        assert_eq!((&found[..], model.classify(&sample(first, second, 0))), (&scores[..], class));
+    }
+    let at = HEADER_HALVES + 2 + 2 + 8 + 2 * INPUTS;
+    for (halves, expected) in [
+        (vec![(1, MAGIC[1])], ModelError::Header { half: 6, found: 5 }),
+        (vec![(7, 4)], ModelError::Header { half: 7, found: 4 }),
+        (vec![(HEADER_HALVES, 4)], ModelError::Part(HEADER_HALVES as u32)),
+        (vec![(HEADER_HALVES + 2, 0)], ModelError::Part(HEADER_HALVES as u32 + 2)),
+        (vec![(HEADER_HALVES + 2, 129)], ModelError::Part(HEADER_HALVES as u32 + 2)),
+        (vec![(HEADER_HALVES + 3, 48)], ModelError::Part(HEADER_HALVES as u32 + 2)),
+        // Scores are not shifted, and there are as many as classes.
+        (vec![(at + 1, 1)], ModelError::Part(at as u32)),
+        (vec![(at, 2)], ModelError::Part(at as u32)),
+    ] {
+        let error = Network::from_words(&with_halves(words.clone(), &halves)).unwrap_err();
+        assert_eq!(error, expected, "{halves:?}");
+    }
+}
+
 #[test]
 fn what_is_damaged_is_refused() {
-    for words in [forest(), boosted(false), boosted(true), linear(1, 3, 3, &[0; 3], |_, _| 1)] {
+    for words in [forest(), boosted(false), boosted(true), linear(1, 3, 3, &[0; 3], |_, _| 1), network()] {
         assert!(Model::from_words(&words).is_ok());
         for length in 0..words.len().min(60) {
             assert!(Model::from_words(&words[..length]).is_err(), "{length}");
@@ -197,7 +276,7 @@ fn what_is_changed_on_purpose_is_refused_or_harmless() {
         (state >> 33) as u32
     };
     let (mut refused, mut accepted) = (0, 0);
-    for words in [forest(), boosted(false), boosted(true)] {
+    for words in [forest(), boosted(false), boosted(true), network()] {
         for _ in 0..20_000 {
             let mut changed = words.clone();
             for _ in 0..=random() % 3 {

@@ -62,7 +62,8 @@
 //! [`Fault::SensorRefuses`] has 16 bits.
 //!
 //! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns,
-//! and `Request::Model` and those behind it about models that are sent to a board. [`Answers`] ends with the reason why
+//! and `Request::Model` and those behind it about models that are sent to a board; [`BoardModel`] ends with the
+//! newest layout of model files that the board reads. [`Answers`] ends with the reason why
 //! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that a held
 //! part begins to slip.
 

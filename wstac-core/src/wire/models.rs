@@ -5,7 +5,7 @@ use core::fmt;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use crate::model::file::Input;
+use crate::model::file::{Input, NEWEST_LAYOUT};
 
 /// The most bytes of a [`ModelPiece`], and the number of all but the last one: a multiple of the words of 32 bytes that
 /// flash is written in.
@@ -98,6 +98,8 @@ pub enum ModelKind {
     Forest,
     /// [`Boosted`](crate::model::boosted::Boosted).
     Boosted,
+    /// [`Network`](crate::model::network::Network).
+    Network,
 }
 
 impl fmt::Display for ModelKind {
@@ -106,6 +108,7 @@ impl fmt::Display for ModelKind {
             Self::LinearSvm => "a linear model",
             Self::Forest => "a forest",
             Self::Boosted => "boosted trees",
+            Self::Network => "a network",
         })
     }
 }
@@ -134,12 +137,15 @@ pub struct BoardModel {
     pub accepts: AcceptedModels,
     /// The last step.
     pub step: ModelStep,
+    /// The newest layout of model files that it reads; `None` from a board before version 0.4, which reads the first.
+    #[serde(deserialize_with = "super::numbers::newest")]
+    pub layout: Option<u8>,
 }
 
 impl BoardModel {
-    /// Creates the state of a board that uses the model with this checksum.
+    /// Creates the state of a board of this version that uses the model with this checksum.
     pub const fn new(in_use: Option<u32>, sent: bool, accepts: AcceptedModels, step: ModelStep) -> Self {
-        Self { in_use, sent, accepts, step }
+        Self { in_use, sent, accepts, step, layout: Some(NEWEST_LAYOUT) }
     }
 }
 
@@ -308,6 +314,7 @@ pub(super) mod tests {
             (ModelRefusal::Kind(ModelKind::LinearSvm), "it is of another kind, expected a linear model"),
             (ModelRefusal::Kind(ModelKind::Forest), "it is of another kind, expected a forest"),
             (ModelRefusal::Kind(ModelKind::Boosted), "it is of another kind, expected boosted trees"),
+            (ModelRefusal::Kind(ModelKind::Network), "it is of another kind, expected a network"),
             (ModelRefusal::Input(Input::Frames), "it takes another sample, expected frames"),
             (ModelRefusal::NoMemory, "the board has no memory for models"),
         ] {

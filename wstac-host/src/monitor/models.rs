@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use wstac_core::model::Model;
 use wstac_core::wire::{
-    AcceptedModels, BoardModel, MODEL_PIECE, Message, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep, Request,
+    BoardModel, MODEL_PIECE, Message, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep, Request,
 };
 
 use super::settings::SettableBoard;
@@ -27,6 +27,7 @@ pub const fn kind_name(kind: ModelKind) -> &'static str {
         ModelKind::LinearSvm => "linear_svm",
         ModelKind::Forest => "forest",
         ModelKind::Boosted => "boosted",
+        ModelKind::Network => "network",
     }
 }
 
@@ -36,16 +37,17 @@ pub fn built_in_name(checksum: u32) -> Option<&'static str> {
     ModelFile::built_in().find_map(|(name, file)| has_sum(file).then_some(name))
 }
 
-/// Checks a file before it is sent to a board that takes such models.
+/// Checks a file before it is sent to a board in this state.
 ///
 /// # Errors
 /// The file is no valid model, or the board would refuse it.
-pub fn check_model(file: &ModelFile, accepts: &AcceptedModels) -> Result<ModelId, Error> {
-    let model = file.model()?;
+pub fn check_model(file: &ModelFile, board: &BoardModel) -> Result<ModelId, Error> {
+    let (model, accepts) = (file.model()?, &board.accepts);
     let kind = match model {
         Model::LinearSvm(_) => ModelKind::LinearSvm,
         Model::Forest(_) => ModelKind::Forest,
         Model::Boosted(_) => ModelKind::Boosted,
+        Model::Network(_) => ModelKind::Network,
     };
     let bytes = u32::try_from(4 * file.words().len()).unwrap_or(u32::MAX);
     let refusal = if accepts.most == 0 {
@@ -56,6 +58,15 @@ pub fn check_model(file: &ModelFile, accepts: &AcceptedModels) -> Result<ModelId
         ModelRefusal::Input(accepts.input)
     } else if bytes > accepts.most {
         ModelRefusal::Size { found: bytes, most: accepts.most }
+    } else if model.layout() > board.layout.unwrap_or(1) {
+        let layout = model.layout();
+        return Err(refused(
+            file,
+            &format_args!(
+                "it is WSM{layout}, and the firmware reads WSM1: build the firmware of this version, or import a linear \
+                 model with --weights int16"
+            ),
+        ));
     } else {
         return Ok(ModelId { bytes, checksum: model.checksum() });
     };
@@ -92,7 +103,7 @@ impl SettableBoard {
             let message = "takes no models, expected a firmware with the feature models";
             return Err(Error::new(ErrorKind::Unsupported, self.name(), message));
         };
-        let model = check_model(file, &state.accepts)?;
+        let model = check_model(file, &state)?;
         let bytes: Vec<u8> = file.words().iter().flat_map(|word| word.to_le_bytes()).collect();
         for _ in 0..TRIES {
             let mut step = self.ask_model(Request::SendModel(model), |step| match *step {

@@ -9,7 +9,7 @@ use wstac_host::error::{Error, ErrorKind};
 
 use super::eval::{MOST_KEPT, Truth, array_of, each_sample, is_sample, kept, truth};
 use super::npz::Npz;
-use super::trained::{Kind, Linear, Node, Row, Trained, Tree, in_file_order};
+use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, in_file_order};
 
 /// Largest fraction of changed answers that is accepted.
 const MOST_CHANGED: f64 = 0.005;
@@ -57,6 +57,19 @@ impl CheckSet {
         mean.iter().map(|sum| sum / self.samples.len() as f64).collect()
     }
 
+    /// Returns twice the largest value of each sum of a network's hidden layers: other samples have larger ones.
+    pub(super) fn tops(&self, network: &Network, inputs: usize) -> Vec<Vec<f64>> {
+        let hidden = &network.layers[..network.layers.len().saturating_sub(1)];
+        let mut tops: Vec<Vec<f64>> = hidden.iter().map(|layer| vec![0.0; layer.len()]).collect();
+        for sample in &self.samples {
+            let x: Vec<f64> = features(sample, inputs).collect();
+            for (top, sum) in tops.iter_mut().flatten().zip(network.sums(&x).iter().flatten()) {
+                *top = top.max(2.0 * sum);
+            }
+        }
+        tops
+    }
+
     /// Compares the answers of a trained model with those of its file, and these with the labels of the data set.
     /// Returns what was counted.
     ///
@@ -78,9 +91,10 @@ impl CheckSet {
         if changed as f64 > MOST_CHANGED * answers.len() as f64 {
             let help = match trained.kind {
                 Kind::Linear(_) => {
-                    "import it with weights of int16, train it on X * scale without a StandardScaler, with more \
+                    "import it with --weights int16 or int32, train it on X * scale without a StandardScaler, with more \
                      regularization, or train trees"
                 }
+                Kind::Network(_) => "import it with --weights int16, or train it with more regularization",
                 _ => "import it with leaves of float32, or train trees whose leaves are of one class",
             };
             return Err(format!("{found}, expected at most {} %; help: {help}", 100.0 * MOST_CHANGED));
@@ -230,6 +244,10 @@ fn decide(trained: &Trained, sample: &[i16; INPUTS]) -> (usize, Option<f64>) {
             let [score] = scores[..] else { return (best(&scores), None) };
             (usize::from(score > boosted.bound.into()), None)
         }
+        Kind::Network(network) => {
+            let (class, margin) = highest(network.sums(&x).last().map_or(&[], Vec::as_slice), classes);
+            (class, Some(margin))
+        }
     }
 }
 
@@ -264,8 +282,13 @@ fn decide_sums(linear: &Linear, classes: usize, x: &[f64]) -> (usize, f64) {
         let of_class = pairs().filter(|(pair, _)| pair.contains(&class));
         return (class, of_class.fold(f64::INFINITY, |least, (_, sum)| least.min(sum.abs())));
     }
+    highest(&sums, classes)
+}
+
+/// Returns the class of the highest score, or of a single one that decides between two, and by how much it wins.
+fn highest(sums: &[f64], classes: usize) -> (usize, f64) {
     let [sum] = sums[..] else {
-        let class = best(&sums);
+        let class = best(sums);
         let others = sums.iter().enumerate().filter(|(other, _)| *other != class);
         return (class, sums[class] - others.fold(f64::NEG_INFINITY, |most, (_, &sum)| most.max(sum)));
     };
@@ -277,7 +300,7 @@ mod tests {
     use wstac_core::model::file::Input;
 
     use super::super::trained::{Boosted, Score, guess_task};
-    use super::super::write::{Options, write};
+    use super::super::write::{Options, Weights, write};
     use super::*;
 
     /// Returns a model whose weights differ in size by `most`, and samples that its small weights decide.
@@ -313,7 +336,7 @@ mod tests {
     }
 
     fn compared(model: &Trained, set: &CheckSet) -> Result<String, String> {
-        let words = write(model, "", Options::default()).unwrap().words;
+        let words = write(model, "", Options { weights: Some(Weights::Int16), ..Options::default() }).unwrap().words;
         set.compare(model, &Model::from_words(&words).unwrap())
     }
 

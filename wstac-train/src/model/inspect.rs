@@ -21,6 +21,8 @@ pub enum ModelKind {
     Forest,
     /// Trees whose leaves are added up.
     Boosted,
+    /// Layers of weighted sums.
+    Network,
 }
 
 impl fmt::Display for ModelKind {
@@ -30,6 +32,7 @@ impl fmt::Display for ModelKind {
             Self::OneVsOne => "linear, one-vs-one",
             Self::Forest => "forest",
             Self::Boosted => "boosted trees",
+            Self::Network => "network",
         })
     }
 }
@@ -95,6 +98,7 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
         Model::LinearSvm(_) => (ModelKind::OneVsOne, None),
         Model::Forest(_) => (ModelKind::Forest, Some(HEADER_HALVES + 4 + long(HEADER_HALVES + 2))),
         Model::Boosted(_) => (ModelKind::Boosted, Some(HEADER_HALVES + 3 + 3 * usize::from(half(HEADER_HALVES)))),
+        Model::Network(_) => (ModelKind::Network, None),
     };
     // Halves of a node with one leaf.
     let single = match model {
@@ -108,6 +112,7 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
             1 => "int8",
             2 => "int16",
             3 => "float32",
+            4 => "int32",
             _ => "votes",
         },
         task: model.task().name(),

@@ -43,7 +43,7 @@ pub(super) fn hints(model: &Trained) -> String {
         let _ = write!(hints, "; {remark}");
     }
     let (beyond, all) = match &model.kind {
-        Kind::Linear(_) => (0, 0),
+        Kind::Linear(_) | Kind::Network(_) => (0, 0),
         Kind::Forest(trees) => count_beyond(trees),
         Kind::Boosted(boosted) => count_beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
     };

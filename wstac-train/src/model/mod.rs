@@ -29,7 +29,7 @@ use wstac_core::model::speeds::KnownSpeeds;
 use check::CheckSet;
 use inline::Source;
 use trained::{Kind, Trained};
-use write::{Options, Written, write};
+use write::{Options, Weights, Written, write};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::file_bytes;
 use wstac_host::texture::pattern_and_depth;
@@ -100,12 +100,22 @@ fn made(
     if let Some(note) = &wanted.note {
         facts["note"] = note.as_str().into();
     }
-    let mut written = write(&model, &facts.to_string(), wanted.options)?;
-    if let Some(set) = set {
-        let read = Model::from_words(&written.words).map_err(|error| error.to_string())?;
-        let said = written.exactness.replace(write::linear::COUNTED_BY_CHECK, "");
-        written.exactness = format!("{said}; {}", set.compare(&model, &read)?);
+    if let (Some(set), Kind::Network(network)) = (set, &mut model.kind) {
+        network.tops = Some(set.tops(network, inputs));
     }
+    let written = |weights| {
+        let mut written = write(&model, &facts.to_string(), Options { weights, ..wanted.options })?;
+        if let Some(set) = set {
+            let read = Model::from_words(&written.words).map_err(|error| error.to_string())?;
+            let said = written.exactness.replace(write::linear::COUNTED_BY_CHECK, "");
+            written.exactness = format!("{said}; {}", set.compare(&model, &read)?);
+        }
+        Ok(written)
+    };
+    // Weights that change too many answers are wider, unless the user chose.
+    let can_be_wider = wanted.options.weights.is_none() && matches!(model.kind, Kind::Linear(_));
+    let written = written(wanted.options.weights)
+        .or_else(|why: String| if can_be_wider { written(Some(Weights::Int32)).map_err(|_| why) } else { Err(why) })?;
     Ok((model, written))
 }
 

@@ -40,6 +40,8 @@ pub enum Kind {
     Forest(Vec<Tree<Vec<(u16, f64)>>>),
     /// Trees that add up to scores.
     Boosted(Boosted),
+    /// Layers of weighted sums.
+    Network(Network),
 }
 
 /// Weighted sums: a row for each class, a row for each pair of classes, or a single row for two classes.
@@ -71,6 +73,29 @@ impl Linear {
             row.weights.iter_mut().zip(&weights).for_each(|(weight, shared)| *weight -= shared);
             row.bias -= bias;
         }
+    }
+}
+
+/// Layers of weighted sums; what is below 0 in a hidden one is 0 (ReLU).
+#[derive(Clone, Debug)]
+pub struct Network {
+    /// Hidden layers, and at last the scores: one for each class, or a single one for two classes.
+    pub layers: Vec<Vec<Row>>,
+    /// Largest value of each sum of the hidden layers, from a data set; `None` takes all usual features into account.
+    pub tops: Option<Vec<Vec<f64>>>,
+}
+
+impl Network {
+    /// Returns the sums of each layer for a sample in the order of data sets.
+    pub(super) fn sums(&self, x: &[f64]) -> Vec<Vec<f64>> {
+        let mut values = x.to_vec();
+        let layer = |layer: &Vec<Row>| {
+            let sum = |row: &Row| row.bias + row.weights.iter().zip(&values).map(|(weight, x)| weight * x).sum::<f64>();
+            let sums: Vec<f64> = layer.iter().map(sum).collect();
+            values = sums.iter().map(|sum| sum.max(0.0)).collect();
+            sums
+        };
+        self.layers.iter().map(layer).collect()
     }
 }
 

@@ -6,6 +6,7 @@ use wstac_core::model::file::{self, ModelError, Task};
 use wstac_core::model::forest::Forest;
 use wstac_core::model::labels::{Label, Labels};
 use wstac_core::model::linear_svm::LinearSvm;
+use wstac_core::model::network::Network;
 use wstac_core::model::place::Place;
 use wstac_core::model::{Classification, Model};
 use wstac_core::texture;
@@ -17,20 +18,13 @@ entries! {
     new_svm<'a>(words: &'a [u32]) -> Result<LinearSvm<'a>, ModelError> { LinearSvm::from_words(words) }
     new_forest<'a>(words: &'a [u32]) -> Result<Forest<'a>, ModelError> { Forest::from_words(words) }
     new_boosted<'a>(words: &'a [u32]) -> Result<Boosted<'a>, ModelError> { Boosted::from_words(words) }
-    classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    new_network<'a>(words: &'a [u32]) -> Result<Network<'a>, ModelError> { Network::from_words(words) }
     svm_classify(model: &LinearSvm<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     forest_classify(model: &Forest<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
     boosted_classify(model: &Boosted<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
-    classification(model: &Model<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     svm_classification(model: &LinearSvm<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     forest_classification(model: &Forest<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     boosted_classification(model: &Boosted<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
-    probabilities(model: &Model<'_>, sample: &[i16; 700]) -> Option<[u16; 64]> { model.probabilities(sample) }
-    scores(model: &Model<'_>, sample: &[i16; 700]) -> i64 {
-        let mut sum = 0_i64;
-        model.each_score(sample, |_, score| sum = sum.wrapping_add(score));
-        sum
-    }
     calibrated(model: &Model<'_>) -> [bool; 2] { [model.is_calibrated(), model.tells_unknown()] }
     place(model: &Model<'_>, sample: &[i16; 700]) -> Option<Place> { model.place(sample) }
     svm_place(model: &LinearSvm<'_>, sample: &[i16; 700]) -> Option<Place> { model.place(sample) }
@@ -54,7 +48,6 @@ entries! {
     texture_of_svm(sample: &[i16; 700], model: &LinearSvm<'static>) -> u8 { texture::texture(sample, model).class }
     texture_of_forest(sample: &[i16; 700], model: &Forest<'static>) -> u8 { texture::texture(sample, model).class }
     texture_of_boosted(sample: &[i16; 700], model: &Boosted<'static>) -> u8 { texture::texture(sample, model).class }
-    texture_of_model(sample: &[i16; 700], model: &Model<'static>) -> u8 { texture::texture(sample, model).class }
     task(model: &Model<'_>) -> Task { model.task() }
     crc(words: &[u32]) -> u32 { file::crc(words) }
     crc_of_bytes(bytes: &[u8]) -> u32 { wstac_core::crc::crc32(bytes.iter().copied()) }
@@ -63,4 +56,19 @@ entries! {
     label<'a>(labels: Labels<'a>, class: usize) -> Option<Label<'a>> { labels.get(class) }
     training<'a>(labels: Labels<'a>) -> Label<'a> { labels.training() }
     label_letters(label: Label<'_>) -> u32 { label.chars().map(u32::from).fold(0, u32::wrapping_add) }
+}
+
+entries! {
+    any_model:
+    network_classify(model: &Network<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    network_classification(model: &Network<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
+    probabilities(model: &Model<'_>, sample: &[i16; 700]) -> Option<[u16; 64]> { model.probabilities(sample) }
+    texture_of_model(sample: &[i16; 700], model: &Model<'static>) -> u8 { texture::texture(sample, model).class }
+    classification(model: &Model<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
+    classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    scores(model: &Model<'_>, sample: &[i16; 700]) -> i64 {
+        let mut sum = 0_i64;
+        model.each_score(sample, |_, score| sum = sum.wrapping_add(score));
+        sum
+    }
 }

@@ -68,9 +68,10 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FROM,TO", value_parser = speeds)]
     speeds: Option<KnownSpeeds>,
 
-    /// Weights of a linear model: int16 by default
+    /// Weights of a linear model or a network: int16 by default
     ///
-    /// int8 is half as large and less exact.
+    /// int8 is half as large and less exact. int32, only of linear models, is twice as large and takes twice the time; by
+    /// default it is chosen if rounding to int16 may change answers. Boards before version 0.4 do not read it.
     #[arg(long, value_enum)]
     weights: Option<Weights>,
 
@@ -108,6 +109,7 @@ enum Backend {
 enum Weights {
     Int16,
     Int8,
+    Int32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -133,7 +135,12 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         Some(Leaves::Int16) => write::Leaves::Int16,
         Some(Leaves::Float32) => write::Leaves::Float32,
     };
-    let options = Options { narrow_weights: arguments.weights == Some(Weights::Int8), leaves };
+    let weights = arguments.weights.map(|weights| match weights {
+        Weights::Int8 => write::Weights::Int8,
+        Weights::Int16 => write::Weights::Int16,
+        Weights::Int32 => write::Weights::Int32,
+    });
+    let options = Options { weights, leaves };
     let (labels, speeds) = (arguments.labels.clone(), arguments.speeds);
     let (note_of_training, check) = (arguments.note.clone(), arguments.check.clone());
     let wanted = Import { labels, task, input, speeds, note: note_of_training, options, check, mean: None };
@@ -202,14 +209,15 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
         Kind::Linear(_) => "a linear model",
         Kind::Forest(_) => "a forest",
         Kind::Boosted(_) => "boosted trees",
+        Kind::Network(_) => "a network",
     };
     let (is_linear, is_boosted) = (matches!(kind, Kind::Linear(_)), matches!(kind, Kind::Boosted(_)));
     let refused = |option, of| {
         let file = arguments.file.display();
         Err(conflict(format_args!("{option} is for {of}, and {file} holds {model}: expected no {option}")))
     };
-    if arguments.weights.is_some() && !is_linear {
-        return refused("--weights", "linear models");
+    if arguments.weights.is_some() && !is_linear && !matches!(kind, Kind::Network(_)) {
+        return refused("--weights", "linear models and networks");
     }
     if arguments.leaves.is_some() && !is_boosted {
         return refused("--leaves", "boosted trees");

@@ -157,6 +157,7 @@ fn every_kind_says_how_sure_it_is() {
                     Model::LinearSvm(model) => model.calibrated::<false>(&sample),
                     Model::Forest(model) => model.calibrated::<false>(&sample),
                     Model::Boosted(model) => model.calibrated::<false>(&sample),
+                    Model::Network(model) => model.calibrated::<false>(&sample),
                 };
                 assert_eq!(slowly, found, "{kind} {seed}");
                 let probabilities = model.probabilities(&sample).unwrap();

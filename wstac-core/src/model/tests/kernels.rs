@@ -12,6 +12,7 @@ fn plainly(model: &Model<'_>, sample: &[i16; INPUTS]) -> u8 {
         Model::LinearSvm(model) => model.decide::<false>(sample, false, |_, _| {}),
         Model::Forest(model) => model.decide::<false>(sample, false, |_, _| {}),
         Model::Boosted(model) => model.decide::<false>(sample, false, |_, _| {}),
+        Model::Network(model) => model.decide::<false>(sample, false, |_, _| {}),
     }
 }
 

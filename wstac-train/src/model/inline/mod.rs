@@ -34,9 +34,9 @@ pub fn source(model: &Trained, file: &str, tool: &str, options: Options) -> Resu
     let classes = super::write::classes(model)?;
     let frames = frames(model.inputs)?;
     let (body, exactness, trees) = match &model.kind {
-        Kind::Linear(_) => {
+        Kind::Linear(_) | Kind::Network(_) => {
             return Err(
-                "is a linear model, which Rust code would not make faster: use the table (--backend table)".into()
+                "is a linear model or a network, which Rust code would not make faster: use the table (--backend table)".into()
             );
         }
         Kind::Forest(trees) => {

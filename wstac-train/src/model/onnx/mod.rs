@@ -28,7 +28,7 @@ use wstac_core::model::file::Input;
 
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
 const UNDERSTOOD: &str = "TreeEnsembleClassifier, TreeEnsemble, LinearClassifier, SVMClassifier (linear kernel), MatMul \
-     and Gemm; before them Cast, Identity, Scaler, Imputer, Add, Sub, Mul and Div with constants, ArrayFeatureExtractor and \
+     and Gemm; before them Relu (a network of one or two hidden layers), Cast, Identity, Scaler, Imputer, Add, Sub, Mul and Div with constants, ArrayFeatureExtractor and \
      Gather; for scores Softmax, Sigmoid and ArgMax; and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
 
 /// The part of a classifier that is read.
@@ -75,7 +75,7 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     if is_given {
         remarks.push("the file gives scores: the highest is the answer".into());
     }
-    if before.scales() && !matches!(kind, Kind::Linear(_)) {
+    if before.scales() && !matches!(kind, Kind::Linear(_) | Kind::Network(_)) {
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
         remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
     }

@@ -44,7 +44,8 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
         name = before.input.first().ok_or("an ONNX node has no input")?;
         let second = before.input.get(1);
         match kind {
-            "Identity" => {}
+            "Identity" | "Dropout" => {}
+            "Relu" => steps.push(Step::Rectify),
             // Other types lose a part of the input.
             "Cast" if to(before).and_then(|to| u64::try_from(to).ok()).is_some_and(is_real) => {
                 is_double |= to(before) == Some(DOUBLE as i64);

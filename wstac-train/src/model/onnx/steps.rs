@@ -1,4 +1,6 @@
-//! Steps from the input to the classifier: scaling, a selection of inputs, and weighted sums.
+//! Steps from the input to the classifier: scaling, a selection of inputs, weighted sums, and rectifiers.
+
+use wstac_core::model::network::MOST_WIDTH;
 
 use crate::model::trained::{Row, frames};
 
@@ -15,6 +17,8 @@ pub(super) enum Step {
     Pick(Vec<usize>),
     /// A weighted sum for each output.
     Sums(Vec<Row>),
+    /// What is below 0 becomes 0.
+    Rectify,
 }
 
 /// The operators before a classifier.
@@ -62,17 +66,32 @@ impl Before {
 
     /// Converts rows of the classifier to weights of the model's inputs.
     pub(super) fn fold(&self, rows: &mut [Row], inputs: usize) -> Result<(), String> {
-        let mut widths = vec![inputs];
-        for step in &self.steps {
-            widths.push(step.outputs(widths[widths.len() - 1])?);
+        if self.steps.iter().any(|step| matches!(step, Step::Rectify)) {
+            return Err("ONNX node Relu before a linear classifier, expected MatMul or Gemm behind it".into());
         }
-        for (step, &width) in self.steps.iter().zip(&widths).rev() {
-            for row in &mut *rows {
-                step.fold(row, width);
+        fold(&self.steps, rows, inputs)
+    }
+
+    /// Returns the layers of a network with these scores, and in each the weights of what it gets from the one before;
+    /// without a rectifier there is one.
+    pub(super) fn layers(&self, mut scores: Vec<Row>, mut inputs: usize) -> Result<Vec<Vec<Row>>, String> {
+        let parts: Vec<&[Step]> = self.steps.split(|step| matches!(step, Step::Rectify)).collect();
+        let Some((last, hidden)) = parts.split_last() else { return Ok(vec![scores]) };
+        let mut layers = Vec::with_capacity(parts.len());
+        for part in hidden {
+            let sums = part.iter().try_fold(inputs, |inputs, step| step.outputs(inputs))?;
+            if sums > MOST_WIDTH {
+                return Err(format!("a hidden layer has {sums} sums, expected 1 to {MOST_WIDTH}"));
             }
+            let single = |sum| (0..sums).map(|at| f64::from(u8::from(at == sum))).collect();
+            let mut rows: Vec<Row> = (0..sums).map(|sum| Row { weights: single(sum), bias: 0.0 }).collect();
+            fold(part, &mut rows, inputs)?;
+            layers.push(rows);
+            inputs = sums;
         }
-        let is_finite = |row: &Row| row.bias.is_finite() && row.weights.iter().all(|weight| weight.is_finite());
-        if rows.iter().all(is_finite) { Ok(()) } else { Err("a scaled weight is not finite".into()) }
+        fold(last, &mut scores, inputs)?;
+        layers.push(scores);
+        Ok(layers)
     }
 
     /// Returns the model's input that a split compares, and the split's threshold for it.
@@ -89,7 +108,9 @@ impl Before {
                     input = *list.get(input).ok_or_else(|| format!("input {input}, expected below {}", list.len()))?;
                     continue;
                 }
-                Step::Sums(_) => return Err("its input is a weighted sum, expected trees of single features".into()),
+                Step::Sums(_) | Step::Rectify => {
+                    return Err("its input is a weighted sum, expected trees of single features".into());
+                }
             };
             if is_factor && number <= 0.0 {
                 return Err(format!("input {input} is scaled by {number}, expected above 0"));
@@ -123,10 +144,26 @@ impl Before {
     }
 }
 
+/// Converts rows of what steps give to weights of what they get.
+fn fold(steps: &[Step], rows: &mut [Row], inputs: usize) -> Result<(), String> {
+    let mut widths = vec![inputs];
+    for step in steps {
+        widths.push(step.outputs(widths[widths.len() - 1])?);
+    }
+    for (step, &width) in steps.iter().zip(&widths).rev() {
+        for row in &mut *rows {
+            step.fold(row, width);
+        }
+    }
+    let is_finite = |row: &Row| row.bias.is_finite() && row.weights.iter().all(|weight| weight.is_finite());
+    if rows.iter().all(is_finite) { Ok(()) } else { Err("a scaled weight is not finite".into()) }
+}
+
 impl Step {
     /// Returns the number of outputs for a number of inputs.
     fn outputs(&self, inputs: usize) -> Result<usize, String> {
         match self {
+            Self::Rectify => Ok(inputs),
             Self::Add(list) | Self::Subtract(list) | Self::Multiply(list) | Self::Divide(list) => {
                 if ![1, inputs].contains(&list.len()) {
                     return Err(format!("scaling has {} numbers, expected 1 or {inputs}", list.len()));
@@ -151,6 +188,8 @@ impl Step {
             _ => Vec::new(),
         };
         match self {
+            // Steps are folded from one rectifier to the next.
+            Self::Rectify => {}
             Self::Add(list) => row.bias += row.weights.iter().enumerate().map(|(at, w)| w * of(list, at)).sum::<f64>(),
             Self::Subtract(list) => {
                 row.bias -= row.weights.iter().enumerate().map(|(at, w)| w * of(list, at)).sum::<f64>();

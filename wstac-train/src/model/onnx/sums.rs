@@ -5,9 +5,9 @@ use super::proto::{Graph, Node};
 use super::steps::Before;
 use super::tensor::{DOUBLE, FLOAT, INT32, INT64, Tensor};
 use super::{Read, attribute, not_one};
-use crate::model::trained::{Kind, Linear, Row};
+use crate::model::trained::{Kind, Linear, Network, Row};
 
-/// Reads a linear model whose last sums are a `MatMul` or `Gemm`.
+/// Reads a linear model or a network whose last sums are a `MatMul` or `Gemm`.
 pub(super) fn read(graph: &Graph) -> Result<Read, String> {
     // Nodes are in the order of computation.
     let Some(last) = graph.node.iter().rfind(|node| is_product(node)) else {
@@ -21,16 +21,19 @@ pub(super) fn read(graph: &Graph) -> Result<Read, String> {
     linear(rows, vec![before], inputs, answer)
 }
 
-/// Finishes a linear model: `before` is of all rows, or one for each.
+/// Finishes a linear model, or a network: `before` is of all rows, or one for each.
 pub(super) fn linear(
     mut rows: Vec<Row>,
     mut before: Vec<Before>,
     inputs: usize,
     answer: ClassifierOutput,
 ) -> Result<Read, String> {
-    match &before[..] {
-        [all] => all.fold(&mut rows, inputs)?,
-        _ => rows.chunks_mut(1).zip(&before).try_for_each(|(row, before)| before.fold(row, inputs))?,
+    let mut layers = Vec::new();
+    if let [all] = &before[..] {
+        layers = all.layers(rows, inputs)?;
+        rows = layers.pop().unwrap_or_default();
+    } else {
+        rows.chunks_mut(1).zip(&before).try_for_each(|(row, before)| before.fold(row, inputs))?;
     }
     if let [first, second] = &mut rows[..] {
         // For two classes one sum is enough: the second class wins if its sum is above that of the first.
@@ -38,7 +41,13 @@ pub(super) fn linear(
         second.bias -= first.bias;
         rows.remove(0);
     }
-    Ok(Read { inputs, kind: Kind::Linear(Linear { pairs: false, rows }), answer, before: before.swap_remove(0) })
+    let kind = if layers.is_empty() {
+        Kind::Linear(Linear { pairs: false, rows })
+    } else {
+        layers.push(rows);
+        Kind::Network(Network { layers, tops: None })
+    };
+    Ok(Read { inputs, kind, answer, before: before.swap_remove(0) })
 }
 
 fn is_product(node: &Node) -> bool {

@@ -4,24 +4,40 @@ pub(super) mod boosted;
 pub(super) mod forest;
 mod layout;
 pub(super) mod linear;
+mod network;
 #[cfg(test)]
 mod tests;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{HEADER_HALVES, MAGIC, MOST_CLASSES, crc};
+use wstac_core::model::file::{HEADER_HALVES, MAGIC, MAGIC_2, MOST_CLASSES, crc};
 use wstac_core::model::labels::LONGEST_LABEL;
 use wstac_core::model::speeds::KnownSpeeds;
 
 use super::integers;
 use super::trained::{Kind, Trained, frames};
 
+/// Units in a feature value of 1.
+const ONE: f64 = wstac_core::params::FEATURE_ONE as f64;
+
 /// Options for the conversion of real numbers to integers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Weights of linear models are int8 instead of int16.
-    pub narrow_weights: bool,
+    /// The type of weights of linear models and networks; `None` is int16, or int32 for a linear model whose answers
+    /// rounding to int16 may change.
+    pub weights: Option<Weights>,
     /// The type of leaves in boosted trees.
     pub leaves: Leaves,
+}
+
+/// The type of weights.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weights {
+    /// 8 bits.
+    Int8,
+    /// 16 bits.
+    Int16,
+    /// 31 bits, only of linear models: twice as large and as slow as int16.
+    Int32,
 }
 
 /// The type of leaves in boosted trees.
@@ -44,7 +60,7 @@ pub struct Written {
     /// Agreement of decisions with those of the trained model, in words.
     pub exactness: String,
     /// Largest error of a score of a linear model, in its own units, for the features of a camera of 8 bits; 0 for
-    /// trees.
+    /// other models.
     ///
     /// It sums the rounding errors of weights and bias in the worst row. Each weight's error is multiplied by the end
     /// of the feature range that makes it worse. Sums of products are exact.
@@ -77,12 +93,14 @@ pub fn write(model: &Trained, facts: &str, options: Options) -> Result<Written, 
     let classes = classes(model)?;
     let frames = frames(model.inputs)?;
     let body = match &model.kind {
-        Kind::Linear(linear) => linear::body(linear, classes, frames, options.narrow_weights, model.mean.as_deref())?,
+        Kind::Linear(linear) => linear::body(linear, classes, frames, options.weights, model.mean.as_deref())?,
+        Kind::Network(network) => network::body(network, classes, frames, options.weights, model.mean.as_deref())?,
         Kind::Forest(trees) => forest::body(trees, classes, model.inputs)?,
         Kind::Boosted(boosted) => boosted::body(boosted, classes, model.inputs, options.leaves)?,
     };
     let mut halves = vec![0; HEADER_HALVES];
-    halves[..2].copy_from_slice(&MAGIC);
+    // Software before version 0.4 refuses the second layout by its name.
+    halves[..2].copy_from_slice(if body.number == 4 || body.kind == 5 { &MAGIC_2 } else { &MAGIC });
     let task = model.task.number();
     halves[6..12].copy_from_slice(&[body.kind, body.number, classes as u16, task, frames as u16, body.trees]);
     let [slowest, fastest] = model.speeds.map_or([0; 2], KnownSpeeds::in_file).map(u16::from);

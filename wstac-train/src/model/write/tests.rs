@@ -3,7 +3,7 @@ use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::model::trees::NARROW;
 use wstac_scene::rng::SplitMix64;
 
-use super::super::trained::{Boosted, Linear, Node, Row, Score, Tree, file_order};
+use super::super::trained::{Boosted, Linear, Network, Node, Row, Score, Tree, file_order};
 use super::*;
 use crate::model::inspect::inspect;
 
@@ -229,43 +229,49 @@ fn a_linear_model_that_rounding_or_its_unit_spoils_has_a_warning() {
         Row { weights: all, bias }
     };
     let many = |size: f64| vec![size; 400];
-    let of = |pairs: bool, classes: usize, rows: Vec<Row>, narrow_weights: bool| {
+    let of = |pairs: bool, classes: usize, rows: Vec<Row>, weights: Weights| {
         let trained = model(classes, Kind::Linear(Linear { pairs, rows }));
-        let said = write(&trained, "", Options { narrow_weights, ..Options::default() }).unwrap().exactness;
+        let said = write(&trained, "", Options { weights: Some(weights), ..Options::default() }).unwrap().exactness;
         said.split_once("; warning: ").map(|(_, warning)| warning.to_owned())
     };
     let three = |sizes: &[f64], bias: f64| vec![row(sizes, bias), row(&many(-0.25), 0.0), row(&many(0.1), 0.0)];
     // Healthy: also without weights of one class, and with a bias that some features overcome.
     for pairs in [false, true] {
-        assert_eq!(of(pairs, 3, three(&many(0.3), 5.0), false), None);
+        assert_eq!(of(pairs, 3, three(&many(0.3), 5.0), Weights::Int16), None);
     }
-    assert_eq!(of(false, 3, three(&[], 0.1), false), None);
-    assert_eq!(of(false, 2, vec![row(&many(0.3), 0.0)], true), None);
+    assert_eq!(of(false, 3, three(&[], 0.1), Weights::Int16), None);
+    assert_eq!(of(false, 2, vec![row(&many(0.3), 0.0)], Weights::Int8), None);
     // In units of samples: 400 weights cannot overcome the bias.
     let small = |bias: f64| ["many", "other"].map(|_| row(&many(0.3 / 2048.0), bias));
-    let said = of(true, 3, [&small(9.0)[..], &[row(&many(0.3), 0.0)]].concat(), false).unwrap();
+    let said = of(true, 3, [&small(9.0)[..], &[row(&many(0.3), 0.0)]].concat(), Weights::Int16).unwrap();
     assert!(
         said.starts_with("2 of 3 pairs of classes can have only one winner for features of -4.62 to 1.61"),
         "{said}"
     );
     assert!(said.ends_with("help: train it on X * scale (scale is 1/2048)"), "{said}");
-    assert!(of(false, 2, small(-9.0)[..1].to_vec(), false).unwrap().starts_with("1 of 1 pair of classes"));
-    let said = of(false, 3, three(&many(0.3), 9000.0), false).unwrap();
+    assert!(of(false, 2, small(-9.0)[..1].to_vec(), Weights::Int16).unwrap().starts_with("1 of 1 pair of classes"));
+    let said = of(false, 3, three(&many(0.3), 9000.0), Weights::Int16).unwrap();
     assert!(said.starts_with("2 of 3 classes can never be the answer"), "{said}");
     // One weight is so large that the others are rounded by half a unit of 0.02, or less in the second pair.
     let large = |most: f64| row(&[&[most][..], &many(0.01)].concat(), 0.0);
-    let said = of(true, 3, vec![large(650.0), large(3.0), large(650.0)], false).unwrap();
+    let said = of(true, 3, vec![large(650.0), large(3.0), large(650.0)], Weights::Int16).unwrap();
     assert!(
         said.starts_with("rounded weights may change the scores of 2 of 3 pairs of classes by the margin"),
         "{said}"
     );
     assert!(said.contains("X * scale"), "{said}");
-    let said = of(false, 3, vec![large(650.0), large(3.0), large(650.0)], false).unwrap();
+    let said = of(false, 3, vec![large(650.0), large(3.0), large(650.0)], Weights::Int16).unwrap();
     assert!(said.starts_with("rounded weights may change the scores of 3 of 3 classes"), "{said}");
     // The same in any small unit.
     let tiny = |row: Row| Row { weights: row.weights.iter().map(|weight| weight * 1e-6).collect(), bias: 0.0 };
-    assert!(of(true, 2, vec![tiny(large(3.0))], true).is_some());
-    assert_eq!(of(true, 2, vec![tiny(large(3.0))], false), None);
+    assert!(of(true, 2, vec![tiny(large(3.0))], Weights::Int8).is_some());
+    assert_eq!(of(true, 2, vec![tiny(large(3.0))], Weights::Int16), None);
+    // Without a choice they are wider.
+    let rows = vec![large(650.0), large(3.0), large(650.0)];
+    assert_eq!(of(false, 3, rows.clone(), Weights::Int32), None);
+    let written = write(&model(3, Kind::Linear(Linear { pairs: false, rows })), "", Options::default()).unwrap();
+    assert!(written.exactness.starts_with("weights are int32, twice as large"), "{}", written.exactness);
+    assert_eq!(inspect(&Model::from_words(&written.words).unwrap(), &written.words).numbers, "int32");
 }
 
 #[test]
@@ -279,8 +285,8 @@ fn linear_models_decide_as_real_numbers_do() {
             })
             .collect();
         let trained = model(classes, Kind::Linear(Linear { pairs, rows: rows.clone() }));
-        for narrow_weights in [false, true] {
-            let written = write(&trained, "", Options { narrow_weights, ..Options::default() }).unwrap();
+        for width in [Weights::Int8, Weights::Int16, Weights::Int32] {
+            let written = write(&trained, "", Options { weights: Some(width), ..Options::default() }).unwrap();
             let read = Model::from_words(&written.words).unwrap();
             // The bound is that of usual features.
             let margin = 2.0 * written.score_bound;
@@ -300,7 +306,64 @@ fn linear_models_decide_as_real_numbers_do() {
                 decided += 1;
                 assert_eq!(usize::from(read.classify(&to_file(&sample))), expected);
             }
-            assert!(narrow_weights || decided > 450, "{decided}");
+            assert!(decided > if width == Weights::Int8 { 0 } else { 450 }, "{width:?} {decided}");
+            assert!(width != Weights::Int32 || written.score_bound < 1e-4, "{}", written.score_bound);
+        }
+    }
+}
+
+#[test]
+fn a_network_decides_as_real_numbers_do() {
+    let mut chance = Chance::new(11);
+    let mut number = || chance.next(2_000_001) as f64 * 1e-6 - 1.0;
+    for (classes, widths) in [(5, &[30, 5][..]), (4, &[20, 16, 4]), (2, &[7, 1])] {
+        let mut inputs = INPUTS;
+        let mut layers = vec![];
+        for &sums in widths {
+            // As a trainer starts: sums stay in the size of their inputs.
+            let size = (2.0 / inputs as f64).sqrt();
+            let mut row = || Row { weights: (0..inputs).map(|_| size * number()).collect(), bias: size * number() };
+            layers.push((0..sums).map(|_| row()).collect::<Vec<Row>>());
+            inputs = sums;
+        }
+        let mut sample = || [(); INPUTS].map(|()| (6000.0 * number()) as i16 - 3000);
+        let samples: Vec<[i16; INPUTS]> = (0..400).map(|_| sample()).collect();
+        let network = Network { layers, tops: None };
+        let scores = |sample: &[i16; INPUTS]| network.sums(&sample.map(|x| f64::from(x) / 2048.0));
+        let answer = |scores: &[f64]| {
+            let [one] = scores else {
+                let best = (0..scores.len()).max_by(|&a, &b| scores[a].total_cmp(&scores[b])).unwrap();
+                let rest = (0..scores.len()).filter(|other| *other != best);
+                return (best as u8, scores[best] - rest.fold(f64::NEG_INFINITY, |most, at| most.max(scores[at])));
+            };
+            (u8::from(*one > 0.0), one.abs())
+        };
+        // The ranges of hidden values, from half of the samples.
+        let tops = (0..widths.len() - 1).map(|layer| {
+            (0..widths[layer])
+                .map(|row| samples[..200].iter().fold(0.0_f64, |top, sample| top.max(2.0 * scores(sample)[layer][row])))
+                .collect()
+        });
+        for (width, tops, least) in [
+            (Weights::Int8, None, 0.8),
+            (Weights::Int16, None, 0.97),
+            (Weights::Int16, Some(tops.collect::<Vec<Vec<f64>>>()), 0.99),
+        ] {
+            let trained = model(classes, Kind::Network(Network { tops, ..network.clone() }));
+            let written = write(&trained, "", Options { weights: Some(width), ..Options::default() }).unwrap();
+            let read = Model::from_words(&written.words).unwrap();
+            assert_eq!((read.layout(), inspect(&read, &written.words).kind.to_string()), (2, "network".into()));
+            let (mut alike, mut wrong) = (0, 0.0_f64);
+            for sample in &samples {
+                let (class, margin) = answer(scores(sample).last().unwrap());
+                if read.classify(&to_file(sample)) == class {
+                    alike += 1;
+                } else {
+                    wrong = wrong.max(margin);
+                }
+            }
+            let share = f64::from(alike) / samples.len() as f64;
+            assert!(share >= least, "{widths:?} {width:?}: {share}, margins to {wrong}");
         }
     }
 }
@@ -385,6 +448,10 @@ fn what_cannot_be_written_is_said() {
         Kind::Boosted(Boosted { scores: vec![Score { start: 0.0, trees }], bound: 0.0 })
     };
     let row = |weight: f64| Row { weights: vec![weight; 700], bias: 0.0 };
+    let network = |layers: &[(usize, usize)]| {
+        let layer = |&(sums, inputs)| vec![Row { weights: vec![1.0; inputs], bias: 0.0 }; sums];
+        Kind::Network(Network { layers: layers.iter().map(layer).collect(), tops: None })
+    };
     for (trained, says) in [
         (model(0, Kind::Forest(vec![leaf(1.0)])), "0 classes"),
         (model(65, Kind::Forest(vec![leaf(1.0)])), "65 classes"),
@@ -396,6 +463,10 @@ fn what_cannot_be_written_is_said() {
         (model(3, boosted(0.0)), "1 scores"),
         (model(3, Kind::Linear(Linear { pairs: false, rows: vec![row(1.0)] })), "1 weighted sums of 3 classes"),
         (model(2, Kind::Linear(Linear { pairs: false, rows: vec![row(f64::INFINITY)] })), "weight inf"),
+        (model(3, network(&[(3, 700)])), "a network of 1 layers"),
+        (model(3, network(&[(129, 700), (3, 129)])), "hidden layer 0 has 129 sums"),
+        (model(3, network(&[(4, 700), (2, 4)])), "2 scores of 3 classes"),
+        (model(3, network(&[(4, 700), (3, 5)])), "layer 1 has 5 weights a sum, expected 4"),
         (Trained { inputs: 699, ..model(2, boosted(0.0)) }, "699 inputs"),
     ] {
         let error = write(&trained, "", Options::default()).unwrap_err();

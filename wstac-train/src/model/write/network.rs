@@ -1,0 +1,96 @@
+//! Networks: each layer has one scale of weights, and its values have the finest units in which they fit int16.
+
+use wstac_core::model::network::MOST_WIDTH;
+use wstac_core::params::FEATURES;
+
+use super::super::trained::{Network, Row, file_order};
+use super::linear::{USUAL, largest, push_rows, rounded};
+use super::{Body, ONE, Weights};
+
+/// Largest value of a hidden layer.
+const MOST: f64 = i16::MAX as f64;
+
+pub(super) fn body(
+    network: &Network,
+    classes: usize,
+    frames: usize,
+    weights: Option<Weights>,
+    mean: Option<&[f64]>,
+) -> Result<Body, String> {
+    let width = weights.unwrap_or(Weights::Int16);
+    let (number, full) = match width {
+        Weights::Int8 => (1, largest(width)),
+        Weights::Int16 => (2, largest(width)),
+        Weights::Int32 => return Err("is a network, expected --weights int8 or int16".into()),
+    };
+    check(network, classes, frames)?;
+    let last = network.layers.len() - 1;
+    let mut halves = vec![network.layers.len() as u16, 0];
+    // The units of a layer's inputs, and the range of each of them.
+    let (mut unit, mut ranges) = (ONE, vec![[USUAL.0 / ONE, USUAL.1 / ONE]; frames * FEATURES]);
+    for (at, layer) in network.layers.iter().enumerate() {
+        let all = layer.iter().flat_map(|row| &row.weights);
+        let most = all.fold(0.0_f64, |most, weight| most.max(weight.abs()));
+        let biases = layer.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
+        let scale = (full / most.max(1e-290)).min(2.0_f64.powi(60) / unit / biases.max(1e-290));
+        let tops: Vec<f64> = match &network.tops {
+            Some(tops) if at < last => tops[at].clone(),
+            _ => layer.iter().map(|row| top(row, &ranges)).collect(),
+        };
+        let top = tops.iter().fold(0.0_f64, |most, top| most.max(*top));
+        let shift = if at == last { 0.0 } else { (top * scale * unit / MOST).log2().ceil().clamp(0.0, 47.0) };
+        let rounding = if shift > 0.0 { (shift - 1.0).exp2() } else { 0.0 };
+        let inputs = if at == 0 { frames * FEATURES } else { ranges.len().next_multiple_of(FEATURES) };
+        let rows = layer.iter().map(|row| {
+            let mean = mean.filter(|_| at == 0);
+            let integers = rounded(row, scale, full, if at == 0 { frames } else { 1 }, mean.is_some());
+            let lost = |((weight, integer), mean): ((&f64, &f64), &f64)| (weight - integer / scale) * mean;
+            let lost = mean.map_or(0.0, |mean| row.weights.iter().zip(&integers).zip(mean).map(lost).sum());
+            let mut weights = vec![0; inputs];
+            for (input, integer) in integers.iter().enumerate() {
+                weights[if at == 0 { file_order(input, frames) } else { input }] = *integer as i32;
+            }
+            (weights, ((row.bias + lost) * scale * unit + rounding).round() as i64)
+        });
+        let rows: Vec<_> = rows.collect();
+        halves.extend([layer.len() as u16, shift as u16]);
+        push_rows(&mut halves, &rows, width);
+        unit *= scale / shift.exp2();
+        ranges = tops.iter().map(|top| [0.0, top.max(0.0)]).collect();
+    }
+    let widths: Vec<String> = network.layers.iter().map(|layer| layer.len().to_string()).collect();
+    let exactness = format!("a network of {} sums; scores are in units of {:.2e}", widths.join(", "), 1.0 / unit);
+    Ok(Body { kind: 5, number, trees: 0, shift: 0, halves, exactness, score_bound: 0.0 })
+}
+
+/// Returns the largest sum of a row for inputs in these ranges.
+fn top(row: &Row, ranges: &[[f64; 2]]) -> f64 {
+    let most = |(weight, ends): (&f64, &[f64; 2])| (weight * ends[0]).max(weight * ends[1]);
+    row.bias + row.weights.iter().zip(ranges).map(most).sum::<f64>()
+}
+
+fn check(network: &Network, classes: usize, frames: usize) -> Result<(), String> {
+    let layers = network.layers.len();
+    if !(2..=3).contains(&layers) {
+        return Err(format!("a network of {layers} layers, expected one or two hidden ones and one of scores"));
+    }
+    let mut inputs = frames * FEATURES;
+    for (at, layer) in network.layers.iter().enumerate() {
+        let sums = layer.len();
+        if at + 1 < layers && (sums == 0 || sums > MOST_WIDTH) {
+            return Err(format!("hidden layer {at} has {sums} sums, expected 1 to {MOST_WIDTH}"));
+        }
+        if at + 1 == layers && sums != classes && !(sums == 1 && classes == 2) {
+            return Err(format!("{sums} scores of {classes} classes, expected {classes}"));
+        }
+        if let Some(row) = layer.iter().find(|row| row.weights.len() != inputs) {
+            return Err(format!("layer {at} has {} weights a sum, expected {inputs}", row.weights.len()));
+        }
+        let mut all = layer.iter().flat_map(|row| row.weights.iter().chain([&row.bias]));
+        if let Some(weight) = all.find(|weight| !weight.is_finite()) {
+            return Err(format!("layer {at}: weight {weight}, expected a finite number"));
+        }
+        inputs = sums;
+    }
+    Ok(())
+}
