@@ -18,7 +18,8 @@ natural logarithm, and a model gives the same answer here as on a board.
 Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
 command, such as a camera, as they come, and its frames with taxels and features; in asyncio, too. `read` reads all of a recording.
 `plot_event` and `plot_features` draw with matplotlib. `fit_speed` fits the speed law to slides. `dataset` simulates training sets, `train` trains a
-`Model`, which names textures, `save` makes one of an estimator of yours, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
+`Model`, which names textures, `save` makes one of an estimator of yours, and `TextureClassifier` is an estimator of
+scikit-learn. `Config` configures everything.
 What cannot be used raises `Error`, a `ValueError` with the words of the command;
 that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """

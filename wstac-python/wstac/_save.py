@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import tempfile
 import warnings
@@ -18,9 +19,12 @@ from ._wstac import Error
 
 MOST_CHANGED = 0.005
 """Largest fraction of answers that may differ."""
-SCALE = 1 / 2048
+UNITS = 2048
+"""Units in a feature of 1."""
 ALONG_PATH = {390: "path", 280: "taxel-path"}
-"""Inputs of samples along a path that are cut as the command's help says."""
+"""Inputs of samples along a path, cut as the command's help says."""
+ONNX = {"lightgbm": ("onnxmltools", "convert_lightgbm"), "sklearn": ("skl2onnx", "convert_sklearn")}
+"""What writes ONNX for a library."""
 
 
 def save(
@@ -36,10 +40,11 @@ def save(
 ) -> Model:
     """Writes a trained classifier as the model file `path`, and compares its answers with `estimator.predict(X)`.
 
-    The estimator is one of scikit-learn or a `Pipeline`, of XGBoost, LightGBM or CatBoost; `wstac model --help` lists the kinds.
-    Those of scikit-learn need the package skl2onnx, and those of LightGBM onnxmltools. X has samples as the estimator takes them,
-    (n, 700) or ten numbers for each of the first frames: best not those of the training, times their scale. `input` is the sample:
-    "frames", "path" or "taxel-path". `labels` are the names of `estimator.classes_`, which XGBoost numbers.
+    The estimator is one of scikit-learn or a `Pipeline`, of XGBoost, LightGBM or CatBoost; `wstac model --help` lists
+    the kinds. Those of scikit-learn need the package skl2onnx, and those of LightGBM onnxmltools. X has samples as the
+    estimator takes them, times their scale, best not those of the training: (n, 700), or ten numbers for each of the
+    first frames. `input` is the sample: "frames", "path" or "taxel-path". `labels` are the names of
+    `estimator.classes_`, which XGBoost numbers.
 
     Raises `Error`, a `ValueError`, if more than 0.5 % of the answers differ; there is no file then. Returns the model.
 
@@ -56,35 +61,40 @@ def save(
     real, samples = _samples(X)
     width = real.shape[1]
     if input is None and width in ALONG_PATH:
-        along = ALONG_PATH[width]
-        raise Error(f"X: {width} numbers are those of input={along!r}, or of the first {width // 10} frames, expected input of save")
-    classes = [str(label) for label in np.asarray(getattr(estimator, "classes_", [])).tolist()]
-    if labels is not None and len(labels) != len(classes):
-        raise Error(f"labels: {len(labels)} names, expected {len(classes)} as of the estimator's classes_")
+        along = f"input={ALONG_PATH[width]!r}"
+        frames = f"of the first {width // 10} frames"
+        raise Error(f'X: {width} inputs: those of {along}, or {frames}, expected {along} or input="frames"')
+    if not hasattr(estimator, "predict") or not hasattr(estimator, "classes_"):
+        raise Error(f"estimator: {type(estimator).__name__} lacks predict or classes_, expected a trained classifier")
+    answers = np.asarray(estimator.predict(real)).reshape(-1).astype(str)
+    classes = np.asarray(estimator.classes_).astype(str).tolist()
     names = classes if labels is None else [str(label) for label in labels]
-    expected = np.asarray(estimator.predict(real)).reshape(-1).astype(str)
-    if labels is not None:
-        expected = np.array([dict(zip(classes, names)).get(label, label) for label in expected.tolist()])
-    named = type(estimator).__name__
-    file = os.fsdecode(path)
-    changed, reason = len(expected) + 1, ""
+    if len(names) != len(classes):
+        raise Error(f"labels: {len(names)} names, expected {len(classes)} as of the estimator's classes_")
+    name_of = dict(zip(classes, names))
+    expected = np.array([name_of[answer] for answer in answers.tolist()])
+    kind, file = type(estimator).__name__, os.fsdecode(path)
     best: Optional[Model] = None
+    fewest, reason = len(expected) + 1, ""
     for content in _contents(estimator, width):
         try:
-            made = _wstac.import_model(named, content, names or None, task, input or "frames", real.mean(axis=0).tolist(), note)
+            made = _wstac.import_model(kind, content, names, task, input or "frames", real.mean(axis=0).tolist(), note)
         except Error as error:
             reason = str(error)
             continue
         model = Model.from_bytes(made, file)
-        found = model.classes_[model._native.classes(samples)]
-        if int((found != expected).sum()) < changed:
-            changed, best = int((found != expected).sum()), model
+        changed = int((model.classes_[model._native.classes(samples)] != expected).sum())
+        if changed < fewest:
+            best, fewest = model, changed
     if best is None:
         raise Error(reason)
-    if changed > MOST_CHANGED * len(expected):
+    if fewest > MOST_CHANGED * len(expected):
+        found = (
+            f"{fewest} of {len(expected)} answers ({100 * fewest / len(expected):.1f} %) differ from those of predict"
+        )
         raise Error(
-            f"{named}: {changed} of {len(expected)} answers ({100 * changed / len(expected):.1f} %) differ from those of predict, expected "
-            "at most 0.5 %; help: train a linear model without a StandardScaler and with more regularization, or train trees"
+            f"{kind}: {found}, expected at most 0.5 %; help: train a linear model without a StandardScaler and with "
+            "more regularization, or train trees"
         )
     try:
         with open(file, "wb" if force else "xb") as output:
@@ -99,18 +109,21 @@ def _samples(X: Any) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
     real = np.asarray(X, dtype=np.float64)
     if real.ndim != 2 or not len(real) or real.shape[1] % 10 or not 10 <= real.shape[1] <= 700:
         raise Error(f"X: shape {real.shape}, expected (n, 700), or ten numbers for each of the first frames")
-    units = np.rint(real / SCALE)
-    if not (np.abs(units + 0.5) < 32769).all() or (np.abs(real / SCALE - units) > 1e-3).any():
-        help = "help: train the estimator on X * scale (scale is 1/2048), and give X * scale here"
-        raise Error(f"X: numbers from {real.min():g} to {real.max():g}, expected samples times their scale; {help}")
-    whole = np.zeros((len(real), 10, 70), np.int16)
+    units = np.rint(real * UNITS)
+    # Not a number is neither.
+    if not ((np.abs(units + 0.5) < 32769) & (np.abs(real * UNITS - units) < 1e-3)).all():
+        raise Error(
+            f"X: numbers from {real.min():g} to {real.max():g}, expected samples times their scale; "
+            "help: train the estimator on X * scale (scale is 1/2048), and give X * scale here"
+        )
     frames = real.shape[1] // 10
+    whole = np.zeros((len(real), 10, 70), np.int16)
     whole[:, :, :frames] = units.reshape(-1, 10, frames)
     return real, whole.reshape(-1, 700)
 
 
 def _contents(estimator: Any, width: int) -> Iterator[bytes]:
-    """Yields the files of an estimator that can be imported, the most exact one first."""
+    """Yields the files of an estimator that its library can write."""
     library = type(estimator).__module__.split(".")[0]
     if library == "xgboost":
         yield bytes(estimator.get_booster().save_raw("json"))
@@ -120,29 +133,31 @@ def _contents(estimator: Any, width: int) -> Iterator[bytes]:
             estimator.save_model(str(file), format="onnx")
             yield file.read_bytes()
     else:
-        package, convert = ("onnxmltools", "convert_lightgbm") if library == "lightgbm" else ("skl2onnx", "convert_sklearn")
-        try:
-            converter = __import__(package)
-            types = __import__(f"{package}.convert.common.data_types" if library == "lightgbm" else "skl2onnx.common.data_types", fromlist=["x"])
-        except ImportError:
-            raise Error(f"{type(estimator).__name__}: needs the package {package}, expected pip install {package}") from None
-        made, why = False, ""
-        # Weights of float32 lose answers of some linear models. Trees have the same thresholds in both.
-        for kind in (types.DoubleTensorType, types.FloatTensorType):
-            try:
-                with warnings.catch_warnings():
-                    warnings.simplefilter("ignore")
-                    onnx = getattr(converter, convert)(estimator, initial_types=[("X", kind([None, width]))], **_options(estimator))
-            except Exception as error:  # A converter raises what it likes.
-                why = f"{type(error).__name__}: {error}"
-                continue
-            made = True
-            yield onnx.SerializeToString()
-        if not made:
-            raise Error(f"{type(estimator).__name__}: {package} cannot convert it: {why}")
+        yield from _converted(estimator, width, *ONNX.get(library, ONNX["sklearn"]))
 
 
-def _options(estimator: Any) -> dict[str, Any]:
-    """Returns options of the conversion: skl2onnx needs one for a LinearSVC behind other steps."""
+def _converted(estimator: Any, width: int, package: str, convert: str) -> Iterator[bytes]:
+    """Yields an estimator as ONNX of float64, and of float32, which loses answers of some models."""
+    kind = type(estimator).__name__
+    try:
+        converter = getattr(importlib.import_module(package), convert)
+        # The types of onnxmltools are its own.
+        types = importlib.import_module(f"{package}.{'convert.' if package == 'onnxmltools' else ''}common.data_types")
+    except ImportError:
+        raise Error(f"{kind}: needs the package {package}; help: pip install {package}") from None
     last = estimator.steps[-1][1] if hasattr(estimator, "steps") else estimator
-    return {"options": {type(last): {"raw_scores": True}}} if type(last).__name__ == "LinearSVC" else {}
+    # skl2onnx needs this for a LinearSVC behind other steps.
+    options = {"options": {type(last): {"raw_scores": True}}} if type(last).__name__ == "LinearSVC" else {}
+    made, reason = 0, ""
+    for number in (types.DoubleTensorType, types.FloatTensorType):
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                onnx = converter(estimator, initial_types=[("X", number([None, width]))], **options)
+        except Exception as error:  # A converter raises what it likes.
+            reason = f"{type(error).__name__}: {error}"
+            continue
+        made += 1
+        yield onnx.SerializeToString()
+    if not made:
+        raise Error(f"{kind}: {package} cannot write it: {reason}")

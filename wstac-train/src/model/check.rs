@@ -13,6 +13,9 @@ use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, in_file_or
 
 /// Largest fraction of changed answers that is accepted.
 const MOST_CHANGED: f64 = 0.005;
+/// Range of all features: those of a camera of 16 bits begin at ln(2.5/65535), and those along a path end at 4.2.
+const LEAST: f64 = -11.0;
+const MOST: f64 = 5.0;
 /// What mends a model whose sums have the wrong unit.
 pub(super) const USE_SCALE: &str = "help: train it on X * scale (scale is 1/2048)";
 
@@ -162,7 +165,7 @@ impl CheckSet {
         }
         Err(format!(
             "has float32 numbers, whose rounding changes about {} of the trainer, expected at most {} %; help: save it \
-             with float64 numbers, train it with more regularization, or compare its answers by wstac.save in Python",
+             with float64 numbers, or by wstac.save in Python",
             self.part(changed.round()),
             100.0 * MOST_CHANGED
         ))
@@ -177,26 +180,32 @@ impl CheckSet {
 /// Checks that a linear model has more than one answer.
 ///
 /// # Errors
-/// No sample of int16 changes the answer.
+/// No sample changes the answer.
 pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
-    let (Kind::Linear(linear), classes) = (&trained.kind, trained.labels.len()) else { return Ok(()) };
-    // The largest feature is 16.
-    let is_above = |bias: f64, weights: &mut dyn Iterator<Item = f64>| bias > 16.0 * weights.map(f64::abs).sum::<f64>();
-    let rows = &linear.rows;
-    let is_fixed = if linear.pairs || rows.len() == 1 {
-        rows.iter().all(|row| is_above(row.bias.abs(), &mut row.weights.iter().copied()))
+    let Kind::Linear(Linear { pairs, rows }) = &trained.kind else { return Ok(()) };
+    let is_fixed = if *pairs || rows.len() == 1 {
+        rows.iter()
+            .map(|row| ends(row.bias, row.weights.iter().copied()))
+            .all(|(least, most)| least > 0.0 || most < 0.0)
     } else {
-        let above = |row: &Row, other: &Row| {
-            let differences = row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other);
-            std::ptr::eq(row, other) || is_above(row.bias - other.bias, &mut { differences })
+        let least = |row: &Row, other: &Row| {
+            ends(row.bias - other.bias, row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other)).0
         };
-        rows.iter().any(|row| rows.iter().all(|other| above(row, other)))
+        rows.iter().any(|row| rows.iter().all(|other| std::ptr::eq(row, other) || least(row, other) > 0.0))
     };
-    if classes < 2 || !is_fixed {
+    if trained.labels.len() < 2 || !is_fixed {
         return Ok(());
     }
-    let label = trained.labels.get(decide(trained, &[0; INPUTS]).0).map_or("", String::as_str);
+    let label = trained.labels.get(decide(trained, &[-2048; INPUTS]).0).map_or("", String::as_str);
     Err(format!("names every sample {label:?}, expected a model whose answer depends on its sample; {USE_SCALE}"))
+}
+
+/// Returns the least and the largest weighted sum of features.
+fn ends(bias: f64, weights: impl Iterator<Item = f64>) -> (f64, f64) {
+    weights.fold((bias, bias), |(least, most), weight| {
+        let ends = [LEAST, MOST].map(|feature| weight * feature);
+        (least + ends[0].min(ends[1]), most + ends[0].max(ends[1]))
+    })
 }
 
 /// Returns the features of a sample that a model takes, in the order of its inputs.

@@ -93,15 +93,18 @@ Models that can be imported:
       for the library, which adds float64, to answer otherwise.
     LogisticRegression, LinearSVC, SVC(kernel="linear"), SGDClassifier,
     Perceptron, OneVsRestClassifier of these, and other linear ones
-      Weights are rounded; import prints by how much a score may be off,
-      and a warning if that may change answers, as of weights of very
-      different sizes, or if X was not times its scale.
+      Weights are int16, or int32 where rounding may change answers;
+      import prints by how much a score may be off, and a warning if X was
+      not times its scale.
+    MLPClassifier of one or two hidden layers of up to 128, relu
+      Weights are int16; give import --check.
     Before any of them StandardScaler, MinMaxScaler, SimpleImputer,
     SelectKBest and other selections; before linear ones PCA, too
       Thresholds of trees behind a scaler are those of ONNX, which scales
       in float32.
       A LinearSVC behind a StandardScaler converts with
-      options={LinearSVC: {"raw_scores": True}}.
+      options={LinearSVC: {"raw_scores": True}}. In Python,
+      wstac.save(model, X, "my.wsm") converts and compares answers.
   XGBoost, as save_model("FILE.json") or save_model("FILE.ubj"):
     XGBClassifier, XGBRFClassifier (gbtree)
       Trees, leaves and the order of their sums are exact. The file has
@@ -111,8 +114,8 @@ Models that can be imported:
       As GradientBoostingClassifier. Not LightGBM's boosting_type="rf".
   ONNX of other programs:
     The operators TreeEnsembleClassifier, TreeEnsemble, LinearClassifier,
-    SVMClassifier (linear kernel), and MatMul or Gemm, a linear layer of
-    PyTorch or Keras. The error names any other operator on the way to
+    SVMClassifier (linear kernel), and MatMul or Gemm, as of linear layers
+    of PyTorch or Keras, also with Relu between. The error names any other operator on the way to
     the label.
 
 Inputs and limits:

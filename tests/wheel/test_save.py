@@ -1,0 +1,92 @@
+"""wstac.save: estimators of scikit-learn as model files, beside their own predict."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import wstac
+from sklearn.discriminant_analysis import LinearDiscriminantAnalysis
+from sklearn.ensemble import RandomForestClassifier
+from sklearn.linear_model import RidgeClassifier
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.svm import SVC
+
+SWEEP = "slides = 60\nspeeds = [100, 150, 200]\ndirections = [0, 90]\n"
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    """Returns samples over time."""
+    sweep = tmp_path_factory.mktemp("save") / "sweep.toml"
+    sweep.write_text(SWEEP)
+    return wstac.dataset(sweep)
+
+
+def real(data: dict[str, Any]) -> Any:
+    """Returns samples times their scale."""
+    return data["X"].reshape(-1, 700) * data["scale"]
+
+
+@pytest.mark.parametrize(
+    "estimator", [RandomForestClassifier(10, random_state=1), RidgeClassifier(), SVC(kernel="linear")]
+)
+def test_saved_models_answer_as_their_estimators(estimator: Any, data: dict[str, Any], tmp_path: Path) -> None:
+    X, file = real(data), tmp_path / "model.wsm"
+    estimator.fit(X, data["y_specimen"])
+    wstac.save(estimator, X, file, note="a note")
+    model = wstac.Model.load(file)
+    assert (model.predict(data["X"]) == estimator.predict(X)).mean() >= 0.995
+    assert model.task == "specimen"
+    with pytest.raises(wstac.Error, match="exists, expected a new file, or force=True"):
+        wstac.save(estimator, X, file)
+    assert wstac.save(estimator, X, file, force=True).to_bytes() != b""
+
+
+def test_early_models_and_own_labels(data: dict[str, Any], tmp_path: Path) -> None:
+    X = data["X"][:, :, :30].reshape(-1, 300) * data["scale"]
+    y = (data["y_specimen"] == "Saw4").astype(int)
+    model = RandomForestClassifier(10, random_state=1).fit(X, y)
+    saved = wstac.save(model, X, tmp_path / "model.wsm", labels=["other", "Saw4"], task="other")
+    assert (saved.frames, saved.labels) == (30, ["other", "Saw4"])
+    assert (saved.predict(data["X"]) == np.array(["other", "Saw4"])[model.predict(X)]).all()
+    with pytest.raises(wstac.Error, match="labels: 1 names, expected 2"):
+        wstac.save(model, X, tmp_path / "no.wsm", labels=["other"])
+    with pytest.raises(wstac.Error, match="390 inputs: those of input='path'"):
+        wstac.save(model, np.zeros((1, 390)), tmp_path / "no.wsm")
+
+
+def test_what_would_answer_otherwise_is_refused(data: dict[str, Any], tmp_path: Path) -> None:
+    X, y, file = real(data), data["y_specimen"], tmp_path / "no.wsm"
+    units = data["X"].reshape(-1, 700)
+    svm = SVC(kernel="linear").fit(units, y)
+    with pytest.raises(
+        wstac.Error, match=r"expected samples times their scale; help: train the estimator on X \* scale"
+    ):
+        wstac.save(svm, units, file)
+    with pytest.raises(wstac.Error, match="names every sample"):
+        wstac.save(svm, X, file)
+    with pytest.raises(wstac.Error, match="numbers from nan"):
+        wstac.save(svm, np.full((1, 700), np.nan), file)
+    # A model of two answers, of which the estimator gives another.
+    forest = RandomForestClassifier(5, random_state=1).fit(X, y)
+    forest.predict = lambda samples: np.roll(RandomForestClassifier.predict(forest, samples), 1)
+    with pytest.raises(
+        wstac.Error, match=r"answers \(.* %\) differ from those of predict, expected at most 0.5 %; help: "
+    ):
+        wstac.save(forest, X, file)
+    with pytest.raises(wstac.Error, match="KNeighborsClassifier"):
+        wstac.save(KNeighborsClassifier().fit(X, y), X, file)
+    with pytest.raises(wstac.Error, match=r"shape \(600, 10, 70\), expected \(n, 700\)"):
+        wstac.save(forest, data["X"], file)
+    # Numbers of float32 lose its answers: it is refused, or saved with others.
+    lda = LinearDiscriminantAnalysis(solver="lsqr", shrinkage="auto").fit(X, y)
+    try:
+        saved = wstac.save(lda, X, file)
+    except wstac.Error as error:
+        assert "differ from those of predict" in str(error)  # noqa: PT017
+        assert not file.exists()
+    else:
+        assert (saved.predict(data["X"]) == lda.predict(X)).mean() >= 0.995
