@@ -193,7 +193,7 @@ fn weighted_sums_are_those_of_any_network() {
                 node_of("MatMul", &["x", "w"], "y", &[]),
                 highest("y"),
             ],
-            "node Relu before",
+            "a hidden layer has 700 sums, expected 1 to 128",
         ),
         (
             vec![constant_of("w", 1, &[2, 2], &raw(&[1.0; 4])), product(), highest("y")],
@@ -208,6 +208,33 @@ fn weighted_sums_are_those_of_any_network() {
         let error = answers(&nodes).unwrap_err();
         assert!(error.contains(says), "{error}");
     }
+}
+
+#[test]
+fn a_network_has_rectifiers_between_weighted_sums() {
+    let bias = constant_of("b", 1, &[2], &raw(&[-2.0, 0.0]));
+    let gemm = |more: &[Vec<u8>]| node_of("Gemm", &["r", "v", "b"], "s", more);
+    // Class 0 wins if the feature is further than 2 from 0.
+    let nodes = |last: Vec<u8>| {
+        vec![
+            weights(&[1.0, -1.0]),
+            constant_of("v", 1, &[2, 2], &raw(&[1.0, 0.0, 1.0, 0.0])),
+            bias.clone(),
+            node_of("MatMul", &["X", "w"], "y", &[]),
+            node("Dropout", "y", "d", &[]),
+            node("Relu", "d", "r", &[]),
+            last,
+            node("ArgMax", "s", "label", &[number_of("axis", 1)]),
+        ]
+    };
+    assert_eq!(answers(&nodes(gemm(&[]))), Ok([0, 1, 1, 0]));
+    let found = read(&model(&nodes(gemm(&[]))), None).unwrap().0;
+    let Kind::Network(network) = found.kind else { panic!("{:?}", found.kind) };
+    let sums: Vec<usize> = network.layers.iter().map(Vec::len).collect();
+    // Of two classes, one sum decides.
+    assert_eq!(sums, [2, 1]);
+    let error = answers(&nodes(gemm(&[number_of("transA", 1)]))).unwrap_err();
+    assert!(error.contains("4 weights of 2 inputs and 2 outputs"), "{error}");
 }
 
 #[test]
@@ -551,7 +578,10 @@ fn what_is_not_understood_is_named() {
         (vec![classifier()], "tree 0, node 0: mode BRANCH_EQ"),
         (vec![node("Relu", "X", "label", &[])], "nodes Relu, expected one classifier"),
         (vec![node("Gemm", "X", "label", &[])], "node Gemm: its second input is no constant"),
-        (vec![node("Relu", "X", "y", &[]), node("LinearClassifier", "y", "label", &[])], "node Relu before"),
+        (
+            vec![node("Relu", "X", "y", &[]), node("TreeEnsembleClassifier", "y", "label", &forest("BRANCH_LEQ", 0.0))],
+            "its input is a weighted sum, expected trees of single features",
+        ),
         (vec![named("y"), node("Gemm", "y", "label", &[])], "node Gemm after"),
         (vec![node("Identity", "y", "y", &[]), node("LinearClassifier", "y", "label", &[])], "in a circle"),
         // Inputs lose a part on the way.
