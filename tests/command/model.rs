@@ -100,7 +100,7 @@ fn from_a_trainers_file_to_answers() {
         changed
     };
     for (bytes, says) in [
-        (changed(3, b'2'), "another version, expected WSM1: import the model again (byte 3 is 50)".to_owned()),
+        (changed(3, b'3'), "another version, expected WSM1 or WSM2: import the model again (byte 3 is 51)".to_owned()),
         (changed(2, b'X'), "does not start with WSM1".to_owned()),
         (longer, format!("({} words, expected {words})", words + 2)),
         (changed(first.len() - 6, 0xFF), "its checksum is wrong: it is damaged (".to_owned()),
