@@ -552,18 +552,42 @@ fn a_forest_is_read_with_its_labels() {
     }
 }
 
+/// Encodes boosted trees behind a selection, and weighted sums behind scaling, of ten inputs.
+fn others() -> [Vec<u8>; 2] {
+    let mut lists = forest("BRANCH_GT", 1.0);
+    lists[2] = integers_of("nodes_featureids", &[1, 0, 0]);
+    lists.push(attribute_of("post_transform", &[field(4, b"LOGISTIC")]));
+    lists.push(floats_of("base_values", &[0.5, 0.25]));
+    let list = |name: &str, shape: &[u8], list: &[f32]| constant_of(name, 1, shape, &raw(list));
+    let trees = [
+        constant_of("i", 7, &[2], &[3_u64.to_le_bytes(), 5_u64.to_le_bytes()].concat()),
+        node_of("ArrayFeatureExtractor", &["X", "i"], "p", &[]),
+        node("TreeEnsembleClassifier", "p", "label", &lists),
+    ];
+    let sums = [
+        list("s", &[1], &[2.0]),
+        list("w", &[10, 2], &[0.5; 20]),
+        list("b", &[2], &[0.0, 1.0]),
+        node_of("Div", &["X", "s"], "a", &[]),
+        node_of("Gemm", &["a", "w", "b"], "y", &[number_of("transA", 0)]),
+        node("ArgMax", "y", "label", &[number_of("axis", 1)]),
+    ];
+    [model_of(&trees, &[1 << 3, 10]), model_of(&sums, &[1 << 3, 10])]
+}
+
 #[test]
 fn what_is_damaged_is_an_error_and_no_panic() {
-    let whole = whole();
-    read(&whole, None).unwrap();
-    for at in 0..whole.len() {
-        read(&whole[..at], None).unwrap_err();
-        for byte in [0, 1, 2, 7, 0x0A, 0x7F, 0x80, 0xFF, whole[at] ^ 1, whole[at] ^ 0x10] {
-            let mut damaged = whole.clone();
-            damaged[at] = byte;
-            if let Ok((model, _)) = read(&damaged, None) {
-                // Some are other models, or cannot be written; neither may panic.
-                let _ = write(&model, "", Options::default());
+    for whole in [vec![whole()], others().to_vec()].concat() {
+        read(&whole, None).unwrap();
+        for at in 0..whole.len() {
+            read(&whole[..at], None).unwrap_err();
+            for byte in [0, 1, 2, 7, 0x0A, 0x7F, 0x80, 0xFF, whole[at] ^ 1, whole[at] ^ 0x10] {
+                let mut damaged = whole.clone();
+                damaged[at] = byte;
+                if let Ok((model, _)) = read(&damaged, None) {
+                    // Some are other models, or cannot be written; neither may panic.
+                    let _ = write(&model, "", Options::default());
+                }
             }
         }
     }
