@@ -27,6 +27,11 @@ pub(super) struct CheckSet {
 }
 
 impl CheckSet {
+    /// Takes samples without a file.
+    pub(super) fn of(samples: Vec<[i16; INPUTS]>) -> Self {
+        Self { name: "X".into(), samples, truth: None }
+    }
+
     /// Reads the samples that a model takes, and their labels if the model has some of them.
     pub(super) fn read(path: &Path, model: &Trained) -> Result<Self, Error> {
         let (npz, array) = (Npz::open(path)?, array_of(model.input));
@@ -94,7 +99,7 @@ impl CheckSet {
                     "import it with --weights int16 or int32, train it on X * scale without a StandardScaler, with more \
                      regularization, or train trees"
                 }
-                Kind::Network(_) => "import it with --weights int16, or train it with more regularization",
+                Kind::Network(_) => "import it with --weights int16 or int32, or train it with more regularization",
                 _ => "import it with leaves of float32, or train trees whose leaves are of one class",
             };
             return Err(format!("{found}, expected at most {} %; help: {help}", 100.0 * MOST_CHANGED));
