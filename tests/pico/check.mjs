@@ -182,6 +182,10 @@ plain('events, 8 data wires', eight);
 long('long events, 4 data wires', four);
 faulty('features, 4 data wires', four, 12, {}, [], []);
 faulty('features, 1 data wire', one, 6, {}, [], []);
+for (const [wires, program] of [[8, eight], [4, four], [1, one]]) {
+  start(`326 clocks a line, ${wires} wires`, program, (board) => (board.sensor.isGateEarly = true), []);
+}
+start('PCLK without a gate', eight, (board) => (board.sensor.slips = { 0x3060: 0x08 }), []);
 // The next sync shows it, and capture begins again at the one after that.
 faulty('a line is missing', eight, 16, { 8: 'lost line' }, [8, 9], [LOST_SYNC]);
 faulty('a line is split', eight, 16, { 8: 'split line' }, [8], [LOST_SYNC]);

@@ -468,9 +468,11 @@ async fn try_to_bring_up(
     let probe = camera.probe();
     // The ring keeps the last bytes.
     camera.stop();
-    let judged = [0, 1].map(|half| {
-        self_test::judge(probe, camera.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ)
-    });
+    let [width, height] = sensor.sent();
+    let early = self_test::early_pixels(probe, width, sensor.border);
+    let size = [width + early, height];
+    let judged =
+        [0, 1].map(|half| self_test::judge(probe, camera.rows(half), size, sensor.signals.has_chroma, RATE, TICK_HZ));
     let luma_first = match judged {
         [Err(defect), _] | [_, Err(defect)] => {
             return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
@@ -482,7 +484,7 @@ async fn try_to_bring_up(
     if luma_first != sensor.signals.luma_first {
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
-    camera.set_signals(Signals { luma_first, ..sensor.signals });
+    camera.set_signals(Signals { luma_first, early, ..sensor.signals });
     camera.begin(What::Luma);
     measured(camera, 1, LUMA_TEST).await;
     let Probe { lines, words, .. } = camera.probe();

@@ -82,6 +82,14 @@ pub fn judge(
     Ok(luma_first)
 }
 
+/// Returns the pixels for which the clock of each line runs before the first one, at most `most`, or else 0. A line then
+/// has so many clocks more than pixels.
+pub fn early_pixels(probe: Probe, width: u16, most: u16) -> u16 {
+    let (lines, bytes) = (u64::from(probe.lines), 4 * u64::from(probe.words));
+    let has = |early: &u16| lines > 0 && bytes == u64::from(width + early) * lines;
+    (1..=most).find(has).unwrap_or(0)
+}
+
 /// Judges bytes of a test pattern of walking ones: each is twice the one before, and 1 follows 0. Lines may begin anew.
 ///
 /// # Errors
@@ -223,6 +231,13 @@ mod tests {
         let gray = |words| judge(Probe { words, ..probe(3000) }, &[1, 2], [320, 240], false, FrameRate::NOMINAL, HZ);
         assert_eq!(gray(19_200), Ok(None));
         assert_eq!(gray(38_400), Err(Defect::Size { lines: 240, words: 38_400 }));
+    }
+
+    #[test]
+    fn clocks_before_the_first_pixel_are_counted() {
+        let early = |lines, words| early_pixels(Probe { lines, words, ..Probe::default() }, 324, 2);
+        assert_eq!([324, 325, 326, 327, 323].map(|clocks| early(244, 61 * clocks)), [0, 1, 2, 0, 0]);
+        assert_eq!([early(0, 0), early(243, 61 * 326), early(244, u32::MAX)], [0; 3]);
     }
 
     #[test]

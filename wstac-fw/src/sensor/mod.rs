@@ -98,7 +98,7 @@ pub struct Suspects {
     pub rate: u16,
 }
 
-/// The polarities and the byte order of a parallel port, which a camera interface needs to know.
+/// The polarities, the order of bytes and the first clocks of a parallel port, which a camera interface needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "each is one way or the other")]
 pub struct Signals {
@@ -112,6 +112,8 @@ pub struct Signals {
     pub has_chroma: bool,
     /// Whether the first of two bytes is a pixel's luma. The second one is then chroma.
     pub luma_first: bool,
+    /// The pixels for which PCLK runs before the first one of a line. They are measured, and left out with the border.
+    pub early: u16,
 }
 
 /// The reason why a sensor could not be set up.

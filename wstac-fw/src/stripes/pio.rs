@@ -164,8 +164,8 @@ impl Pio {
     ) -> Option<Self> {
         let Area { width, height, border, rows } = area;
         let stripe_bytes = usize::from(width) * usize::from(rows);
-        // A machine counts the clocks of the border in five bits.
-        let is_right = matches!(wires.count, 1 | 4 | 8) && u32::from(border) * clocks(wires) <= 32 && border <= 32;
+        // A machine counts the clocks of the border in five bits, and of as many early pixels.
+        let is_right = matches!(wires.count, 1 | 4 | 8) && 2 * u32::from(border) * clocks(wires) <= 32;
         if stripe_bytes > 1 << BLOCK || stripe_bytes % 4 != 0 || rows == 0 || !height.is_multiple_of(rows) || !is_right
         {
             return None;
@@ -221,7 +221,7 @@ impl Pio {
         let frame = [wait(between, wires.vsync), wait(!between, wires.vsync)];
         let clock = [wait(edge, wires.pclk), wait(!edge, wires.pclk)];
         let take = read_pins(wires.count);
-        let lost = (u32::from(border) * clocks(wires)).saturating_sub(1) as u16;
+        let lost = (u32::from(border + signals.early) * clocks(wires)).saturating_sub(1) as u16;
         let mut program = Program::default();
         let skips = border > 0;
 
