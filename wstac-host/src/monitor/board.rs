@@ -7,7 +7,7 @@ use wstac_core::features::Features;
 use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::wire::{
-    Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
+    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
 };
 
 use super::Report;
@@ -20,6 +20,9 @@ use crate::output::{
 };
 use crate::plural::counted;
 use crate::texture::Texture;
+
+/// The identity of the sensor of newer OpenMV Cams.
+const MT9M114: u16 = 0x2481;
 
 /// The state of a board, as its messages show it.
 #[derive(Clone, Debug)]
@@ -369,10 +372,29 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
         Fault::LostSync => "a frame did not begin or end when it should have".to_owned(),
         Fault::SensorSilent => "the camera sends no pixels".to_owned(),
         Fault::SensorGone => "the camera does not answer".to_owned(),
+        Fault::SensorUnknown { id: MT9M114 } => "the camera is an MT9M114, which the firmware does not drive; help: an \
+            OpenMV Cam H7 needs a module with an OV7725"
+            .to_owned(),
         Fault::SensorUnknown { id } => format!("the camera says it is {id:#06x}, which the firmware does not know"),
         Fault::SensorBack => "the camera sends frames again".to_owned(),
         Fault::SensorRefuses { register } => {
             format!("the camera does not keep what register {register:#04x} is set to")
+        }
+        Fault::SensorDiffers { part, address, register, found, expected } => {
+            let (what, first) = match part {
+                FramePart::Size => ("frames of another size", "the wires HREF, VSYNC and PCLK and the number of data wires"),
+                FramePart::Format => ("bytes in another order, or with color", "the sensor's type"),
+                FramePart::Pattern => ("bits in another order, or without those of a wire", "the data wires and PCLK"),
+                FramePart::Rate => ("frames at another rate", "the sensor's clock, 24 MHz"),
+                _ => ("other frames", "the wires"),
+            };
+            let [found, expected] = [found, expected].map(|FrameNumbers { lines, words, millihertz }| {
+                format!("{lines} lines, {words} words, {:.2} per second", f64::from(*millihertz) / 1000.0)
+            });
+            format!(
+                "the camera at {address:#04x} sends {what} (found {found}; expected {expected}); help: check {first}, then \
+                 register {register:#04x}"
+            )
         }
         Fault::LastRun(reason) => format!("it started again because of: {reason}"),
         _ => "a fault of a newer firmware".to_owned(),
