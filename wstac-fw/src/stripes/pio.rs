@@ -478,14 +478,19 @@ fn count_left(channel: usize) -> u32 {
     DMA.ch(channel).trans_count().read().count()
 }
 
-/// Gives a pin to the PIO as an input with a pull-down, so that a wire that is off does not float.
+/// Gives a pin to the PIO as an input with a pull, so that a wire that is off does not float. It is a pull-down on the RP2040, and
+/// a pull-up on the RP2350, whose pull-downs are weaker than what its pins leak (erratum E9).
 fn connect(pin: usize) {
     PADS_BANK0.gpio(pin).write(|w| {
         w.set_ie(true);
-        w.set_pde(true);
         w.set_schmitt(true);
+        #[cfg(feature = "rp2040")]
+        w.set_pde(true);
         #[cfg(not(feature = "rp2040"))]
-        w.set_iso(false);
+        {
+            w.set_pue(true);
+            w.set_iso(false);
+        }
     });
     IO_BANK0.gpio(pin).ctrl().write(|w| {
         w.set_funcsel(PIO0_PINS);
