@@ -944,7 +944,7 @@ def main():
             ("RGB", {0x12: 0x06}, [], sends(order, "the sensor's type, then register 0x0c")),
         ):
             check.never(name, [SENDS], told, first=[FOUND, *first], slips=slips)
-        check.never("an MT9M114", [UNKNOWN], "is an MT9M114, .* needs a module with an OV7725", sensor=Mt9m114)
+        check.never("an MT9M114", [UNKNOWN], r"says it is 0x2481 \(an MT9M114; OpenMV Cams need an OV7725\), which .*", sensor=Mt9m114)
         check.start("60 frames per second", [FOUND, DIVIDED], slips={0x0D: 0xC1})
         check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
         check.faulty("brown-out", {60: brown_out}, range(60, 74), [(60, FORGETS), (None, BACK)])
