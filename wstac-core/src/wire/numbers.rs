@@ -26,6 +26,7 @@ pub(super) fn short<S: Serializer>(number: &u32, serializer: S) -> Result<S::Ok,
 
 /// Serializes a number that may be missing in the same place.
 #[inline(never)]
+#[expect(clippy::ref_option, clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
 pub(super) fn maybe<S: Serializer>(number: &Option<u32>, serializer: S) -> Result<S::Ok, S::Error> {
     number.map(u64::from).serialize(serializer)
 }
