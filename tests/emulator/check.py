@@ -24,6 +24,7 @@ from pathlib import Path
 
 from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import Machine, Stopped
+from model.i2c import I2C1
 from model.ports import NUCLEO, OPENMV
 from model.sensor import Mt9m114, Ov7690, Ov7692, Ov7725
 
@@ -648,6 +649,23 @@ class Check:
         self.say(name, problems)
 
 
+    def slow_bus(self, name):
+        """The sensor's bus has 100 kHz: the core waits for three registers after each frame, and loses none."""
+        board = self.board(self.host.frames[:12])
+        (bus,) = (part for part in board.machine.peripherals if part.base == I2C1)
+        bus.clock, bus.byte_time = lambda: board.machine.now, 9 * CLOCK // 100_000
+        begun = []
+        board.camera.faults[2] = lambda: begun.append(bus.busy)
+        board.camera.faults[10] = lambda: begun.append(bus.busy)
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        problems = [] if lines == self.features[:12] else [f"features are those of {len(lines)} frames"]
+        problems += [f"the log says {line}" for _, line in fault_lines(board)]
+        # Three times an address, a register, an address and a value.
+        if [after - before for before, after in zip(begun, begun[1:], strict=False)] != [8 * 12 * bus.byte_time]:
+            problems.append(f"the bus is busy for {begun} cycles, expected 12 bytes a frame")
+        self.say(name, problems)
+
     def start(self, name, said, **sensor):
         """The sensor fails when it is first set up: the fault is reported, and then everything works."""
         board = self.board(self.host.frames[:5])
@@ -913,6 +931,7 @@ def main():
         check.calibrate("wstac calibrate")
         check.settings("settings")
         check.faulty("features", {}, (), [])
+        check.slow_bus("a bus of 100 kHz")
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])
         # While the last rows are read, and after that.
