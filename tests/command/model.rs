@@ -222,7 +222,7 @@ fn what_is_no_model_is_refused_by_field() {
         let file = folder.file("trained", bytes);
         bad(&["import", text(&file), "-o", text(&out)], parts);
     }
-    let marked = folder.file("marked", &[b"\xEF\xBB\xBF", XGBOOST.as_bytes()].concat());
+    let marked = folder.file("marked", [b"\xEF\xBB\xBF", XGBOOST.as_bytes()].concat());
     good(&["import", text(&marked), "-o", text(&folder.0.join("marked.wsm"))]);
     let file = folder.file("trained", XGBOOST.as_bytes());
     bad(&["import", text(&file), "-o", text(&out), "--labels", "a,b,c"], &["has 2 classes, and --labels names 3"]);

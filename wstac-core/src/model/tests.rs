@@ -176,7 +176,7 @@ fn one_against_one_votes() {
 fn wide_weights_weigh() {
     // Class 0 has the weight 2^15 + 1 of input 0, class 1 has 2^15 + 2 of input 1, class 2 a bias of -2^15 + 7.
     let words = linear(1, 3, 6, &[0, 0, 0, 0, -1, 7], |row, input| match (row, input) {
-        (0, 0) | (1, 0) | (2, 1) => 1,
+        (0 | 1, 0) | (2, 1) => 1,
         (3, 1) => 2,
         _ => 0,
     });
