@@ -72,8 +72,8 @@ class Families(Imported):
     def trees(self, name, model, path):
         """Checks that the imported model answers every sample as the library does.
 
-        ONNX scales in float32, and the library in float64. So scalers of float32 are compared, and the library's own are
-        only counted: a scaled feature is often exactly between two values of the training, where rounding decides.
+        ONNX scales in float32, and the library in float64. So scalers of float32 are compared, and the library's own
+        are only counted: a scaled feature is often exactly between two values of the training, where rounding decides.
         """
         samples = self.samples(self.thresholds(path, model[:-1] if hasattr(model, "steps") else ()), SAMPLES)
         expected = numpy.asarray(model.predict(samples / 2048)).ravel().astype(str)
@@ -176,7 +176,8 @@ class Families(Imported):
                 with self.subTest(model=model, options=options, classes=classes):
                     # What a dense layer gives has no names.
                     y = self.y if options.get("write") == self.keras else LABELS[self.y]
-                    self.linear(f"{model}, {classes} classes", model, y, count=2 * SAMPLES, weights=("int16",), **options)
+                    name = f"{model}, {classes} classes"
+                    self.linear(name, model, y, count=2 * SAMPLES, weights=("int16",), **options)
 
     def network(self, model, nodes, outputs, **constants):
         """Writes a graph of nodes with constants, as other frameworks do."""

@@ -27,9 +27,10 @@ use super::trained::{Kind, Score, Trained, Tree, guess_task};
 use wstac_core::model::file::Input;
 
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
-const UNDERSTOOD: &str = "TreeEnsembleClassifier, TreeEnsemble, LinearClassifier, SVMClassifier (linear kernel), MatMul \
-     and Gemm; before them Relu (a network of one or two hidden layers), Cast, Identity, Scaler, Imputer, Add, Sub, Mul and Div with constants, ArrayFeatureExtractor and \
-     Gather; for scores Softmax, Sigmoid and ArgMax; and for labels LabelEncoder, ArrayFeatureExtractor and Gather";
+const UNDERSTOOD: &str = "TreeEnsembleClassifier, TreeEnsemble, LinearClassifier, SVMClassifier (linear kernel), \
+     MatMul and Gemm; before them Relu (a network of one or two hidden layers), Cast, Identity, Dropout, Scaler, Imputer, \
+     Add, Sub, Mul and Div with constants, ArrayFeatureExtractor and Gather; for scores Softmax, Sigmoid and ArgMax; and \
+     for labels LabelEncoder, ArrayFeatureExtractor and Gather";
 
 /// The part of a classifier that is read.
 struct Read {

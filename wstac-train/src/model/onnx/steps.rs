@@ -96,8 +96,8 @@ impl Before {
 
     /// Returns the model's input that a split compares, and the split's threshold for it.
     ///
-    /// For every integer the result decides as the scaled one does. If inputs are scaled, it is "at most" or "above" the
-    /// threshold. The scaled comparison is in float32, as ONNX computes it.
+    /// For every integer the result decides as the scaled one does. If inputs are scaled, it is "at most" or "above"
+    /// the threshold. The scaled comparison is in float32, as ONNX computes it.
     pub(super) fn split(&self, mut input: usize, threshold: f64, strict: bool) -> Result<(usize, f64, bool), String> {
         let mut scaling = Vec::new();
         for step in self.steps.iter().rev() {
