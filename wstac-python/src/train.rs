@@ -242,7 +242,7 @@ fn facts<'py>(py: Python<'py>, trained: &TrainedModel) -> PyResult<Bound<'py, Py
     Ok(all)
 }
 
-/// Makes a model file of the bytes of a trainer's file. `mean` is the mean of each input. Returns the file's bytes.
+/// Makes a model file of the bytes of a trainer's file, whose answers are compared on samples (n, 700). Returns its bytes.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
 pub(crate) fn import_model<'py>(
@@ -252,11 +252,12 @@ pub(crate) fn import_model<'py>(
     labels: Option<Vec<String>>,
     task: Option<&str>,
     input: &str,
-    mean: Vec<f64>,
+    samples: PyReadonlyArray2<'py, i16>,
     note: Option<String>,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (task, input) = (task.map(task_of).transpose()?, input_of(input)?);
-    let wanted = Import { labels, task, input, note, mean: Some(mean), ..Import::default() };
+    let samples = samples.as_slice()?.as_chunks::<INPUTS>().0.to_vec();
+    let wanted = Import { labels, task, input, note, samples, ..Import::default() };
     let made = py.detach(|| import_bytes(name, content, &wanted));
     Ok(PyBytes::new(py, &made.map_err(|why| crate::refused(format_args!("{name}: {why}")))?.1.bytes()))
 }

@@ -78,7 +78,7 @@ def save(
     fewest, reason = len(expected) + 1, ""
     for content in _contents(estimator, width):
         try:
-            made = _wstac.import_model(kind, content, names, task, input or "frames", real.mean(axis=0).tolist(), note)
+            made = _wstac.import_model(kind, content, names, task, input or "frames", samples, note)
         except Error as error:
             reason = str(error)
             continue

@@ -128,7 +128,7 @@ def import_model(
     labels: Optional[list[str]],
     task: Optional[str],
     input: str,
-    mean: list[float],
+    samples: NDArray[np.int16],
     note: Optional[str],
 ) -> bytes: ...
 def train(

@@ -48,6 +48,12 @@ impl CheckSet {
         Ok(Self { name: path.display().to_string(), samples, truth })
     }
 
+    /// Returns a set of samples without labels; `None` if all are zeros.
+    pub(super) fn of(samples: &[[i16; INPUTS]]) -> Option<Self> {
+        let samples: Vec<_> = samples.iter().filter(|sample| is_sample(sample)).copied().collect();
+        (!samples.is_empty()).then(|| Self { name: "X".to_owned(), samples, truth: None })
+    }
+
     /// Returns the mean of each input of a model.
     pub(super) fn mean(&self, inputs: usize) -> Vec<f64> {
         let mut mean = vec![0.0; inputs];
@@ -395,6 +401,7 @@ mod tests {
         assert!(set.graded(&one).unwrap_err().contains("by chance (30.0 %)"));
         set.truth.as_mut().unwrap().numbers.fill(1);
         assert_eq!(set.graded(&one).unwrap(), "; 300 of 300 answers are right (100.0 %)");
+        assert!(CheckSet::of(&[[0; INPUTS]]).is_none());
         // Two samples are too few to ask for more.
         set.truth.as_mut().unwrap().numbers = vec![0, 1];
         assert!(set.graded(&[0, 1]).is_ok());

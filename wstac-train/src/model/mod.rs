@@ -23,7 +23,7 @@ mod xgboost;
 use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{Input, Task};
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::model::speeds::KnownSpeeds;
 
 use check::CheckSet;
@@ -55,8 +55,8 @@ pub struct Import {
     /// Only for [`import`]: a data set on which at most 0.5 % of answers may change. If it has labels of the model, more
     /// answers must be right than by chance.
     pub check: Option<PathBuf>,
-    /// The mean of each input, for which rounded weights are exact; by default that of `check`, or a usual one.
-    pub mean: Option<Vec<f64>>,
+    /// Only for [`import_bytes`]: samples as of `check`, in the order of data sets. None is without them.
+    pub samples: Vec<[i16; INPUTS]>,
 }
 
 /// Reads a trained model from its trainer's file and writes it as a model file.
@@ -78,7 +78,7 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
-    made(name, model, &tool, wanted, None)
+    made(name, model, &tool, wanted, CheckSet::of(&wanted.samples).as_ref())
 }
 
 fn made(
@@ -94,7 +94,7 @@ fn made(
         linear.drop_shared();
     }
     let inputs = model.inputs;
-    let given = wanted.mean.clone().or_else(|| set.map(|set| set.mean(inputs))).or(model.mean);
+    let given = set.map(|set| set.mean(inputs)).or(model.mean);
     model.mean = given.or_else(|| (model.input == Input::Frames).then(|| vec![USUAL_MEAN; inputs]));
     let mut facts = serde_json::json!({ "file": name, "trainer": tool });
     if let Some(note) = &wanted.note {
