@@ -143,7 +143,7 @@ fn samples(random: &mut Random, models: &[Trained], count: usize) -> Vec<[i16; I
             Kind::Boosted(boosted) => {
                 boosted.scores.iter().flat_map(|score| &score.trees).for_each(|tree| each_threshold(tree, &mut add));
             }
-            Kind::Linear(_) => {}
+            Kind::Linear(_) | Kind::Network(_) => {}
         }
     }
     let one = |random: &mut Random, on: &Vec<i16>| match random.below(4) {

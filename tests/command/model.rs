@@ -100,7 +100,7 @@ fn from_a_trainers_file_to_answers() {
         changed
     };
     for (bytes, says) in [
-        (changed(3, b'2'), "another version, expected WSM1: import the model again (byte 3 is 50)".to_owned()),
+        (changed(3, b'3'), "another version, expected WSM1 or WSM2: import the model again (byte 3 is 51)".to_owned()),
         (changed(2, b'X'), "does not start with WSM1".to_owned()),
         (longer, format!("({} words, expected {words})", words + 2)),
         (changed(first.len() - 6, 0xFF), "its checksum is wrong: it is damaged (".to_owned()),
@@ -205,12 +205,25 @@ fn what_is_no_model_is_refused_by_field() {
             b"\x80\x05\x95\x1a\0",
             &["is a pickle, which only Python can read", "skl2onnx.to_onnx(model, X[:1].astype(\"float32\"))"],
         ),
-        (&b"[".repeat(1 << 20), &["as ONNX it"]),
+        (b"[{ \"nodeid\": 0 }]", &["XGBoost's dump_model writes", "model.save_model(\"my.json\")"]),
+        (b"booster[0]:\n0:[f190<-2.5]", &["XGBoost's dump_model writes", "model.save_model(\"my.json\")"]),
+        (b"binf\0\0\0?", &["an old binary file of XGBoost", "model.save_model(\"my.json\")"]),
+        (
+            &[&[0; 144][..], b"multi:softprob\x06\0\0\0\0\0\0\0gbtree", &[0; 99]].concat(),
+            &["old binary file of XGBoost"],
+        ),
+        (b"tree\nversion=v4\n", &["is text of LightGBM", "onnxmltools.convert_lightgbm("]),
+        (b"{\"name\": \"tree\", \"num_tree_per_iteration\": 3}", &["is JSON of LightGBM", "convert_lightgbm("]),
+        (b"CBM1\x88k", &["a binary file of CatBoost", "format=\"onnx\""]),
+        (b"{ \"features_info\": {} }", &["is JSON of CatBoost", "format=\"onnx\""]),
+        (&b"[".repeat(1 << 20), &["a list in JSON"]),
         (&b"{\"a\":".repeat(1 << 20), &["JSON: EOF"]),
     ] {
         let file = folder.file("trained", bytes);
         bad(&["import", text(&file), "-o", text(&out)], parts);
     }
+    let marked = folder.file("marked", &[b"\xEF\xBB\xBF", XGBOOST.as_bytes()].concat());
+    good(&["import", text(&marked), "-o", text(&folder.0.join("marked.wsm"))]);
     let file = folder.file("trained", XGBOOST.as_bytes());
     bad(&["import", text(&file), "-o", text(&out), "--labels", "a,b,c"], &["has 2 classes, and --labels names 3"]);
     assert!(!out.exists());
@@ -265,7 +278,7 @@ fn a_model_of_the_first_frames_looks_at_no_others() {
         let file = folder.file("refused", file.as_bytes());
         bad(
             &["import", text(&file), "-o", text(&folder.0.join("no.wsm"))],
-            &[&format!("{inputs} inputs, expected 700")],
+            &[&format!("{inputs} inputs, expected 700"), "X_path or X_taxel_path"],
         );
     }
 }

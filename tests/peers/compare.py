@@ -2,7 +2,8 @@
 """Compares our texture models with other translations of the same trained models, on an emulated Cortex-M4 and on this
 machine, and writes docs/MODELS.md.
 
-    compare.py WSTAC FOLDER    the command, and the folder where everything is made and kept (`ci/measure peers` does it)
+    compare.py WSTAC FOLDER [KIND…]    the command, the folder where everything is made and kept, and the kinds of models
+                                       whose parts of the page are written, all by default (`ci/measure peers` does it)
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ import numpy as np
 import onnxruntime
 import xgboost
 
-from trained import UNITS, Trained, all_trained
+from trained import KINDS, UNITS, Trained, all_trained
 from translated import Peer, peers
 
 HERE = Path(__file__).resolve().parent
@@ -62,10 +63,14 @@ class Row:
 def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
     """Returns our backends: the model file, and generated Rust if import writes it."""
     rows = []
-    for setting, suffix in (("table (the model file)", ".wsm"), ("inline (generated Rust)", ".rs")):
+    settings = [("table (the model file)", ".wsm", ()), ("inline (generated Rust)", ".rs", ())]
+    if trained.kind == "network":
+        settings.insert(1, ("table, int8 weights", "-int8.wsm", ("--weights", "int8")))
+    for setting, suffix, options in settings:
         row = Row("WSTac", setting, by_frame=True)
         file = folder / f"{trained.kind}{suffix}"
-        done = subprocess.run([wstac, "model", "import", trained.file, "-o", file, "--force"], capture_output=True, text=True)
+        command = [wstac, "model", "import", trained.file, "-o", file, "--force", *options]
+        done = subprocess.run(command, capture_output=True, text=True)
         print(done.stderr.strip())
         if done.returncode:
             row.why = done.stderr.strip().splitlines()[-1].replace(f"wstac: {trained.file}: ", "")
@@ -206,12 +211,14 @@ def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
 
 
 def main() -> None:
-    if len(sys.argv) != 3:
+    if len(sys.argv) < 3 or not set(sys.argv[3:]) <= set(KINDS):
         raise SystemExit(__doc__)
-    wstac, folder = sys.argv[1], Path(sys.argv[2]).resolve()
-    parts = [compare(wstac, trained, folder) for trained in all_trained(wstac, folder)]
+    wstac, folder, page = sys.argv[1], Path(sys.argv[2]).resolve(), ROOT / "docs/MODELS.md"
+    found = {trained.kind: compare(wstac, trained, folder) for trained in all_trained(wstac, folder, tuple(sys.argv[3:]) or KINDS)}
+    before = {part.split("\n", 1)[0].lower(): f"## {part.rstrip()}\n" for part in page.read_text().split("\n## ")[1:]}
+    parts = [part for kind in KINDS if (part := found.get(kind, before.get(kind)))]
     text = (HERE / "head.txt").read_text()
-    (ROOT / "docs/MODELS.md").write_text("\n".join([text, *parts]).rstrip() + "\n")
+    page.write_text("\n".join([text, *parts]).rstrip() + "\n")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The data and the three trained models that are compared. All of it is made once and kept in one folder."""
+"""The data and the four trained models that are compared. All of it is made once and kept in one folder."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import xgboost
 from sklearn.ensemble import RandomForestClassifier
+from sklearn.neural_network import MLPClassifier
 from sklearn.svm import LinearSVC
 from skl2onnx import convert_sklearn
 from skl2onnx.common.data_types import FloatTensorType
@@ -20,7 +21,7 @@ UNITS = 2048
 """A feature's integer is its natural logarithm times this. Being a power of two it scales float thresholds exactly."""
 SWEEP = "speeds = [100, 150, 200]\ndirections = [0, 90, 180, 270]\nslides = {slides}\nseed = {seed}\n"
 TRAIN, TEST = {"slides": 100, "seed": 1}, {"slides": 200, "seed": 100_001}
-KINDS = ("linear", "boosted", "forest")
+KINDS = ("linear", "boosted", "forest", "network")
 
 
 @dataclass
@@ -59,7 +60,7 @@ def kept(path: Path, make):
     return pickle.loads(path.read_bytes())
 
 
-def all_trained(wstac: str, folder: Path) -> list[Trained]:
+def all_trained(wstac: str, folder: Path, kinds: tuple[str, ...]) -> list[Trained]:
     """Trains what is not stored yet, and checks that the models for integers answer like the trained ones."""
     folder.mkdir(parents=True, exist_ok=True)
     X, y = samples(wstac, folder, "train", TRAIN)
@@ -67,9 +68,11 @@ def all_trained(wstac: str, folder: Path) -> list[Trained]:
     logs = (X.reshape(len(X), -1) / UNITS).astype(np.float32)
     flat = test.reshape(len(test), -1)
     test_logs = (flat / UNITS).astype(np.float32)
-    makers = {"forest": forest, "boosted": boosted, "linear": linear}
+    makers = {"forest": forest, "boosted": boosted, "linear": linear, "network": network}
     found = []
-    for kind in KINDS:
+    # A library that is imported here makes an underflow of exp an error.
+    np.seterr(under="ignore")
+    for kind in kinds:
         model = kept(folder / f"{kind}.pickle", lambda: makers[kind](logs, y))
         in_units = UNITED[kind](model)
         answers = model.predict(test_logs)
@@ -96,6 +99,16 @@ def linear(X, y):
     return LinearSVC(C=0.01, max_iter=20_000, random_state=0).fit(X, y)
 
 
+def network(X, y):
+    return MLPClassifier((32,), max_iter=100, random_state=0).fit(X, y)
+
+
+def network_in_units(model):
+    model = copy.deepcopy(model)
+    model.coefs_[0] = model.coefs_[0] / np.float32(UNITS)
+    return model
+
+
 def forest_in_units(model):
     model = copy.deepcopy(model)
     for tree in model.estimators_:
@@ -120,7 +133,7 @@ def linear_in_units(model):
     return model
 
 
-UNITED = {"forest": forest_in_units, "boosted": boosted_in_units, "linear": linear_in_units}
+UNITED = {"forest": forest_in_units, "boosted": boosted_in_units, "linear": linear_in_units, "network": network_in_units}
 
 
 def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
@@ -139,7 +152,7 @@ def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
             print(f"onnxmltools cannot convert the boosted trees: {error}")
             return file, None
         return file, onnx
-    options = {id(model): {"zipmap": False}} if kind == "forest" else None
+    options = {id(model): {"zipmap": False}} if kind in ("forest", "network") else None
     onnx.write_bytes(convert_sklearn(model, initial_types=inputs, options=options).SerializeToString())
     return onnx, onnx
 
@@ -148,6 +161,8 @@ def describe(kind: str, model, test) -> str:
     """Describes its size."""
     if kind == "linear":
         return f"`LinearSVC`, {model.coef_.shape[0]} × {model.coef_.shape[1]} weights"
+    if kind == "network":
+        return "`MLPClassifier`, " + " × ".join(map(str, [700, *(len(bias) for bias in model.intercepts_)]))
     if kind == "forest":
         trees = [tree.tree_ for tree in model.estimators_]
         splits = sum(int((tree.children_left >= 0).sum()) for tree in trees)

@@ -100,7 +100,7 @@ class Families(Imported):
     def test_boosted_trees(self):
         light = {"n_estimators": 10, "n_jobs": 1, "verbose": -1}
         cat = {"iterations": 10, "thread_count": 1, "allow_writing_files": False, "verbose": False}
-        for classes in (2, 3, 10):
+        for classes in (2, 10):
             self.data(classes)
             models = [
                 GradientBoostingClassifier(n_estimators=5),

@@ -15,7 +15,7 @@ if MISSING is None:
     from sklearn.ensemble import RandomForestClassifier
     from sklearn.linear_model import LogisticRegression
     from sklearn.pipeline import make_pipeline
-    from sklearn.preprocessing import Normalizer, StandardScaler
+    from sklearn.preprocessing import MinMaxScaler, Normalizer, StandardScaler
     from sklearn.svm import SVC, LinearSVC
     from sklearn.tree import DecisionTreeClassifier
 
@@ -250,8 +250,9 @@ class Forests(Imported):
                 self.linear(f"{type(model).__name__}, {y.dtype}", model, y, count=300, weights=["int16"], **options)
 
     def test_what_stands_before_is_refused_by_name(self):
-        model = make_pipeline(Normalizer(), LogisticRegression()).fit(self.X, self.y)
-        self.refused(self.onnx(model), "node Normalizer before")
+        for before, says in [(Normalizer(), "node Normalizer before"), (MinMaxScaler(clip=True), "node Clip before")]:
+            model = make_pipeline(before, LogisticRegression()).fit(self.X, self.y)
+            self.refused(self.onnx(model), says)
 
     def test_weights_and_samples_at_their_limits(self):
         """Tests sums that 32 bits could not hold: every product has the largest size."""

@@ -1,13 +1,15 @@
 //! Tests `wstac board --model`: a model reaches a board whatever the line loses, and what the board refuses is told.
 
 use serde_json::{Value, json};
-use wstac_core::model::file::Input;
+use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_core::wire::{
     AcceptedModels, BoardModel, Message, ModelId, ModelKind, ModelRefusal, ModelStep, Request, SettingsInUse,
 };
 use wstac_host::model_file::ModelFile;
 use wstac_tests::command::said;
 use wstac_tests::folder::Folder;
+use wstac_train::model::trained::{Kind, Linear, Row, Trained};
+use wstac_train::model::write::{Options, Weights, write};
 
 use super::board::Sent;
 use super::path;
@@ -24,6 +26,8 @@ enum Line {
     Forgets(u32),
     /// The board starts again once before this byte.
     Restarts(u32),
+    /// The board does not say which layout of model files it reads.
+    Old,
     /// The board refuses the model after the last piece.
     Refuses(ModelRefusal),
 }
@@ -75,7 +79,9 @@ fn takes(line: Line, accepts: AcceptedModels) -> impl FnMut(Request, &mut Sent) 
             other => panic!("{other:?}"),
         }
         for _ in 0..answers {
-            sent.push(&Message::Model(BoardModel::new(used, used.is_some(), accepts, step)));
+            let mut state = BoardModel::new(used, used.is_some(), accepts, step);
+            state.layout = state.layout.filter(|_| line != Line::Old);
+            sent.push(&Message::Model(state));
         }
     }
 }
@@ -167,6 +173,24 @@ fn a_model_that_the_board_does_not_take_is_refused_with_the_reason() {
     // It is checked before the port is opened.
     let done = wstac_tests::command::run(&["board", "/dev/nowhere", "--model", path(&file)]);
     assert!(!done.status.success() && said(&done).contains("its checksum is wrong"), "{}", said(&done));
+}
+
+/// Tests a board before version 0.4, whose state ends with the last step.
+#[test]
+fn a_board_of_0_3_gets_no_second_layout() {
+    let row = |at: usize| Row { weights: (0..INPUTS).map(|input| f64::from(u8::from(input == at))).collect(), bias: 0.0 };
+    let rows = vec![row(0), row(1)];
+    let (labels, task, input) = (vec!["a".into(), "b".into()], Task::Other, Input::Frames);
+    let kind = Kind::Linear(Linear { pairs: false, rows });
+    let model = Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks: Vec::new(), mean: None };
+    let options = Options { weights: Some(Weights::Int32), ..Options::default() };
+    let folder = Folder::new("board-layout");
+    let file = folder.file("wide.wsm", write(&model, "", options).unwrap().bytes());
+    let old = Board::that(takes(Line::Old, ACCEPTS));
+    let message = old.refused(&["--model", path(&file)]);
+    assert!(message.contains("it is WSM2, and the firmware reads WSM1: build the firmware of this version"), "{message}");
+    let done = Board::that(takes(Line::Old, ACCEPTS)).run(&["--model", "builtin:svm", "--json"]);
+    assert!(done.status.success(), "{}", said(&done));
 }
 
 #[test]

@@ -180,18 +180,42 @@ fn name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
+/// Recognizes files of trainers that are not read, and returns what they are, and how to write one that is.
+fn foreign(start: &[u8]) -> Option<(&'static str, &'static str)> {
+    const ONNX: &str =
+        "skl2onnx.to_onnx(model, X[:1].astype(\"float32\")), or model.save_model(\"my.json\") for XGBoost";
+    const LIGHTGBM: &str = "onnxmltools.convert_lightgbm(model, initial_types=[(\"X\", FloatTensorType([None, 700]))])";
+    const CATBOOST: &str = "model.save_model(\"my.onnx\", format=\"onnx\")";
+    const XGBOOST: &str = "model.save_model(\"my.json\")";
+    let has = |text: &[u8]| start.windows(text.len()).take(4096).any(|part| part == text);
+    // Behind fixed parameters, where ONNX has no such name.
+    let is_old = start.get(136..256).is_some_and(|names| names.windows(6).any(|part| part == b"gbtree"));
+    Some(match start {
+        // The first bytes of Python's pickles from protocol 2 on, and of those of joblib.
+        [0x80, 2..=5, ..] => ("a pickle, which only Python can read", ONNX),
+        [b'{', ..] if has(b"\"num_tree_per_iteration\"") => ("JSON of LightGBM", LIGHTGBM),
+        [b'{', ..] if has(b"\"features_info\"") => ("JSON of CatBoost", CATBOOST),
+        [b'{', ..] => return None,
+        [b'[', ..] => ("a list in JSON, as XGBoost's dump_model writes for people", XGBOOST),
+        _ if start.starts_with(b"booster[") => ("text, as XGBoost's dump_model writes for people", XGBOOST),
+        _ if start.starts_with(b"tree\nversion=") => ("text of LightGBM", LIGHTGBM),
+        _ if start.starts_with(b"CBM1") => ("a binary file of CatBoost", CATBOOST),
+        _ if start.starts_with(b"binf") || is_old => {
+            ("an old binary file of XGBoost", "the XGBoost that wrote it: model.save_model(\"my.json\")")
+        }
+        _ => return None,
+    })
+}
+
 /// Reads a model, and returns it with the tool that trained it; the contents determine the kind of file.
 fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
-    let start = bytes.trim_ascii_start();
+    // Editors on Windows put this mark of UTF-8 before text.
+    let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
+    if let Some((found, help)) = foreign(start) {
+        return Err(format!("is {found}, expected ONNX, or JSON or UBJSON of XGBoost; help: write it with {help}"));
+    }
     match start {
         [] => Err("is empty, expected a model".into()),
-        // The first bytes of Python's pickles from protocol 2 on, and of those of joblib.
-        [0x80, 2..=5, ..] => {
-            Err("is a pickle, which only Python can read, expected ONNX, or JSON or UBJSON of XGBoost; \
-                                  help: write ONNX with skl2onnx.to_onnx(model, X[:1].astype(\"float32\")), or \
-                                  model.save_model(\"my.json\") for XGBoost"
-                .into())
-        }
         [b'W', b'S', b'M', _, ..] => Err("is a model file already, expected a model of XGBoost or ONNX".into()),
         // A UBJSON object starts with the length of a key, a JSON object with a quotation mark.
         [b'{', b'i' | b'U' | b'I' | b'l' | b'L' | b'#' | b'$' | b'N', ..] => {

@@ -166,7 +166,10 @@ pub enum Node<L> {
 /// There are not ten inputs for each of 1 to 70 frames.
 pub fn frames(inputs: usize) -> Result<usize, String> {
     if inputs == 0 || !inputs.is_multiple_of(FEATURES) || inputs > FEATURES * SAMPLE_FRAMES {
-        return Err(format!("{inputs} inputs, expected 700, or ten for each of the first frames"));
+        return Err(format!(
+            "{inputs} inputs, expected 700, or ten for each of the first frames: of X, X_path or X_taxel_path, which \
+             wstac dataset writes with --input frames, path or taxel-path"
+        ));
     }
     Ok(inputs / FEATURES)
 }

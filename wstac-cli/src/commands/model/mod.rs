@@ -84,19 +84,24 @@ From recordings:
 
 Models that can be imported:
   scikit-learn, as ONNX of skl2onnx:
-    RandomForestClassifier, ExtraTreesClassifier, BaggingClassifier,
-    DecisionTreeClassifier, GradientBoostingClassifier,
-    HistGradientBoostingClassifier
+    RandomForestClassifier, ExtraTreesClassifier, DecisionTreeClassifier,
+    BaggingClassifier of trees
       Thresholds are exact. Votes are exact if leaves are of one class,
-      otherwise within the bound that import prints. Behind a
-      StandardScaler, thresholds are those of ONNX, which scales the
-      inputs in float32.
-    LogisticRegression, LinearSVC, SVC(kernel="linear") and other linear
-    classifiers, with or without a scaler, PCA, an imputer or a selection
-    of features before them
-      Weights are rounded; import prints by how much a score may be off,
-      and a warning if that may change answers, as of weights of very
-      different sizes, or if X was not times its scale.
+      otherwise within the bound that import prints.
+    GradientBoostingClassifier, HistGradientBoostingClassifier
+      Thresholds are exact. Import prints how close two scores must be
+      for the library, which adds float64, to answer otherwise.
+    LogisticRegression, LinearSVC, SVC(kernel="linear"), SGDClassifier,
+    Perceptron, OneVsRestClassifier of these, and other linear ones
+      Weights are int16, or int32 where rounding may change answers;
+      import prints by how much a score may be off, and a warning if X was
+      not times its scale.
+    MLPClassifier of one or two hidden layers of up to 128, relu
+      Weights are int16; give import --check.
+    Before any of them StandardScaler, MinMaxScaler, SimpleImputer,
+    SelectKBest and other selections; before linear ones PCA, too
+      Thresholds of trees behind a scaler are those of ONNX, which scales
+      in float32.
       A LinearSVC behind a StandardScaler converts with
       options={LinearSVC: {"raw_scores": True}}. In Python,
       wstac.save(model, X, "my.wsm") converts and compares answers.
@@ -104,14 +109,14 @@ Models that can be imported:
     XGBClassifier, XGBRFClassifier (gbtree)
       Trees, leaves and the order of their sums are exact. The file has
       no labels: use import --labels.
-  LightGBM, as ONNX of onnxmltools, and CatBoost, as
-  save_model("FILE.onnx", format="onnx"): exact trees
+  LightGBM, as ONNX of onnxmltools.convert_lightgbm, and CatBoost, as
+  save_model("FILE.onnx", format="onnx"):
+      As GradientBoostingClassifier. Not LightGBM's boosting_type="rf".
   ONNX of other programs:
-    The operators TreeEnsembleClassifier (a forest), TreeEnsemble and
-    ArgMax, LinearClassifier, SVMClassifier (linear kernel), MatMul and
-    Add, or Gemm, as of a linear layer of PyTorch or Keras. Labels may
-    pass LabelEncoder, ArrayFeatureExtractor or Gather. The error names
-    any other operator on the way to the label.
+    The operators TreeEnsembleClassifier, TreeEnsemble, LinearClassifier,
+    SVMClassifier (linear kernel), and MatMul or Gemm, as of linear layers
+    of PyTorch or Keras, also with Relu between. The error names any other operator on the way to
+    the label.
 
 Inputs and limits:
   A model has 700 inputs, feature by feature: X.reshape(n, 700) of a data

@@ -38,7 +38,7 @@ pub(super) fn read(node: &OnnxNode, before: Before, producer: &str) -> Result<Re
             // For a score of 0, GradientBoostingClassifier answers the second class and all others the first.
             // HistGradientBoostingClassifier has the same operator, but its missing values go to the larger child.
             if boosted.scores.len() == 1 && producer.starts_with("skl2onnx") && missing.iter().all(|&left| left == 0) {
-                boosted.bound = -f32::from_bits(1);
+                boosted.bound = -f32::MIN_POSITIVE;
             }
             Kind::Boosted(boosted)
         }

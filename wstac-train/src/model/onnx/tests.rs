@@ -193,7 +193,7 @@ fn weighted_sums_are_those_of_any_network() {
                 node_of("MatMul", &["x", "w"], "y", &[]),
                 highest("y"),
             ],
-            "node Relu before",
+            "a hidden layer has 700 sums, expected 1 to 128",
         ),
         (
             vec![constant_of("w", 1, &[2, 2], &raw(&[1.0; 4])), product(), highest("y")],
@@ -208,6 +208,33 @@ fn weighted_sums_are_those_of_any_network() {
         let error = answers(&nodes).unwrap_err();
         assert!(error.contains(says), "{error}");
     }
+}
+
+#[test]
+fn a_network_has_rectifiers_between_weighted_sums() {
+    let bias = constant_of("b", 1, &[2], &raw(&[-2.0, 0.0]));
+    let gemm = |more: &[Vec<u8>]| node_of("Gemm", &["r", "v", "b"], "s", more);
+    // Class 0 wins if the feature is further than 2 from 0.
+    let nodes = |last: Vec<u8>| {
+        vec![
+            weights(&[1.0, -1.0]),
+            constant_of("v", 1, &[2, 2], &raw(&[1.0, 0.0, 1.0, 0.0])),
+            bias.clone(),
+            node_of("MatMul", &["X", "w"], "y", &[]),
+            node("Dropout", "y", "d", &[]),
+            node("Relu", "d", "r", &[]),
+            last,
+            node("ArgMax", "s", "label", &[number_of("axis", 1)]),
+        ]
+    };
+    assert_eq!(answers(&nodes(gemm(&[]))), Ok([0, 1, 1, 0]));
+    let found = read(&model(&nodes(gemm(&[]))), None).unwrap().0;
+    let Kind::Network(network) = found.kind else { panic!("{:?}", found.kind) };
+    let sums: Vec<usize> = network.layers.iter().map(Vec::len).collect();
+    // Of two classes, one sum decides.
+    assert_eq!(sums, [2, 1]);
+    let error = answers(&nodes(gemm(&[number_of("transA", 1)]))).unwrap_err();
+    assert!(error.contains("4 weights of 2 inputs and 2 outputs"), "{error}");
 }
 
 #[test]
@@ -525,18 +552,42 @@ fn a_forest_is_read_with_its_labels() {
     }
 }
 
+/// Encodes boosted trees behind a selection, and weighted sums behind scaling, of ten inputs.
+fn others() -> [Vec<u8>; 2] {
+    let mut lists = forest("BRANCH_GT", 1.0);
+    lists[2] = integers_of("nodes_featureids", &[1, 0, 0]);
+    lists.push(attribute_of("post_transform", &[field(4, b"LOGISTIC")]));
+    lists.push(floats_of("base_values", &[0.5, 0.25]));
+    let list = |name: &str, shape: &[u8], list: &[f32]| constant_of(name, 1, shape, &raw(list));
+    let trees = [
+        constant_of("i", 7, &[2], &[3_u64.to_le_bytes(), 5_u64.to_le_bytes()].concat()),
+        node_of("ArrayFeatureExtractor", &["X", "i"], "p", &[]),
+        node("TreeEnsembleClassifier", "p", "label", &lists),
+    ];
+    let sums = [
+        list("s", &[1], &[2.0]),
+        list("w", &[10, 2], &[0.5; 20]),
+        list("b", &[2], &[0.0, 1.0]),
+        node_of("Div", &["X", "s"], "a", &[]),
+        node_of("Gemm", &["a", "w", "b"], "y", &[number_of("transA", 0)]),
+        node("ArgMax", "y", "label", &[number_of("axis", 1)]),
+    ];
+    [model_of(&trees, &[1 << 3, 10]), model_of(&sums, &[1 << 3, 10])]
+}
+
 #[test]
 fn what_is_damaged_is_an_error_and_no_panic() {
-    let whole = whole();
-    read(&whole, None).unwrap();
-    for at in 0..whole.len() {
-        read(&whole[..at], None).unwrap_err();
-        for byte in [0, 1, 2, 7, 0x0A, 0x7F, 0x80, 0xFF, whole[at] ^ 1, whole[at] ^ 0x10] {
-            let mut damaged = whole.clone();
-            damaged[at] = byte;
-            if let Ok((model, _)) = read(&damaged, None) {
-                // Some are other models, or cannot be written; neither may panic.
-                let _ = write(&model, "", Options::default());
+    for whole in [vec![whole()], others().to_vec()].concat() {
+        read(&whole, None).unwrap();
+        for at in 0..whole.len() {
+            read(&whole[..at], None).unwrap_err();
+            for byte in [0, 1, 2, 7, 0x0A, 0x7F, 0x80, 0xFF, whole[at] ^ 1, whole[at] ^ 0x10] {
+                let mut damaged = whole.clone();
+                damaged[at] = byte;
+                if let Ok((model, _)) = read(&damaged, None) {
+                    // Some are other models, or cannot be written; neither may panic.
+                    let _ = write(&model, "", Options::default());
+                }
             }
         }
     }
@@ -551,7 +602,10 @@ fn what_is_not_understood_is_named() {
         (vec![classifier()], "tree 0, node 0: mode BRANCH_EQ"),
         (vec![node("Relu", "X", "label", &[])], "nodes Relu, expected one classifier"),
         (vec![node("Gemm", "X", "label", &[])], "node Gemm: its second input is no constant"),
-        (vec![node("Relu", "X", "y", &[]), node("LinearClassifier", "y", "label", &[])], "node Relu before"),
+        (
+            vec![node("Relu", "X", "y", &[]), node("TreeEnsembleClassifier", "y", "label", &forest("BRANCH_LEQ", 0.0))],
+            "its input is a weighted sum, expected trees of single features",
+        ),
         (vec![named("y"), node("Gemm", "y", "label", &[])], "node Gemm after"),
         (vec![node("Identity", "y", "y", &[]), node("LinearClassifier", "y", "label", &[])], "in a circle"),
         // Inputs lose a part on the way.
