@@ -49,7 +49,7 @@ class Kind:
     agree: float
     double: bool = False
     gemm: bool = False
-    # Samples show how large the values within a network are: without, those behind a scaler are too coarse.
+    # Samples show how large the values within a network are.
     check: bool = False
     options: dict = field(default_factory=dict)
     arguments: tuple = ()
@@ -111,15 +111,6 @@ def kinds():
         ),
         "SGD": Kind(lambda: linear_model.SGDClassifier(random_state=1), LINEAR),
         "Perceptron": Kind(lambda: linear_model.Perceptron(random_state=1), LINEAR),
-        # Networks.
-        "StandardScaler, MLP, with samples": Kind(
-            behind(StandardScaler(), MLPClassifier((32,), max_iter=60, random_state=1)), LINEAR, check=True
-        ),
-        "MLP": Kind(lambda: MLPClassifier((32,), max_iter=20, random_state=1), LINEAR),
-        "StandardScaler, MLP of two layers": Kind(
-            behind(StandardScaler(), MLPClassifier((40, 20), max_iter=20, random_state=1)), LINEAR
-        ),
-        # Behind steps.
         "PCA, LogisticRegression": Kind(behind(PCA(40, random_state=1), logistic()), LINEAR),
         "MinMaxScaler, LogisticRegression": Kind(behind(MinMaxScaler(), logistic()), LINEAR),
         "SelectKBest, LogisticRegression": Kind(behind(SelectKBest(k=200), logistic()), LINEAR),
@@ -128,6 +119,11 @@ def kinds():
         ),
         "imputer, RandomForest": Kind(behind(SimpleImputer(), ensemble.RandomForestClassifier(30, **one)), EXACT),
         "imputer, LogisticRegression": Kind(behind(SimpleImputer(), logistic()), LINEAR),
+        # Networks.
+        "MLP": Kind(lambda: MLPClassifier((32,), max_iter=60, random_state=1), LINEAR, check=True),
+        "StandardScaler, MLP of two layers": Kind(
+            behind(StandardScaler(), MLPClassifier((40, 20), max_iter=60, random_state=1)), LINEAR, check=True
+        ),
     }
 
 

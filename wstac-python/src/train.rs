@@ -242,7 +242,8 @@ fn facts<'py>(py: Python<'py>, trained: &TrainedModel) -> PyResult<Bound<'py, Py
     Ok(all)
 }
 
-/// Makes a model file of the bytes of a trainer's file, whose answers are compared on samples (n, 700). Returns its bytes.
+/// Makes a model file of the bytes of a trainer's file. `samples` are int16 of 700 numbers each, as data sets have them.
+/// Returns the file's bytes.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
 pub(crate) fn import_model<'py>(
@@ -257,7 +258,7 @@ pub(crate) fn import_model<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (task, input) = (task.map(task_of).transpose()?, input_of(input)?);
     let samples = samples.as_slice()?.as_chunks::<INPUTS>().0.to_vec();
-    let wanted = Import { labels, task, input, note, samples, ..Import::default() };
+    let wanted = Import { labels, task, input, note, samples: Some(samples), ..Import::default() };
     let made = py.detach(|| import_bytes(name, content, &wanted));
     Ok(PyBytes::new(py, &made.map_err(|why| crate::refused(format_args!("{name}: {why}")))?.1.bytes()))
 }

@@ -178,7 +178,8 @@ fn a_model_that_the_board_does_not_take_is_refused_with_the_reason() {
 /// Tests a board before version 0.4, whose state ends with the last step.
 #[test]
 fn a_board_of_0_3_gets_no_second_layout() {
-    let row = |at: usize| Row { weights: (0..INPUTS).map(|input| f64::from(u8::from(input == at))).collect(), bias: 0.0 };
+    let row =
+        |at: usize| Row { weights: (0..INPUTS).map(|input| f64::from(u8::from(input == at))).collect(), bias: 0.0 };
     let rows = vec![row(0), row(1)];
     let (labels, task, input) = (vec!["a".into(), "b".into()], Task::Other, Input::Frames);
     let kind = Kind::Linear(Linear { pairs: false, rows });
@@ -188,7 +189,10 @@ fn a_board_of_0_3_gets_no_second_layout() {
     let file = folder.file("wide.wsm", write(&model, "", options).unwrap().bytes());
     let old = Board::that(takes(Line::Old, ACCEPTS));
     let message = old.refused(&["--model", path(&file)]);
-    assert!(message.contains("it is WSM2, and the firmware reads WSM1: build the firmware of this version"), "{message}");
+    assert!(
+        message.contains("it is WSM2, and the firmware reads WSM1: build the firmware of this version"),
+        "{message}"
+    );
     let done = Board::that(takes(Line::Old, ACCEPTS)).run(&["--model", "builtin:svm", "--json"]);
     assert!(done.status.success(), "{}", said(&done));
 }

@@ -164,7 +164,7 @@ const fn range(half: u8) -> &'static str {
     match half {
         6 => "1 to 4, or 5 of WSM2",
         7 => {
-            "what its kind can be of: 1 or 2 of a linear model or a network, 4 of a linear model of WSM2, 0 of a forest, \
+            "what its kind can be of: 1 or 2 of a linear model or a network, or 4 of WSM2, 0 of a forest, \
              2 or 3 of boosted trees"
         }
         8 => "1 to 64",

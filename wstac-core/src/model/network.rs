@@ -8,14 +8,14 @@
 //!   models have them ([`super::linear_svm`])
 //!
 //! A hidden layer has 1 to [`MOST_WIDTH`] sums. Its values are the sums shifted right, at least 0 and at most 32767. They
-//! are the inputs of the next layer; zeros follow up to a multiple of ten. Weights are int8 or int16, the same in all
-//! layers. The last layer has a sum for each class, or a single one for two classes, and a shift of 0. The class with the
+//! are the inputs of the next layer; zeros follow up to a multiple of ten. Weights are int8, int16 or int32, the same in
+//! all layers. The last layer has a sum for each class, or a single one for two classes, and a shift of 0. The class with the
 //! highest sum wins, as in a linear model with a row for each class.
 
 use super::calibration::Calibration;
 use super::file::{HEADER_HALVES, Header, INPUTS, ModelError, NETWORK, half, part};
 use super::labels::Labels;
-use super::rows::{INT8, INT16, Rows, inputs_of};
+use super::rows::{INT8, INT16, INT32, Rows, inputs_of};
 use crate::params::FEATURES;
 
 /// The most sums of a hidden layer.
@@ -106,7 +106,7 @@ impl<'a> Network<'a> {
         if header.layout < 2 {
             return Err(ModelError::Header { half: 6, found: header.kind });
         }
-        if header.number != INT8 && header.number != INT16 {
+        if header.number != INT8 && header.number != INT16 && header.number != INT32 {
             return Err(ModelError::Header { half: 7, found: header.number });
         }
         if header.trees != 0 {

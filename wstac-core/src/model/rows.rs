@@ -57,9 +57,10 @@ impl<'a> Rows<'a> {
         Ok(Self { biases, weights, fits_32_bits, number })
     }
 
-    /// Returns the rows of words that [`Rows::new`] has checked, and not of int32.
+    /// Returns the rows of words that [`Rows::new`] has checked.
     pub(super) fn checked(words: &'a [u32], rows: usize, number: u16, fits_32_bits: bool) -> Self {
-        let (biases, weights) = words.split_at_checked(2 * rows).unwrap_or_default();
+        let halves = if number == INT32 { 2 } else { 1 };
+        let (biases, weights) = words.split_at_checked(2 * rows * halves).unwrap_or_default();
         Self { biases: biases.as_chunks::<2>().0, weights, fits_32_bits, number }
     }
 

@@ -236,7 +236,7 @@ fn a_network_has_hidden_values() {
     let at = HEADER_HALVES + 2 + 2 + 8 + 2 * INPUTS;
     for (halves, expected) in [
         (vec![(1, MAGIC[1])], ModelError::Header { half: 6, found: 5 }),
-        (vec![(7, 4)], ModelError::Header { half: 7, found: 4 }),
+        (vec![(7, 3)], ModelError::Header { half: 7, found: 3 }),
         (vec![(HEADER_HALVES, 4)], ModelError::Part(HEADER_HALVES as u32)),
         (vec![(HEADER_HALVES + 2, 0)], ModelError::Part(HEADER_HALVES as u32 + 2)),
         (vec![(HEADER_HALVES + 2, 129)], ModelError::Part(HEADER_HALVES as u32 + 2)),

@@ -27,6 +27,11 @@ pub(super) struct CheckSet {
 }
 
 impl CheckSet {
+    /// Takes samples without a file.
+    pub(super) fn of(samples: Vec<[i16; INPUTS]>) -> Self {
+        Self { name: "X".into(), samples, truth: None }
+    }
+
     /// Reads the samples that a model takes, and their labels if the model has some of them.
     pub(super) fn read(path: &Path, model: &Trained) -> Result<Self, Error> {
         let (npz, array) = (Npz::open(path)?, array_of(model.input));
@@ -46,12 +51,6 @@ impl CheckSet {
             truth.numbers.retain(|_| rows.next() == Some(true));
         }
         Ok(Self { name: path.display().to_string(), samples, truth })
-    }
-
-    /// Returns a set of samples without labels; `None` if all are zeros.
-    pub(super) fn of(samples: &[[i16; INPUTS]]) -> Option<Self> {
-        let samples: Vec<_> = samples.iter().filter(|sample| is_sample(sample)).copied().collect();
-        (!samples.is_empty()).then(|| Self { name: "X".to_owned(), samples, truth: None })
     }
 
     /// Returns the mean of each input of a model.
@@ -100,7 +99,7 @@ impl CheckSet {
                     "import it with --weights int16 or int32, train it on X * scale without a StandardScaler, with more \
                      regularization, or train trees"
                 }
-                Kind::Network(_) => "import it with --weights int16, or train it with more regularization",
+                Kind::Network(_) => "import it with --weights int16 or int32, or train it with more regularization",
                 _ => "import it with leaves of float32, or train trees whose leaves are of one class",
             };
             return Err(format!("{found}, expected at most {} %; help: {help}", 100.0 * MOST_CHANGED));
@@ -401,7 +400,6 @@ mod tests {
         assert!(set.graded(&one).unwrap_err().contains("by chance (30.0 %)"));
         set.truth.as_mut().unwrap().numbers.fill(1);
         assert_eq!(set.graded(&one).unwrap(), "; 300 of 300 answers are right (100.0 %)");
-        assert!(CheckSet::of(&[[0; INPUTS]]).is_none());
         // Two samples are too few to ask for more.
         set.truth.as_mut().unwrap().numbers = vec![0, 1];
         assert!(set.graded(&[0, 1]).is_ok());

@@ -55,8 +55,8 @@ pub struct Import {
     /// Only for [`import`]: a data set on which at most 0.5 % of answers may change. If it has labels of the model, more
     /// answers must be right than by chance.
     pub check: Option<PathBuf>,
-    /// Only for [`import_bytes`]: samples as of `check`, in the order of data sets. None is without them.
-    pub samples: Vec<[i16; INPUTS]>,
+    /// Only for [`import_bytes`]: samples instead of `check`, in the order of data sets.
+    pub samples: Option<Vec<[i16; INPUTS]>>,
 }
 
 /// Reads a trained model from its trainer's file and writes it as a model file.
@@ -78,7 +78,8 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
-    made(name, model, &tool, wanted, CheckSet::of(&wanted.samples).as_ref())
+    let set = wanted.samples.clone().map(CheckSet::of);
+    made(name, model, &tool, wanted, set.as_ref())
 }
 
 fn made(
@@ -100,7 +101,8 @@ fn made(
     if let Some(note) = &wanted.note {
         facts["note"] = note.as_str().into();
     }
-    if let (Some(set), Kind::Network(network)) = (set, &mut model.kind) {
+    if let Kind::Network(network) = &mut model.kind {
+        let set = set.ok_or("is a network, whose hidden values have the range of samples: expected --check SET.npz")?;
         network.tops = Some(set.tops(network, inputs));
     }
     let written = |weights| {
@@ -113,7 +115,7 @@ fn made(
         Ok(written)
     };
     // Weights that change too many answers are wider, unless the user chose.
-    let can_be_wider = wanted.options.weights.is_none() && matches!(model.kind, Kind::Linear(_));
+    let can_be_wider = wanted.options.weights.is_none() && matches!(model.kind, Kind::Linear(_) | Kind::Network(_));
     let written = written(wanted.options.weights)
         .or_else(|why: String| if can_be_wider { written(Some(Weights::Int32)).map_err(|_| why) } else { Err(why) })?;
     Ok((model, written))

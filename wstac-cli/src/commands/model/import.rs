@@ -143,7 +143,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let options = Options { weights, leaves };
     let (labels, speeds) = (arguments.labels.clone(), arguments.speeds);
     let (note_of_training, check) = (arguments.note.clone(), arguments.check.clone());
-    let wanted = Import { labels, task, input, speeds, note: note_of_training, options, check, samples: Vec::new() };
+    let wanted = Import { labels, task, input, speeds, note: note_of_training, options, check, samples: None };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)

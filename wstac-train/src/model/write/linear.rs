@@ -30,6 +30,15 @@ pub(super) const fn largest(weights: Weights) -> f64 {
 /// What a warning adds if the answers were not counted.
 pub(in super::super) const COUNTED_BY_CHECK: &str = "; --check SET.npz counts the answers that change";
 
+/// Returns the number of a type in a file.
+pub(super) const fn number_of(weights: Weights) -> u16 {
+    match weights {
+        Weights::Int8 => 1,
+        Weights::Int16 => 2,
+        Weights::Int32 => 4,
+    }
+}
+
 pub(super) fn body(
     model: &Linear,
     classes: usize,
@@ -110,12 +119,7 @@ fn body_of(
         warning
     );
     let kind = if model.pairs { 2 } else { 1 };
-    let number = match width {
-        Weights::Int8 => 1,
-        Weights::Int16 => 2,
-        Weights::Int32 => 4,
-    };
-    Ok((Body { kind, number, trees: 0, shift: 0, halves, exactness, score_bound: usual }, is_unsure))
+    Ok((Body { kind, number: number_of(width), trees: 0, shift: 0, halves, exactness, score_bound: usual }, is_unsure))
 }
 
 /// Appends rows of weights in the order of a file, and their biases.

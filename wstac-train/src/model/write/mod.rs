@@ -23,7 +23,7 @@ const ONE: f64 = wstac_core::params::FEATURE_ONE as f64;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Options {
     /// The type of weights of linear models and networks; `None` is int16, or int32 for a linear model whose answers
-    /// rounding to int16 may change.
+    /// rounding to int16 may change; an import that compares answers also makes it int32 for others.
     pub weights: Option<Weights>,
     /// The type of leaves in boosted trees.
     pub leaves: Leaves,
@@ -36,7 +36,7 @@ pub enum Weights {
     Int8,
     /// 16 bits.
     Int16,
-    /// 31 bits, only of linear models: twice as large and as slow as int16.
+    /// 31 bits: twice as large and as slow as int16.
     Int32,
 }
 

@@ -4,7 +4,7 @@ use wstac_core::model::network::MOST_WIDTH;
 use wstac_core::params::FEATURES;
 
 use super::super::trained::{Network, Row, file_order};
-use super::linear::{USUAL, largest, push_rows, rounded};
+use super::linear::{USUAL, largest, number_of, push_rows, rounded};
 use super::{Body, ONE, Weights};
 
 /// Largest value of a hidden layer.
@@ -18,11 +18,7 @@ pub(super) fn body(
     mean: Option<&[f64]>,
 ) -> Result<Body, String> {
     let width = weights.unwrap_or(Weights::Int16);
-    let (number, full) = match width {
-        Weights::Int8 => (1, largest(width)),
-        Weights::Int16 => (2, largest(width)),
-        Weights::Int32 => return Err("is a network, expected --weights int8 or int16".into()),
-    };
+    let (number, full) = (number_of(width), largest(width));
     check(network, classes, frames)?;
     let last = network.layers.len() - 1;
     let mut halves = vec![network.layers.len() as u16, 0];
