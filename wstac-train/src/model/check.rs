@@ -28,8 +28,9 @@ pub(super) struct CheckSet {
 
 impl CheckSet {
     /// Takes samples without a file.
-    pub(super) fn of(samples: Vec<[i16; INPUTS]>) -> Self {
-        Self { name: "X".into(), samples, truth: None }
+    pub(super) fn of(mut samples: Vec<[i16; INPUTS]>) -> Option<Self> {
+        samples.retain(is_sample);
+        (!samples.is_empty()).then(|| Self { name: "X".into(), samples, truth: None })
     }
 
     /// Reads the samples that a model takes, and their labels if the model has some of them.
@@ -400,6 +401,7 @@ mod tests {
         assert!(set.graded(&one).unwrap_err().contains("by chance (30.0 %)"));
         set.truth.as_mut().unwrap().numbers.fill(1);
         assert_eq!(set.graded(&one).unwrap(), "; 300 of 300 answers are right (100.0 %)");
+        assert!(CheckSet::of(vec![[0; INPUTS]; 2]).is_none());
         // Two samples are too few to ask for more.
         set.truth.as_mut().unwrap().numbers = vec![0, 1];
         assert!(set.graded(&[0, 1]).is_ok());

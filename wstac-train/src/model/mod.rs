@@ -78,7 +78,7 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
-    let set = wanted.samples.clone().map(CheckSet::of);
+    let set = wanted.samples.clone().and_then(CheckSet::of);
     made(name, model, &tool, wanted, set.as_ref())
 }
 
