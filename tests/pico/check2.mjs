@@ -71,7 +71,7 @@ function faulty(name, program, count, faults, missing, expected, restarts = 0) {
   }
   if (resets !== restarts) problems.push(`the chip restarted ${resets} times`);
   if (!uses) problems.push('no frames are used at the end');
-  if (floating.length > 0) problems.push(`pins ${floating} are not pulled down`);
+  if (floating.length > 0) problems.push(`pins ${floating} are not pulled up`);
   host.say(name, problems);
 }
 

@@ -20,11 +20,24 @@ export const OVERRUN = 'pixels came faster than they were taken';
 export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer';
 export const BACK = 'the camera sends frames again';
 export const FORGETS = (register) => `the camera does not keep what register ${register} is set to`;
+/** What a camera sends in place of 30 frames per second of 244 lines of 324 pixels. */
+export const SENDS = (what, found, first, register) => {
+  const size = (lines, words, rate) => `${lines} lines, ${words} words, ${rate} per second`;
+  const [right, wrong] = [size(244, 19764, '30.00'), size(found.lines ?? 244, found.words ?? 19764, found.rate ?? '30.0.')];
+  const help = `help: check ${first}, then register ${register}`;
+  return new RegExp(`^the camera at 0x24 sends ${what} \\(found ${wrong}; expected ${right}\\); ${help}$`);
+};
+const SIZE_FIRST = 'the wires HREF, VSYNC and PCLK and the number of data wires';
+export const ANOTHER_SIZE = (found) => SENDS('frames of another size', found, SIZE_FIRST, '0x3010');
+export const ANOTHER_RATE = (rate) => SENDS('frames at another rate', { rate }, "the sensor's clock, 24 MHz", '0x3060');
 export const LOST_SYNC = 'a frame did not begin or end when it should have';
 
 /** Returns the numbers from one to another one, without that. */
 export const range = (from, to) => Array.from({ length: to - from }, (_, k) => from + k);
-export const same = (a, b) => a.length === b.length && a.every((line, k) => line === b[k]);
+/** Returns whether lines are those that are expected, of which each is a text or an expression. */
+export const same = (a, b) => {
+  return a.length === b.length && a.every((line, k) => (b[k] instanceof RegExp ? b[k].test(line) : line === b[k]));
+};
 export const ofKind = (lines, ...kinds) => lines.filter((line) => kinds.includes(JSON.parse(line).kind));
 
 /** The command, with a clip of two slides. */

@@ -368,7 +368,8 @@ export class Board {
       if (fault === 'late DMA' && (y === 110 || y === 111)) this.holdDma(y === 110);
       this.pin(HREF, true);
       this.until(lineBegins);
-      for (let clocks = sensor.clocksBefore(); clocks > 0; clocks--) send(0);
+      // What is on the wires then is a guess.
+      for (let clocks = (sensor.pixelsBefore() * 8) / wires; clocks > 0; clocks--) send(0x5a);
       for (let x = 0; x < columns; x++) {
         if (fault === 'split line' && y === 100 && x === 160) {
           this.pin(HREF, false);

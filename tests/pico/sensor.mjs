@@ -3,6 +3,9 @@
 // Registers and bits are those of Himax's data sheet as public drivers quote it: OpenMV's and Zephyr's drivers, those
 // of Arm and of P. Marques for the RP2040, SparkFun's with its test of the data wires, and blankchenxm's for the ESP32.
 // They are not those of the firmware's table. What none of them says is a guess, and the comment says so.
+//
+// How many clocks a line has while PCLK is gated is where drivers differ: those of P. Marques and of the Coral Dev Board
+// Micro count 324, one of 4 wires for the MSP430FR5994 counts 326, and Zephyr's has 326 without a gate. So both are run.
 
 const ADDRESS = 0x24;
 // What a reset sets, as far as the drivers say it: standby, automatic exposure on, the whole array, 8 wires, the clock
@@ -37,6 +40,7 @@ export class Hm01b0 {
     this.holds = 0; // clocks for which it holds the data line
     this.slips = {};
     this.stuck = null; // a register that keeps its value
+    this.isGateEarly = false; // whether a gated PCLK begins with HREF, and not with the first pixel
     this.dead = 0; // the data wires that are off, as bits
     this.nackAfter = null; // how often it answers before it fails once
     this.resets = 0;
@@ -184,11 +188,11 @@ export class Hm01b0 {
   }
 
   /**
-   * Returns the pixel clocks of a line before its first pixel, while HREF is high: HREF comes early, and PCLK is not
-   * gated (0x3060 bit 5). Bit 1 of 0x1012 makes HREF a pixel later, which is a guess.
+   * Returns the pixels for which PCLK runs before the first one of a line, while HREF is high: HREF comes early, and PCLK is
+   * not gated (0x3060 bit 5), or its gate opens with HREF. Bit 1 of 0x1012 makes HREF a pixel later, which is a guess.
    */
-  clocksBefore() {
-    return this.at(0x3060) & 0x20 ? 0 : this.hrefEarly();
+  pixelsBefore() {
+    return this.at(0x3060) & 0x20 && !this.isGateEarly ? 0 : this.hrefEarly();
   }
 
   /** Returns how many pixels HREF comes before the first pixel. */
@@ -218,7 +222,7 @@ export class Hm01b0 {
     return {
       pins: (this.at(0x0100) & 7) === 3 ? 'some frames' : 'all',
       rate: 1 / this.period(clock),
-      size: `${this.size()} ${this.clocksBefore()}`,
+      size: `${this.size()}`,
       sync: Math.min(0, this.early()),
       format: `${this.wires()} ${this.wires() < 8 ? this.at(0x3060) & 0x10 : 0} ${this.at(0x3011) & 1} ${this.rises()}`,
       automatic: this.at(0x2100) & 1,

@@ -1,59 +1,51 @@
 //! A board's side of the link: messages on the serial line, and reports of faults on every available way.
 
+use core::mem;
+
 use embedded_hal::digital::{OutputPin, PinState};
 use embedded_io::{Read, ReadReady, Write};
 #[cfg(feature = "settings")]
 use wstac_core::wire::LONGEST_REQUEST;
-use wstac_core::wire::{self, Decoder, Fault, Message, Request};
+use wstac_core::wire::{self, Decoder, Fault, FrameNumbers, FramePart, Message, Request};
 
 use crate::picture;
 use crate::reader::Publisher;
-use crate::self_test::Defect;
-use crate::sensor::{CameraSensor, SensorError};
+use crate::sensor::SensorError;
 
 /// The number of bytes of the longest request.
 #[cfg(not(feature = "settings"))]
 const LONGEST_REQUEST: usize = 16;
 
-/// The reason why there are no frames.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Absence {
-    /// There are frames.
-    None,
-    /// The sensor sends no pixels.
-    Silent,
-    /// The sensor does not answer on its bus.
-    Gone,
-    /// The sensor is another one.
-    Unknown {
-        /// The identity that the sensor reports.
-        id: u16,
-    },
-    /// The sensor does not keep its settings.
-    NotTaken {
-        /// The register that holds another value.
-        register: u16,
-    },
-}
-
-impl Absence {
-    /// Returns the reason that a sensor's frames are wrong.
-    pub fn of(defect: Defect, sensor: &CameraSensor) -> Self {
-        match defect {
-            Defect::NoFrames => Self::Silent,
-            Defect::Size { .. } => Self::NotTaken { register: sensor.suspects.size },
-            Defect::Format | Defect::Pattern => Self::NotTaken { register: sensor.suspects.format },
-            Defect::Rate { .. } => Self::NotTaken { register: sensor.suspects.rate },
-        }
+/// Returns the fault of a sensor that could not be set up.
+pub fn fault_of<E>(error: SensorError<E>) -> Fault<'static> {
+    match error {
+        SensorError::Bus { .. } => Fault::SensorGone,
+        SensorError::Identity { found: id, .. } => Fault::SensorUnknown { id },
+        SensorError::NotTaken { register, .. } => Fault::SensorRefuses { register },
     }
 }
 
-impl<E> From<SensorError<E>> for Absence {
-    fn from(error: SensorError<E>) -> Self {
-        match error {
-            SensorError::Bus { .. } => Self::Gone,
-            SensorError::Identity { found, .. } => Self::Unknown { id: found },
-            SensorError::NotTaken { register, .. } => Self::NotTaken { register },
+/// The fault that a host was told of, without the numbers that were measured: few bytes for a place on every board.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Told {
+    /// No fault.
+    #[default]
+    None,
+    /// A fault, of which a host that has just connected should know, too.
+    Again,
+    /// A fault of this kind, and its number.
+    Fault(u8, u16),
+}
+
+impl Told {
+    fn of(fault: &Fault<'_>) -> Self {
+        match *fault {
+            Fault::SensorUnknown { id } => Self::Fault(0, id),
+            Fault::SensorRefuses { register } => Self::Fault(1, register),
+            Fault::SensorDiffers { part: FramePart::Pattern, .. } => Self::Fault(2, 0),
+            Fault::SensorDiffers { register, .. } => Self::Fault(3, register),
+            Fault::SensorGone => Self::Fault(4, 0),
+            _ => Self::Fault(5, 0),
         }
     }
 }
@@ -136,12 +128,22 @@ impl<S: Line, T: OutputPin> Link<S, T> {
             Fault::SensorRefuses { register } => {
                 defmt::error!("the sensor does not keep register {=u16:#04x}", register);
             }
+            Fault::SensorDiffers { found: FrameNumbers { lines, words, millihertz }, .. } => {
+                defmt::error!("{=u32} lines, {=u32} words, {=u32} frames in 1000 seconds", lines, words, millihertz);
+            }
             Fault::SensorBack => defmt::info!("the sensor sends frames again"),
             Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
             _ => {}
         }
-        let _ = self.trouble.set_state(PinState::from(fault != Fault::SensorBack));
+        let _ = self.trouble.set_state(PinState::from(!matches!(fault, Fault::SensorBack)));
         self.send(&Message::Fault(fault));
+    }
+
+    /// Reports why there are no frames, unless the host was told so.
+    pub fn absence(&mut self, told: &mut Told, fault: Fault<'_>) {
+        if mem::replace(told, Told::of(&fault)) != *told {
+            self.fault(fault);
+        }
     }
 
     /// Sends the board's time, for a request of the host's time.
@@ -149,17 +151,6 @@ impl<S: Line, T: OutputPin> Link<S, T> {
     #[inline(never)]
     pub fn time(&mut self, host_us: u64, board_us: u64) {
         self.send(&Message::Time { host_us, board_us });
-    }
-
-    /// Reports why there are no frames.
-    pub fn absence(&mut self, reason: Absence) {
-        match reason {
-            Absence::None => {}
-            Absence::Silent => self.fault(Fault::SensorSilent),
-            Absence::Unknown { id } => self.fault(Fault::SensorUnknown { id }),
-            Absence::NotTaken { register } => self.fault(Fault::SensorRefuses { register }),
-            Absence::Gone => self.fault(Fault::SensorGone),
-        }
     }
 }
 

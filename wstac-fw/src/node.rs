@@ -17,15 +17,15 @@ use embedded_hal::i2c::I2c;
 use wstac_core::layout::FrameSize;
 use wstac_core::pipeline::NextFrame;
 use wstac_core::rate::FrameRate;
-use wstac_core::wire::{Fault, Request, Text};
+use wstac_core::wire::{Fault, FrameNumbers, FramePart, Request, Text};
 
-use crate::link::{Absence, Line, Link};
+use crate::link::{Line, Link, Told, fault_of};
 use crate::picture::Picture;
 use crate::reader::Reader;
 use crate::restart::restart;
-use crate::self_test::{self, Defect, Probe, RateMeter};
+use crate::self_test::{self, Probe, RateMeter};
 use crate::sensor::watch::Watch;
-use crate::sensor::{CameraSensor, SensorError, Signals};
+use crate::sensor::{self, CameraSensor, SensorError, Signals};
 use crate::settings_store::SettingsStore;
 use crate::stack::StackDepth;
 use crate::stripes::{self, Capture, StripeStep, Stripes, Ticks, What};
@@ -47,6 +47,8 @@ pub const HANGS: u32 = 4_000_000;
 const LAST_BYTES: u32 = 20_000;
 /// The time between two attempts to find a sensor.
 const TRY_AGAIN: Duration = Duration::from_millis(250);
+/// The time after its reset in which every sensor answers.
+const WAKES: Duration = Duration::from_millis(50);
 
 const LAW: setup::Law = match setup::law(RATE) {
     Ok(law) => law,
@@ -215,8 +217,8 @@ struct Running<B: Board, const WIDTH: usize, const STRIPES: usize> {
     picture: Picture<STRIPES>,
     sensor: CameraSensor,
     stage: Stage,
-    /// The reason of the last message about it to the host.
-    absent: Absence,
+    /// The reason why there are no frames, as the host was told.
+    absent: Told,
     /// Whether the host knows why the last run ended.
     is_told: bool,
     /// Whether a frame has ended, or none is coming. The time is read only then: that takes 120 instructions.
@@ -251,7 +253,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             picture,
             sensor,
             stage: Stage::Test,
-            absent: Absence::None,
+            absent: Told::None,
             is_told,
             is_between: true,
             depth: StackDepth::new(),
@@ -272,8 +274,8 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         }
         restart_if_wanted(*store, line);
         let asked = answer_requests(reader, *store, line);
-        if asked.hello {
-            line.absence(self.absent);
+        if asked.hello && self.absent != Told::None {
+            self.absent = Told::Again;
         }
         if asked.picture {
             self.picture.begin();
@@ -306,13 +308,9 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 self.stage = Stage::Run;
                 (self.watch, self.bus_failures) = (Watch::default(), 0);
             }
-            Err(CameraFailure { reason, defect }) => {
+            Err(fault) => {
                 self.stage = Stage::SetUp;
-                if self.absent != reason {
-                    self.absent = reason;
-                    log(defect);
-                    self.line.absence(reason);
-                }
+                self.line.absence(&mut self.absent, fault);
                 // This also serves a board without a camera.
                 self.reader.status(self.line);
                 Timer::after(TRY_AGAIN).await;
@@ -371,28 +369,26 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
     }
 
     /// Returns whether the sensor still has its settings and its rate at the end of a frame. If not, the frame is given up.
+    // It is not inlined, so that faults do not lie on the stack of a function that runs for ever.
+    #[inline(never)]
     fn is_sensor_right(&mut self) -> bool {
         let lost = match self.watch.check(&self.sensor, &mut self.i2c) {
             Ok(()) => {
                 self.bus_failures = 0;
-                wrong_rate(&mut self.meter, self.stripes.capture(), self.reader).map(|defect| {
-                    log(Some(defect));
-                    Absence::of(defect, &self.sensor)
-                })
+                wrong_rate(&mut self.meter, self.stripes.capture(), self.reader, &self.sensor)
             }
             Err(SensorError::Bus { .. }) => {
                 self.bus_failures += 1;
                 free(&mut self.i2c);
-                (self.bus_failures >= BUS_FAILURES).then_some(Absence::Gone)
+                (self.bus_failures >= BUS_FAILURES).then_some(Fault::SensorGone)
             }
-            Err(error) => Some(error.into()),
+            Err(error) => Some(fault_of(error)),
         };
-        if let Some(reason) = lost {
+        if let Some(fault) = lost {
             self.reader.abandon_frame(self.line);
-            (self.stage, self.absent) = (Stage::SetUp, reason);
-            self.line.absence(reason);
-        } else if self.absent != Absence::None {
-            self.absent = Absence::None;
+            (self.stage, self.absent) = (Stage::SetUp, Told::Again);
+            self.line.absence(&mut self.absent, fault);
+        } else if mem::take(&mut self.absent) != Told::None {
             self.line.fault(Fault::SensorBack);
         }
         lost.is_none()
@@ -402,7 +398,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
     fn report(&mut self, fault: stripes::Fault) {
         self.is_between = true;
         self.meter.restart();
-        self.line.fault(match fault {
+        let fault = match fault {
             stripes::Fault::Overrun => {
                 let overruns = &mut self.reader.telemetry_mut().overruns;
                 *overruns = overruns.map(|number| number.saturating_add(1));
@@ -410,23 +406,11 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             }
             stripes::Fault::LostSync => Fault::LostSync,
             stripes::Fault::Silent => {
-                (self.stage, self.absent) = (Stage::SetUp, Absence::Silent);
-                Fault::SensorSilent
+                (self.stage, self.absent) = (Stage::SetUp, Told::Again);
+                return self.line.absence(&mut self.absent, Fault::SensorSilent);
             }
-        });
-    }
-}
-
-/// The reason why there are no frames, and the measurement that shows it.
-struct CameraFailure {
-    reason: Absence,
-    defect: Option<Defect>,
-}
-
-impl CameraFailure {
-    /// Creates the failure of a setting.
-    fn of<E>(error: SensorError<E>) -> Self {
-        Self { reason: error.into(), defect: None }
+        };
+        self.line.fault(fault);
     }
 }
 
@@ -437,10 +421,10 @@ async fn bring_up(
     stage: Stage,
     i2c: &mut impl Bus,
     camera: &mut impl Camera,
-) -> Result<(), CameraFailure> {
+) -> Result<(), Fault<'static>> {
     let done = try_to_bring_up(sensor, stage, i2c, camera).await;
-    if let Err(CameraFailure { defect: Some(Defect::Rate { millihertz }), .. }) = done
-        && let Some(times) = self_test::times_nominal(millihertz, RATE)
+    if let Err(Fault::SensorDiffers { part: FramePart::Rate, found, .. }) = done
+        && let Some(times) = self_test::times_nominal(found.millihertz, RATE)
         && sensor.slow_down(times)
     {
         defmt::warn!("{=u32} times the rate: the clock is divided", times);
@@ -454,26 +438,34 @@ async fn try_to_bring_up(
     stage: Stage,
     i2c: &mut impl Bus,
     camera: &mut impl Camera,
-) -> Result<(), CameraFailure> {
+) -> Result<(), Fault<'static>> {
     camera.stop();
     if stage == Stage::SetUp {
         i2c.restart_sensor().await;
         free(i2c);
-        sensor.set_up(i2c, &mut Delay).map_err(CameraFailure::of)?;
+        sensor.set_up(i2c, &mut Delay).map_err(fault_of)?;
     }
-    sensor.show_pattern(i2c, true).map_err(CameraFailure::of)?;
+    sensor.show_pattern(i2c, true).map_err(fault_of)?;
     Timer::after_millis(sensor.settle_ms.into()).await;
     camera.begin(What::AllBytes);
     measured(camera, SELF_TEST_FRAMES, SELF_TEST).await;
     let probe = camera.probe();
     // The ring keeps the last bytes.
     camera.stop();
-    let judged = [0, 1].map(|half| {
-        self_test::judge(probe, camera.rows(half), sensor.sent(), sensor.signals.has_chroma, RATE, TICK_HZ)
-    });
+    if probe.frames == 0 || probe.lines == 0 {
+        return Err(Fault::SensorSilent);
+    }
+    let Probe { frames, ticks, lines, words } = probe;
+    let found = FrameNumbers { lines, words, millihertz: self_test::millihertz(frames, ticks, TICK_HZ) };
+    let differs = |part| sensor.differs(part, sensor.frames().words, found);
+    let [width, height] = sensor.sent();
+    let early = self_test::early_pixels(probe, width, sensor.border);
+    let size = [width + early, height];
+    let judged =
+        [0, 1].map(|half| self_test::judge(probe, camera.rows(half), size, sensor.signals.has_chroma, RATE, TICK_HZ));
     let luma_first = match judged {
-        [Err(defect), _] | [_, Err(defect)] => {
-            return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+        [Err(part), _] | [_, Err(part)] => {
+            return Err(differs(part));
         }
         [Ok(Some(first)), _] | [Ok(None), Ok(Some(first))] => first,
         // Luma and chroma look the same, so the table has to be right.
@@ -482,20 +474,17 @@ async fn try_to_bring_up(
     if luma_first != sensor.signals.luma_first {
         defmt::warn!("chroma comes first, which is not as it was set: it is left out all the same");
     }
-    camera.set_signals(Signals { luma_first, ..sensor.signals });
+    camera.set_signals(Signals { luma_first, early, ..sensor.signals });
     camera.begin(What::Luma);
     measured(camera, 1, LUMA_TEST).await;
     let Probe { lines, words, .. } = camera.probe();
     if words != camera.luma_words() {
-        let defect = Defect::Size { lines, words };
-        return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
+        return Err(sensor.differs(FramePart::Size, camera.luma_words(), FrameNumbers { lines, words, ..found }));
     }
     if !sensor.pattern.is_empty() {
         camera.stop();
-        if let Err(defect) = self_test::judge_pattern([camera.rows(0), camera.rows(1)]) {
-            return Err(CameraFailure { reason: Absence::of(defect, sensor), defect: Some(defect) });
-        }
-        sensor.show_pattern(i2c, false).map_err(CameraFailure::of)?;
+        self_test::judge_pattern([camera.rows(0), camera.rows(1)]).map_err(differs)?;
+        sensor.show_pattern(i2c, false).map_err(fault_of)?;
         Timer::after_millis(sensor.settle_ms.into()).await;
     }
     Ok(())
@@ -509,25 +498,20 @@ async fn measured(camera: &impl Camera, frames: u32, longest: Duration) {
     }
 }
 
-/// Returns the defect if the rate of the last frames was wrong, and reports the rate.
-fn wrong_rate(meter: &mut RateMeter, camera: &impl Camera, reader: &mut Reader) -> Option<Defect> {
+/// Returns the fault if the rate of the last frames was wrong, and reports the rate.
+fn wrong_rate(
+    meter: &mut RateMeter,
+    camera: &impl Camera,
+    reader: &mut Reader,
+    sensor: &CameraSensor,
+) -> Option<Fault<'static>> {
     let (syncs, at) = camera.syncs();
     let (frames, ticks) = meter.push(syncs, at)?;
-    reader.telemetry_mut().millihertz = Some(self_test::millihertz(frames, ticks, TICK_HZ));
-    self_test::judge_rate(frames, ticks, RATE, TICK_HZ).err()
-}
-
-/// Logs the measurement that shows a defect. The host is told the register that has to do with it.
-fn log(defect: Option<Defect>) {
-    match defect {
-        None | Some(Defect::NoFrames) => {}
-        Some(Defect::Size { lines, words }) => defmt::error!("frames have {=u32} lines and {=u32} words", lines, words),
-        Some(Defect::Format) => defmt::error!("bytes are not luma and fixed chroma in turn"),
-        Some(Defect::Pattern) => {
-            defmt::error!("the test pattern is not right: a data wire is off, or bits come in another order");
-        }
-        Some(Defect::Rate { millihertz }) => defmt::error!("{=u32} frames in 1000 seconds", millihertz),
-    }
+    let millihertz = self_test::millihertz(frames, ticks, TICK_HZ);
+    reader.telemetry_mut().millihertz = Some(millihertz);
+    let part = self_test::judge_rate(frames, ticks, RATE, TICK_HZ).err()?;
+    let expected = sensor.frames();
+    Some(sensor.differs(part, expected.words, FrameNumbers { millihertz, ..expected }))
 }
 
 /// Creates the core in its place. It is not inlined, so that its parts do not stay on the stack for ever.
@@ -628,7 +612,7 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
     reader: &mut Reader,
 ) -> CameraSensor {
     let Node { sensors, store, bus, line, watchdog, .. } = node;
-    let mut said = Absence::None;
+    let mut said = Told::None;
     loop {
         watchdog.pet();
         bus.restart_sensor().await;
@@ -636,42 +620,49 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
         restart_if_wanted(*store, line);
         // A host that has just connected should know, too.
         if answer_requests(reader, *store, line).hello {
-            said = Absence::None;
+            said = Told::None;
         }
         reader.set_time(Instant::now().as_micros());
         #[cfg(feature = "learn")]
         reader.keep_textures(*store, *line);
         #[cfg(feature = "models")]
         reader.keep_model(*store, *line);
-        let reason = match identify(sensors, store.exposure(), bus) {
+        let mut fault = match identify(sensors, store.exposure(), bus) {
             Ok(sensor) => return sensor,
-            Err(reason) => reason,
+            Err(fault) => fault,
         };
-        if said != reason {
-            said = reason;
-            line.absence(reason);
+        Timer::after(WAKES).await;
+        if let Some(id) = sensor::mt9m114(bus) {
+            fault = Fault::SensorUnknown { id };
         }
+        line.absence(&mut said, fault);
         reader.status(*line);
         Timer::after(TRY_AGAIN).await;
     }
 }
 
 /// Looks for a sensor once, and sets it up with this exposure.
-fn identify(sensors: &[CameraSensor], exposure: Option<u16>, i2c: &mut impl Bus) -> Result<CameraSensor, Absence> {
-    let mut reason = Absence::Gone;
+// It is not inlined, so that sensors and faults do not lie on the stack of a function that runs for ever.
+#[inline(never)]
+fn identify(
+    sensors: &[CameraSensor],
+    exposure: Option<u16>,
+    i2c: &mut impl Bus,
+) -> Result<CameraSensor, Fault<'static>> {
+    let mut fault = Fault::SensorGone;
     for sensor in sensors {
         let sensor = CameraSensor { lines: exposure, ..*sensor };
         match sensor.identify(i2c) {
             Ok(()) => {
-                sensor.set_up(i2c, &mut Delay)?;
+                sensor.set_up(i2c, &mut Delay).map_err(fault_of)?;
                 defmt::info!("sensor {}", sensor.name);
                 return Ok(sensor);
             }
             Err(SensorError::Identity { found: id, .. }) if sensors.iter().all(|known| known.id() != id) => {
-                reason = Absence::Unknown { id };
+                fault = Fault::SensorUnknown { id };
             }
             Err(_) => {}
         }
     }
-    Err(reason)
+    Err(fault)
 }

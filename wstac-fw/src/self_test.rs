@@ -5,6 +5,7 @@
 //! chroma at [`FIXED_CHROMA`], so the bytes tell which of two is luma, in any light.
 
 use wstac_core::rate::FrameRate;
+use wstac_core::wire::FramePart;
 
 use crate::sensor::FIXED_CHROMA;
 use crate::stripes::Ticks;
@@ -31,37 +32,13 @@ pub struct Probe {
     pub words: u32,
 }
 
-/// A way in which a sensor does not send what it was set to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[cfg_attr(feature = "node", derive(defmt::Format))]
-pub enum Defect {
-    /// There are no whole frames.
-    NoFrames,
-    /// The frames have another size.
-    Size {
-        /// The lines of a frame.
-        lines: u32,
-        /// The words of a frame.
-        words: u32,
-    },
-    /// Neither of two bytes is the fixed chroma.
-    Format,
-    /// The test pattern is another one: of bits in another order, or without those of a wire.
-    Pattern,
-    /// The frames come at another rate.
-    Rate {
-        /// Frames per second, times 1000.
-        millihertz: u32,
-    },
-}
-
 /// Judges frames that should have this size and rate: two bytes per pixel if there is chroma, else one.
 ///
 /// `tail` has the last bytes of frames, in pairs. Returns whether luma is the first of two bytes, or `None` if the
 /// picture leaves that open because luma and chroma look the same, or if there is no chroma.
 ///
 /// # Errors
-/// Returns the first [`Defect`] that is found.
+/// Returns the first part that is wrong.
 pub fn judge(
     probe: Probe,
     tail: &[u8],
@@ -69,46 +46,49 @@ pub fn judge(
     has_chroma: bool,
     rate: FrameRate,
     tick_hz: Ticks,
-) -> Result<Option<bool>, Defect> {
-    if probe.frames == 0 || probe.lines == 0 {
-        return Err(Defect::NoFrames);
-    }
-    let (lines, words) = (probe.lines, probe.words);
+) -> Result<Option<bool>, FramePart> {
+    let Probe { lines, words, .. } = probe;
     if lines != u32::from(height) || words != u32::from(width) * lines / if has_chroma { 2 } else { 4 } {
-        return Err(Defect::Size { lines, words });
+        return Err(FramePart::Size);
     }
     let luma_first = if has_chroma { luma_is_first(tail)? } else { None };
     judge_rate(probe.frames, probe.ticks, rate, tick_hz)?;
     Ok(luma_first)
 }
 
+/// Returns the pixels for which the clock of each line runs before the first one, at most `most`, or else 0. A line then
+/// has so many clocks more than pixels.
+pub fn early_pixels(probe: Probe, width: u16, most: u16) -> u16 {
+    let (lines, bytes) = (u64::from(probe.lines), 4 * u64::from(probe.words));
+    let has = |early: &u16| lines > 0 && bytes == u64::from(width + early) * lines;
+    (1..=most).find(has).unwrap_or(0)
+}
+
 /// Judges bytes of a test pattern of walking ones: each is twice the one before, and 1 follows 0. Lines may begin anew.
 ///
 /// # Errors
-/// Returns [`Defect::Pattern`] if more than one of 64 steps is another one.
-pub fn judge_pattern(parts: [&[u8]; 2]) -> Result<(), Defect> {
+/// Returns [`FramePart::Pattern`] if more than one of 64 steps is another one.
+pub fn judge_pattern(parts: [&[u8]; 2]) -> Result<(), FramePart> {
     let (mut steps, mut wrong) = (0, 0);
     for pair in parts.into_iter().flat_map(|part| part.windows(2)) {
         let &[before, after] = pair else { continue };
         steps += 1;
         wrong += usize::from(after != if before == 0 { 1 } else { before << 1 });
     }
-    if steps > 0 && wrong * 64 <= steps { Ok(()) } else { Err(Defect::Pattern) }
+    if steps > 0 && wrong * 64 <= steps { Ok(()) } else { Err(FramePart::Pattern) }
 }
 
 /// Judges the rate of frames that took these ticks.
 ///
 /// # Errors
-/// Returns [`Defect::Rate`] if the rate differs by more than 2 %.
-pub fn judge_rate(frames: u32, ticks: u32, rate: FrameRate, tick_hz: Ticks) -> Result<(), Defect> {
+/// Returns [`FramePart::Rate`] if the rate differs by more than 2 %.
+pub fn judge_rate(frames: u32, ticks: u32, rate: FrameRate, tick_hz: Ticks) -> Result<(), FramePart> {
     let (numerator, denominator) = (u64::from(rate.numerator()), u64::from(rate.denominator()));
     // Both sides are frame times, times the numerator.
     let expected = u64::from(frames).saturating_mul(tick_hz).saturating_mul(denominator);
     let found = u64::from(ticks).saturating_mul(numerator);
-    if found.abs_diff(expected).saturating_mul(RATE_TOLERANCE) <= expected {
-        return Ok(());
-    }
-    Err(Defect::Rate { millihertz: millihertz(frames, ticks, tick_hz) })
+    let is_near = found.abs_diff(expected).saturating_mul(RATE_TOLERANCE) <= expected;
+    if is_near { Ok(()) } else { Err(FramePart::Rate) }
 }
 
 /// Returns the rate of frames that took these ticks, in frames per 1000 seconds.
@@ -126,7 +106,7 @@ pub fn times_nominal(millihertz: u32, rate: FrameRate) -> Option<u32> {
     u32::try_from(times).ok().filter(|&times| is_near && times > 0)
 }
 
-fn luma_is_first(tail: &[u8]) -> Result<Option<bool>, Defect> {
+fn luma_is_first(tail: &[u8]) -> Result<Option<bool>, FramePart> {
     let is_chroma = |byte: &u8| byte.abs_diff(FIXED_CHROMA) <= CHROMA_TOLERANCE;
     let of = |first: usize| {
         let near = tail.iter().skip(first).step_by(2).filter(|byte| is_chroma(byte)).count();
@@ -136,7 +116,7 @@ fn luma_is_first(tail: &[u8]) -> Result<Option<bool>, Defect> {
         (false, true) => Ok(Some(true)),
         (true, false) => Ok(Some(false)),
         (true, true) => Ok(None),
-        (false, false) => Err(Defect::Format),
+        (false, false) => Err(FramePart::Format),
     }
 }
 
@@ -178,7 +158,7 @@ mod tests {
         Probe { frames: 10, ticks: 1000 * 32_768 / rate, lines: 240, words: 38_400 }
     }
 
-    fn of(probe: Probe, tail: &[u8]) -> Result<Option<bool>, Defect> {
+    fn of(probe: Probe, tail: &[u8]) -> Result<Option<bool>, FramePart> {
         judge(probe, tail, [320, 240], true, FrameRate::NOMINAL, HZ)
     }
 
@@ -204,7 +184,7 @@ mod tests {
     #[test]
     fn another_format_is_refused() {
         for chroma in [125, 131, 0] {
-            assert_eq!(of(probe(3000), &pairs(true, chroma)), Err(Defect::Format));
+            assert_eq!(of(probe(3000), &pairs(true, chroma)), Err(FramePart::Format));
         }
     }
 
@@ -212,17 +192,23 @@ mod tests {
     fn another_size_is_refused() {
         for (lines, words) in [(240, 38_399), (239, 38_240), (480, 38_400), (240, 76_800), (240, 0)] {
             let found = Probe { lines, words, ..probe(3000) };
-            assert_eq!(of(found, &pairs(true, 128)), Err(Defect::Size { lines, words }));
+            assert_eq!(of(found, &pairs(true, 128)), Err(FramePart::Size));
         }
-        assert_eq!(of(Probe { lines: 0, ..probe(3000) }, &[]), Err(Defect::NoFrames));
-        assert_eq!(of(Probe::default(), &[]), Err(Defect::NoFrames));
+        assert_eq!(of(Probe::default(), &[]), Err(FramePart::Size));
     }
 
     #[test]
     fn gray_pixels_have_one_byte_and_no_order() {
         let gray = |words| judge(Probe { words, ..probe(3000) }, &[1, 2], [320, 240], false, FrameRate::NOMINAL, HZ);
         assert_eq!(gray(19_200), Ok(None));
-        assert_eq!(gray(38_400), Err(Defect::Size { lines: 240, words: 38_400 }));
+        assert_eq!(gray(38_400), Err(FramePart::Size));
+    }
+
+    #[test]
+    fn clocks_before_the_first_pixel_are_counted() {
+        let early = |lines, words| early_pixels(Probe { lines, words, ..Probe::default() }, 324, 2);
+        assert_eq!([324, 325, 326, 327, 323].map(|clocks| early(244, 61 * clocks)), [0, 1, 2, 0, 0]);
+        assert_eq!([early(0, 0), early(243, 61 * 326), early(244, u32::MAX)], [0; 3]);
     }
 
     #[test]
@@ -247,9 +233,9 @@ mod tests {
             |_| 0xFF,
         ];
         for (number, change) in changes.into_iter().enumerate() {
-            assert_eq!(changed(change), Err(Defect::Pattern), "change {number}");
+            assert_eq!(changed(change), Err(FramePart::Pattern), "change {number}");
         }
-        assert_eq!(judge_pattern([&[], &[]]), Err(Defect::Pattern));
+        assert_eq!(judge_pattern([&[], &[]]), Err(FramePart::Pattern));
     }
 
     #[test]
@@ -257,9 +243,9 @@ mod tests {
         for (rate, right) in [(3000, true), (3057, true), (2945, true), (3070, false), (2930, false), (6000, false)] {
             assert_eq!(of(probe(rate), &pairs(true, 128)).is_ok(), right, "{rate}");
         }
-        let Err(Defect::Rate { millihertz }) = of(probe(6000), &pairs(true, 128)) else { panic!("60 passes") };
-        assert!((59_900..60_100).contains(&millihertz), "{millihertz}");
-        assert_eq!(judge_rate(30, 0, FrameRate::NOMINAL, HZ), Err(Defect::Rate { millihertz: u32::MAX }));
+        assert_eq!(of(probe(6000), &pairs(true, 128)), Err(FramePart::Rate));
+        assert_eq!((millihertz(30, 16_384, HZ), millihertz(30, 0, HZ)), (60_000, u32::MAX));
+        assert_eq!(judge_rate(30, 0, FrameRate::NOMINAL, HZ), Err(FramePart::Rate));
     }
 
     #[test]

@@ -9,7 +9,11 @@ TXE, TXIS, RXNE, NACKF, STOPF, TC, BUSY = 1, 1 << 1, 1 << 2, 1 << 4, 1 << 5, 1 <
 
 
 class I2c(Registers):
-    """The master. A byte takes no time, and only arrives if `has_pins()`."""
+    """The master. A byte only arrives if `has_pins()`. It takes `byte_time` of `clock()`, which is no time unless a case sets
+    both; `busy` adds it up.
+    """
+
+    byte_time, clock, busy, ready_at = 0, staticmethod(lambda: 0), 0, 0
 
     def __init__(self, sensors, has_pins):
         super().__init__(I2C1)
@@ -19,12 +23,14 @@ class I2c(Registers):
 
     def read(self, offset):
         """Returns a register. The status says what a transfer needs next."""
+        if offset == ISR and self.clock() < self.ready_at:
+            return BUSY
         if offset == ISR:
             wants = (RXNE if self.reads else TXIS) if self.left else 0
             return TXE | self.flags | wants | (BUSY if self.sensor else 0)
         if offset == RXDR:
             value = self.sensor.read() if self.sensor and self.left else 0
-            self._moved()
+            self._moved(self.left > 1)
             return value
         return super().read(offset)
 
@@ -47,6 +53,8 @@ class I2c(Registers):
 
     def _begin(self, value):
         self.left, self.reads, self.flags = value >> 16 & 0xFF, bool(value & READS), 0
+        # The address, and the first byte that the sensor sends.
+        self._takes(2 if self.reads else 1)
         if any(sensor.holds for sensor in self.sensors.values()):
             # The data line is low: no start is possible.
             self.sensor, self.left = None, 0
@@ -56,7 +64,12 @@ class I2c(Registers):
             self.sensor, self.left = None, 0
             self.flags = NACKF | STOPF
 
-    def _moved(self):
+    def _takes(self, count):
+        self.ready_at = self.clock() + count * self.byte_time
+        self.busy += count * self.byte_time
+
+    def _moved(self, is_followed=True):
+        self._takes(int(is_followed))
         self.left = max(0, self.left - 1)
         if self.left == 0 and self.sensor:
             if self.values.get(CR2, 0) & AUTOEND:

@@ -237,6 +237,34 @@ def doublings(value):
     return 2 ** bin(value >> 4).count("1") * (1 + (value & 15) / 16)
 
 
+class Mt9m114(Sensor):
+    """The identity of an MT9M114: registers of 16 bits at addresses of 16 bits, the high byte first. Nothing else is modeled."""
+
+    ADDRESS, IDENTITY = 0x48, {0x0000: 0x24, 0x0001: 0x81}
+
+    def stop(self):
+        """Ends a transfer."""
+        self.written = []
+
+    def read(self):
+        """Returns the byte at the address that was written, which moves on."""
+        self.pointer = int.from_bytes(self.written, "big") if self.written else self.pointer + 1
+        self.written = []
+        return self.registers.get(self.pointer, 0)
+
+    def drives(self):
+        """Returns that the port is not driven before its firmware is set up."""
+        return False
+
+    def period(self):
+        """Returns the seconds of a frame that is not sent."""
+        return 1 / 30
+
+    def size(self):
+        """Returns the size of a frame that is not sent."""
+        return 1280, 960
+
+
 class Ov7690(Sensor):
     """OV7690."""
 

@@ -176,12 +176,16 @@ pub struct Telemetry {
     #[serde(serialize_with = "super::numbers::long")]
     pub uptime_ms: u64,
     /// The measured frame rate in frames per 1000 seconds.
+    #[serde(serialize_with = "super::numbers::maybe")]
     pub millihertz: Option<u32>,
     /// The number of frames that were lost because pixels came faster than they were taken.
+    #[serde(serialize_with = "super::numbers::maybe")]
     pub overruns: Option<u32>,
     /// The number of starts since power was on, without the first.
+    #[serde(serialize_with = "super::numbers::maybe")]
     pub restarts: Option<u32>,
     /// The greatest depth of the stack in bytes.
+    #[serde(serialize_with = "super::numbers::maybe")]
     pub stack: Option<u32>,
     /// The temperature of the chip in tenths of a degree Celsius.
     pub temperature: Option<i16>,
@@ -459,6 +463,49 @@ pub enum Fault<'a> {
         /// The register that holds another value.
         register: u16,
     },
+    /// The camera keeps its settings, but its frames are not those that the settings make.
+    SensorDiffers {
+        /// The part of the frames that is wrong.
+        #[serde(serialize_with = "super::numbers::variant")]
+        part: FramePart,
+        /// The camera's address on its bus, of 7 bits.
+        address: u8,
+        /// The register that decides the part.
+        register: u16,
+        /// The numbers that were measured.
+        found: FrameNumbers,
+        /// The numbers that the settings make.
+        expected: FrameNumbers,
+    },
+}
+
+/// The part of a camera's frames that is not as its settings make it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum FramePart {
+    /// The lines or the words of a frame.
+    Size,
+    /// The order of bytes, or color that should be fixed.
+    Format,
+    /// The bits of a test pattern.
+    Pattern,
+    /// The frames per second.
+    Rate,
+}
+
+/// Numbers of a camera's frames.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+// It is exhaustive: another field would be another version of the link.
+pub struct FrameNumbers {
+    /// The lines of a frame.
+    #[serde(serialize_with = "super::numbers::short")]
+    pub lines: u32,
+    /// The words of four bytes of a frame.
+    #[serde(serialize_with = "super::numbers::short")]
+    pub words: u32,
+    /// The frame rate in frames per 1000 seconds.
+    #[serde(serialize_with = "super::numbers::short")]
+    pub millihertz: u32,
 }
 
 /// A request from a host to a board.

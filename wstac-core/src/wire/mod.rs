@@ -65,7 +65,8 @@
 //! and `Request::Model` and those behind it about models that are sent to a board; [`BoardModel`] ends with the
 //! newest layout of model files that the board reads. [`Answers`] ends with the reason why
 //! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that a held
-//! part begins to slip.
+//! part begins to slip. [`Fault::SensorDiffers`] says what a camera sends instead of what it is set to; before, that was a
+//! [`Fault::SensorRefuses`].
 
 mod decoder;
 mod frame;
@@ -90,8 +91,8 @@ pub use learned::{
     TextureName,
 };
 pub use message::{
-    Answers, Fault, FrameTime, Hello, Message, ModelFacts, Never, Request, SAMPLE_PART, Telemetry, TextureAnswer,
-    Wanted, sample_parts,
+    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, Request, SAMPLE_PART,
+    Telemetry, TextureAnswer, Wanted, sample_parts,
 };
 #[cfg(feature = "models")]
 pub use models::{AcceptedModels, BoardModel, MODEL_PIECE, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep};

@@ -2,9 +2,9 @@
 //! an older board does not send.
 
 use serde::de::Error as _;
-use serde::{Deserialize, Deserializer, Serializer};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::SAMPLE_PART;
+use super::{FramePart, SAMPLE_PART};
 use crate::features::Features;
 use crate::params::FEATURES;
 
@@ -16,6 +16,25 @@ const FRAME_BYTES: usize = 2 * FEATURES;
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
 pub(crate) fn long<S: Serializer>(number: &u64, serializer: S) -> Result<S::Ok, S::Error> {
     serializer.serialize_u64(*number)
+}
+
+/// Serializes a number of 32 bits in the same place, which writes the same bytes.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
+pub(super) fn short<S: Serializer>(number: &u32, serializer: S) -> Result<S::Ok, S::Error> {
+    long(&u64::from(*number), serializer)
+}
+
+/// Serializes a number that may be missing in the same place.
+#[inline(never)]
+#[expect(clippy::ref_option, clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
+pub(super) fn maybe<S: Serializer>(number: &Option<u32>, serializer: S) -> Result<S::Ok, S::Error> {
+    number.map(u64::from).serialize(serializer)
+}
+
+/// Serializes the number of a variant, as postcard does, without a case for each.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "serde gives fields by reference")]
+pub(super) fn variant<S: Serializer>(part: &FramePart, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u8(*part as u8)
 }
 
 /// Deserializes a field at the end of a message: `None` if the message ends before it, or if it is one that this version

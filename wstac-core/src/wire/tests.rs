@@ -160,8 +160,14 @@ fn messages() -> Vec<Message<'static>> {
     all.extend(learned::tests::messages());
     #[cfg(feature = "models")]
     all.extend(models::tests::messages());
-    all.push(Message::Slip(Slip::new(LAST, LAST, 0, 0.4)));
+    all.extend([Message::Slip(Slip::new(LAST, LAST, 0, 0.4)), Message::Fault(sends_another_rate())]);
     all
+}
+
+fn sends_another_rate() -> Fault<'static> {
+    let expected = FrameNumbers { lines: 240, words: 38_400, millihertz: 30_000 };
+    let found = FrameNumbers { millihertz: 45_018, ..expected };
+    Fault::SensorDiffers { part: FramePart::Rate, address: 0x21, register: 0x11, found, expected }
 }
 
 fn frame(message: &Message, sequence: u16) -> Vec<u8> {
@@ -276,6 +282,22 @@ fn the_bytes_of_a_frame_are_these() {
     assert_eq!((event.touch_frame(), event.end_frame()), (Some(45), Some(73)));
     // The check value of CRC-32 (IEEE).
     assert_eq!(crc32(*b"123456789"), 0xCBF4_3926);
+}
+
+#[test]
+fn the_bytes_of_what_a_camera_sends_are_these() {
+    let numbers = |rate: [u8; 3]| [&[0xF0, 1, 0x80, 0xAC, 2][..], &rate].concat();
+    // Version 4, sequence 0, message 7 (a fault), fault 8, part 3 (the rate), address, register, what was found and expected.
+    let content = [&[4, 0, 7, 8, 3, 0x21, 0x11][..], &numbers([0xDA, 0xDF, 2]), &numbers([0xB0, 0xEA, 1])].concat();
+    let message = Message::Fault(sends_another_rate());
+    assert_eq!(frame(&message, 0), frame_of(&content));
+    // A host skips a fault or a part that it does not know, as one before version 0.4 skips this fault.
+    for (place, number) in [(3, 9), (4, 4)] {
+        let mut newer = content.clone();
+        newer[place] = number;
+        let bytes = [frame_of(&newer), frame(&message, 1)].concat();
+        assert_eq!(received(&mut Decoder::new(), &bytes), [Err(DecodeError::Unknown), arrived(&message, 0)]);
+    }
 }
 
 /// The numbers of reasons never change: boards and hosts may have different versions.

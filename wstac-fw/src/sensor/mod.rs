@@ -15,7 +15,9 @@ use core::fmt;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 use wstac_core::layout::FrameSize;
+use wstac_core::rate::FrameRate;
 use wstac_core::touch::motion::ReadoutTime;
+use wstac_core::wire::{Fault, FrameNumbers, FramePart};
 
 pub use crate::sccb::Addressing;
 use crate::sccb::Registers;
@@ -87,6 +89,14 @@ pub fn longest_exposure(sensors: &[CameraSensor]) -> u16 {
     sensors.iter().map(|sensor| sensor.longest_exposure).min().unwrap_or(0)
 }
 
+/// Returns the identity of an MT9M114, which newer OpenMV Cams have in place of an OV7725 and no table drives. It answers
+/// 45 ms after its reset.
+pub fn mt9m114(bus: &mut impl I2c) -> Option<u16> {
+    let mut id = [0; 2];
+    bus.write_read(0x48, &[0, 0], &mut id).ok()?;
+    Some(u16::from_be_bytes(id))
+}
+
 /// The registers that decide what a sensor sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Suspects {
@@ -98,7 +108,7 @@ pub struct Suspects {
     pub rate: u16,
 }
 
-/// The polarities and the byte order of a parallel port, which a camera interface needs to know.
+/// The polarities, the order of bytes and the first clocks of a parallel port, which a camera interface needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "each is one way or the other")]
 pub struct Signals {
@@ -112,6 +122,8 @@ pub struct Signals {
     pub has_chroma: bool,
     /// Whether the first of two bytes is a pixel's luma. The second one is then chroma.
     pub luma_first: bool,
+    /// The pixels for which PCLK runs before the first one of a line. They are measured, and left out with the border.
+    pub early: u16,
 }
 
 /// The reason why a sensor could not be set up.
@@ -168,6 +180,25 @@ impl CameraSensor {
     /// Returns the width and height of what the sensor sends.
     pub fn sent(&self) -> [u16; 2] {
         [self.size.width(), self.size.height()].map(|side| side.saturating_add(2 * self.border))
+    }
+
+    /// Returns the fault of frames of which a part is not as the settings make it, and of so many words.
+    #[inline(never)]
+    pub fn differs(&self, part: FramePart, words: u32, found: FrameNumbers) -> Fault<'static> {
+        let register = match part {
+            FramePart::Size => self.suspects.size,
+            FramePart::Rate => self.suspects.rate,
+            _ => self.suspects.format,
+        };
+        let expected = FrameNumbers { words, ..self.frames() };
+        Fault::SensorDiffers { part, address: self.address, register, found, expected }
+    }
+
+    /// Returns the numbers of all that the sensor sends, as its settings make it.
+    pub fn frames(&self) -> FrameNumbers {
+        let [width, lines] = self.sent().map(u32::from);
+        let words = width * lines / if self.signals.has_chroma { 2 } else { 4 };
+        FrameNumbers { lines, words, millihertz: MILLIHERTZ }
     }
 
     /// Returns the settings of format, size and rate, then the locks.
@@ -265,6 +296,9 @@ impl<B: I2c> Port<'_, B> {
         if found == value { Ok(()) } else { Err(SensorError::NotTaken { register, found, expected: value }) }
     }
 }
+
+/// The rate of each table in frames per 1000 seconds.
+const MILLIHERTZ: u32 = 1000 * FrameRate::NOMINAL.numerator() / FrameRate::NOMINAL.denominator();
 
 /// The value of U and V, which the sensors are told to fix: no color.
 pub const FIXED_CHROMA: u8 = 0x80;

@@ -51,6 +51,7 @@ pub const OV7690: CameraSensor = CameraSensor {
         sample_at_rising_edge: true,
         has_chroma: true,
         luma_first: true,
+        early: 0,
     },
     suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
     slower: Some([0x01, 0x03]),

@@ -164,8 +164,8 @@ impl Pio {
     ) -> Option<Self> {
         let Area { width, height, border, rows } = area;
         let stripe_bytes = usize::from(width) * usize::from(rows);
-        // A machine counts the clocks of the border in five bits.
-        let is_right = matches!(wires.count, 1 | 4 | 8) && u32::from(border) * clocks(wires) <= 32 && border <= 32;
+        // A machine counts the clocks of the border in five bits, and of as many early pixels.
+        let is_right = matches!(wires.count, 1 | 4 | 8) && 2 * u32::from(border) * clocks(wires) <= 32;
         if stripe_bytes > 1 << BLOCK || stripe_bytes % 4 != 0 || rows == 0 || !height.is_multiple_of(rows) || !is_right
         {
             return None;
@@ -221,7 +221,7 @@ impl Pio {
         let frame = [wait(between, wires.vsync), wait(!between, wires.vsync)];
         let clock = [wait(edge, wires.pclk), wait(!edge, wires.pclk)];
         let take = read_pins(wires.count);
-        let lost = (u32::from(border) * clocks(wires)).saturating_sub(1) as u16;
+        let lost = (u32::from(border + signals.early) * clocks(wires)).saturating_sub(1) as u16;
         let mut program = Program::default();
         let skips = border > 0;
 
@@ -478,14 +478,19 @@ fn count_left(channel: usize) -> u32 {
     DMA.ch(channel).trans_count().read().count()
 }
 
-/// Gives a pin to the PIO as an input with a pull-down, so that a wire that is off does not float.
+/// Gives a pin to the PIO as an input with a pull, so that a wire that is off does not float. It is a pull-down on the RP2040, and
+/// a pull-up on the RP2350, whose pull-downs are weaker than what its pins leak (erratum E9).
 fn connect(pin: usize) {
     PADS_BANK0.gpio(pin).write(|w| {
         w.set_ie(true);
-        w.set_pde(true);
         w.set_schmitt(true);
+        #[cfg(feature = "rp2040")]
+        w.set_pde(true);
         #[cfg(not(feature = "rp2040"))]
-        w.set_iso(false);
+        {
+            w.set_pue(true);
+            w.set_iso(false);
+        }
     });
     IO_BANK0.gpio(pin).ctrl().write(|w| {
         w.set_funcsel(PIO0_PINS);

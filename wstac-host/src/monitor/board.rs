@@ -7,7 +7,8 @@ use wstac_core::features::Features;
 use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::wire::{
-    Answers, Fault, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
+    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry,
+    TextureAnswer, Wanted,
 };
 
 use super::Report;
@@ -20,6 +21,9 @@ use crate::output::{
 };
 use crate::plural::counted;
 use crate::texture::Texture;
+
+/// The identity of the sensor of newer OpenMV Cams.
+const MT9M114: u16 = 0x2481;
 
 /// The state of a board, as its messages show it.
 #[derive(Clone, Debug)]
@@ -369,14 +373,45 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
         Fault::LostSync => "a frame did not begin or end when it should have".to_owned(),
         Fault::SensorSilent => "the camera sends no pixels".to_owned(),
         Fault::SensorGone => "the camera does not answer".to_owned(),
-        Fault::SensorUnknown { id } => format!("the camera says it is {id:#06x}, which the firmware does not know"),
+        Fault::SensorUnknown { id } => {
+            format!("the camera says it is {}, which the firmware does not know", identity_in_words(*id))
+        }
         Fault::SensorBack => "the camera sends frames again".to_owned(),
         Fault::SensorRefuses { register } => {
             format!("the camera does not keep what register {register:#04x} is set to")
         }
+        Fault::SensorDiffers { part, address, register, found, expected } => {
+            let [what, first] = part_in_words(*part);
+            let [found, expected] = [found, expected].map(numbers_in_words);
+            format!(
+                "the camera at {address:#04x} sends {what} (found {found}; expected {expected}); help: check {first}, then \
+                 register {register:#04x}"
+            )
+        }
         Fault::LastRun(reason) => format!("it started again because of: {reason}"),
         _ => "a fault of a newer firmware".to_owned(),
     }
+}
+
+fn identity_in_words(id: u16) -> String {
+    let name = if id == MT9M114 { " (an MT9M114; OpenMV Cams need an OV7725)" } else { "" };
+    format!("{id:#06x}{name}")
+}
+
+/// Returns what a camera sends whose frames are wrong in this part, and what to check first.
+fn part_in_words(part: FramePart) -> [&'static str; 2] {
+    match part {
+        FramePart::Size => ["frames of another size", "the wires HREF, VSYNC and PCLK and the number of data wires"],
+        FramePart::Format => ["bytes in another order, or with color", "the sensor's type"],
+        FramePart::Pattern => ["bits in another order, or without those of a wire", "the data wires and PCLK"],
+        FramePart::Rate => ["frames at another rate", "the sensor's clock, 24 MHz"],
+        _ => ["other frames", "the wires"],
+    }
+}
+
+fn numbers_in_words(numbers: &FrameNumbers) -> String {
+    let FrameNumbers { lines, words, millihertz } = numbers;
+    format!("{lines} lines, {words} words, {:.2} per second", f64::from(*millihertz) / 1000.0)
 }
 
 fn texture_of(answer: &TextureAnswer<'_>) -> Texture {

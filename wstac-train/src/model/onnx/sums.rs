@@ -59,7 +59,12 @@ pub(super) fn sums(graph: &Graph, node: &Node) -> Result<Vec<Row>, String> {
     let wrong = |why: String| format!("ONNX node {}: {why}", node.op_type());
     let flag = |name| attribute(node, name).and_then(|found| found.i).unwrap_or(0) != 0;
     let factor = |name| f64::from(attribute(node, name).and_then(|found| found.f).unwrap_or(1.0));
-    let (weights, shape) = node.input.get(1).and_then(|name| reals(graph, name)).ok_or_else(|| {
+    let name = node.input.get(1).ok_or_else(|| wrong("it has less than two inputs".into()))?;
+    if constant(graph, name).is_some_and(|weights| !weights.external_data.is_empty()) {
+        let help = "help: torch.onnx.export(…, external_data=False)";
+        return Err(wrong(format!("its weights are in a file of their own, expected them inside; {help}")));
+    }
+    let (weights, shape) = reals(graph, name).ok_or_else(|| {
         wrong("its second input is no constant of float (1) or double (11), expected the weights there".into())
     })?;
     let [height, width] = shape[..] else {

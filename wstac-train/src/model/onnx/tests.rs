@@ -204,6 +204,10 @@ fn weighted_sums_are_those_of_any_network() {
             "4 weights of 2 inputs and 3 outputs",
         ),
         (vec![weights(&[1.0, f32::NAN]), product(), highest("y")], "second input is no constant"),
+        (
+            vec![field(5, &[field(8, b"w"), field(13, b"w")].concat()), product(), highest("y")],
+            "in a file of their own",
+        ),
     ] {
         let error = answers(&nodes).unwrap_err();
         assert!(error.contains(says), "{error}");
@@ -601,7 +605,7 @@ fn what_is_not_understood_is_named() {
     for (nodes, says) in [
         (vec![classifier()], "tree 0, node 0: mode BRANCH_EQ"),
         (vec![node("Relu", "X", "label", &[])], "nodes Relu, expected one classifier"),
-        (vec![node("Gemm", "X", "label", &[])], "node Gemm: its second input is no constant"),
+        (vec![node("Gemm", "X", "label", &[])], "node Gemm: it has less than two inputs"),
         (
             vec![node("Relu", "X", "y", &[]), node("TreeEnsembleClassifier", "y", "label", &forest("BRANCH_LEQ", 0.0))],
             "its input is a weighted sum, expected trees of single features",
