@@ -297,7 +297,12 @@ impl Source {
             .info(info.clone())
             .config(config.clone())
             .textures(textures(&options.models)?)
-            .outputs(OutputOptions { features, samples: !options.at_once, motion: options.motion, paths: options.paths })
+            .outputs(OutputOptions {
+                features,
+                samples: !options.at_once,
+                motion: options.motion,
+                paths: options.paths,
+            })
             .build()
             .map_err(crate::failed_by)?;
         let (width, height) = info.size.into();

@@ -16,6 +16,10 @@ const MOST_CHANGED: f64 = 0.005;
 /// Range of all features: those of a camera of 16 bits begin at ln(2.5/65535), and those along a path end at 4.2.
 const LEAST: f64 = -11.0;
 const MOST: f64 = 5.0;
+/// The margin that scores are trained for, as of an SVM or of log-odds.
+const MARGIN: f64 = 1.0;
+/// A usual feature of simulated slides, -2.5.
+const USUAL_UNITS: i16 = -5120;
 /// What mends a model whose sums have the wrong unit.
 pub(super) const USE_SCALE: &str = "help: train it on X * scale (scale is 1/2048)";
 
@@ -28,8 +32,9 @@ pub(super) struct CheckSet {
 
 impl CheckSet {
     /// Takes samples without a file.
-    pub(super) fn of(samples: Vec<[i16; INPUTS]>) -> Self {
-        Self { name: "X".into(), samples, truth: None }
+    pub(super) fn of(mut samples: Vec<[i16; INPUTS]>) -> Option<Self> {
+        samples.retain(is_sample);
+        (!samples.is_empty()).then(|| Self { name: "X".into(), samples, truth: None })
     }
 
     /// Reads the samples that a model takes, and their labels if the model has some of them.
@@ -142,18 +147,10 @@ impl CheckSet {
 
     /// Checks that the float32 numbers of a trainer's file are exact enough for the answers.
     ///
-    /// A trainer has float64, and rounded its numbers when it saved them. Rows behind a scaler, and those of pairs, are
-    /// computed from others: nothing is known of them.
-    ///
     /// # Errors
     /// That rounding alone changes more than [`MOST_CHANGED`] of the answers, by an estimate.
     pub(super) fn check_float32(&self, trained: &Trained) -> Result<(), String> {
-        let Kind::Linear(linear) = &trained.kind else { return Ok(()) };
-        let is_float32 = |number: &f64| f64::from(*number as f32).total_cmp(number).is_eq();
-        let mut numbers = linear.rows.iter().flat_map(|row| row.weights.iter().chain([&row.bias]));
-        if linear.pairs || trained.mean.is_some() || !numbers.all(is_float32) {
-            return Ok(());
-        }
+        let Some(linear) = of_float32(trained) else { return Ok(()) };
         let mut changed = 0.0;
         for sample in &self.samples {
             let mut sums: Vec<(f64, f64)> =
@@ -180,6 +177,31 @@ impl CheckSet {
         let all = self.samples.len();
         format!("{of_answers} of {all} answers of {} ({:.2} %)", self.name, 100.0 * of_answers / all as f64)
     }
+}
+
+/// Returns a linear model whose numbers a trainer rounded from float64 to float32 when it saved them.
+///
+/// Rows behind a scaler, and those of pairs, are computed from others: nothing is known of them.
+fn of_float32(trained: &Trained) -> Option<&Linear> {
+    let Kind::Linear(linear) = &trained.kind else { return None };
+    let is_float32 = |number: &f64| f64::from(*number as f32).total_cmp(number).is_eq();
+    let mut numbers = linear.rows.iter().flat_map(|row| row.weights.iter().chain([&row.bias]));
+    (!linear.pairs && trained.mean.is_none() && numbers.all(is_float32)).then_some(linear)
+}
+
+/// Returns a warning if float32 numbers move scores of usual features by the margin of a training; otherwise no text.
+pub(super) fn float32_warning(trained: &Trained) -> String {
+    let rows = of_float32(trained).map_or(&[][..], |linear| &linear.rows);
+    let spread = |row: &Row| blurred(row, &[USUAL_UNITS; INPUTS], trained.inputs).1.sqrt();
+    let moved = rows.iter().filter(|row| spread(row) >= MARGIN).count();
+    if moved == 0 {
+        return String::new();
+    }
+    format!(
+        "; warning: float32 numbers move {moved} of {} scores by the margin of their training or more; help: save it with \
+         float64 numbers, or by wstac.save in Python",
+        rows.len()
+    )
 }
 
 /// Checks that a linear model has more than one answer.
@@ -400,6 +422,7 @@ mod tests {
         assert!(set.graded(&one).unwrap_err().contains("by chance (30.0 %)"));
         set.truth.as_mut().unwrap().numbers.fill(1);
         assert_eq!(set.graded(&one).unwrap(), "; 300 of 300 answers are right (100.0 %)");
+        assert!(CheckSet::of(vec![[0; INPUTS]; 2]).is_none());
         // Two samples are too few to ask for more.
         set.truth.as_mut().unwrap().numbers = vec![0, 1];
         assert!(set.graded(&[0, 1]).is_ok());
@@ -438,6 +461,8 @@ mod tests {
         // Biases that all classes share, as of features with large weights that hardly vary. They are float32.
         let error = said(&mut model, [1e9; 3]).unwrap_err();
         assert!(error.starts_with("has float32 numbers, whose rounding changes about "), "{error}");
+        assert!(float32_warning(&model).starts_with("; warning: float32 numbers move 3 of 3 scores by the margin"));
+        assert_eq!(said(&mut model, [64.0; 3]).map(|()| float32_warning(&model)), Ok(String::new()));
         // These are not, or are small.
         assert_eq!(said(&mut model, [1e9, 1e9, 1e9 + 0.1]), Ok(()));
         assert_eq!(said(&mut model, [64.0; 3]), Ok(()));

@@ -78,7 +78,7 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
     let (model, tool) = trained(bytes, wanted)?;
-    let set = wanted.samples.clone().map(CheckSet::of);
+    let set = wanted.samples.clone().and_then(CheckSet::of);
     made(name, model, &tool, wanted, set.as_ref())
 }
 
@@ -91,6 +91,7 @@ fn made(
 ) -> Result<(Trained, Written), String> {
     check::check_varies(&model)?;
     set.map_or(Ok(()), |set| set.check_float32(&model))?;
+    let warning = set.map_or_else(|| check::float32_warning(&model), |_| String::new());
     if let Kind::Linear(linear) = &mut model.kind {
         linear.drop_shared();
     }
@@ -112,6 +113,7 @@ fn made(
             let said = written.exactness.replace(write::linear::COUNTED_BY_CHECK, "");
             written.exactness = format!("{said}; {}", set.compare(&model, &read)?);
         }
+        written.exactness += &warning;
         Ok(written)
     };
     // Weights that change too many answers are wider, unless the user chose.
