@@ -16,12 +16,13 @@ use crate::sensor::SensorError;
 #[cfg(not(feature = "settings"))]
 const LONGEST_REQUEST: usize = 16;
 
-/// Returns the fault of a sensor that could not be set up.
-pub fn fault_of<E>(error: SensorError<E>) -> Fault<'static> {
-    match error {
-        SensorError::Bus { .. } => Fault::SensorGone,
-        SensorError::Identity { found: id, .. } => Fault::SensorUnknown { id },
-        SensorError::NotTaken { register, .. } => Fault::SensorRefuses { register },
+impl<E> From<SensorError<E>> for Fault<'static> {
+    fn from(error: SensorError<E>) -> Self {
+        match error {
+            SensorError::Bus { .. } => Self::SensorGone,
+            SensorError::Identity { found: id, .. } => Self::SensorUnknown { id },
+            SensorError::NotTaken { register, .. } => Self::SensorRefuses { register },
+        }
     }
 }
 

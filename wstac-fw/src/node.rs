@@ -19,7 +19,7 @@ use wstac_core::pipeline::NextFrame;
 use wstac_core::rate::FrameRate;
 use wstac_core::wire::{Fault, FrameNumbers, FramePart, Request, Text};
 
-use crate::link::{Line, Link, Told, fault_of};
+use crate::link::{Line, Link, Told};
 use crate::picture::Picture;
 use crate::reader::Reader;
 use crate::restart::restart;
@@ -382,7 +382,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 free(&mut self.i2c);
                 (self.bus_failures >= BUS_FAILURES).then_some(Fault::SensorGone)
             }
-            Err(error) => Some(fault_of(error)),
+            Err(error) => Some(error.into()),
         };
         if let Some(fault) = lost {
             self.reader.abandon_frame(self.line);
@@ -443,9 +443,9 @@ async fn try_to_bring_up(
     if stage == Stage::SetUp {
         i2c.restart_sensor().await;
         free(i2c);
-        sensor.set_up(i2c, &mut Delay).map_err(fault_of)?;
+        sensor.set_up(i2c, &mut Delay)?;
     }
-    sensor.show_pattern(i2c, true).map_err(fault_of)?;
+    sensor.show_pattern(i2c, true)?;
     Timer::after_millis(sensor.settle_ms.into()).await;
     camera.begin(What::AllBytes);
     measured(camera, SELF_TEST_FRAMES, SELF_TEST).await;
@@ -484,7 +484,7 @@ async fn try_to_bring_up(
     if !sensor.pattern.is_empty() {
         camera.stop();
         self_test::judge_pattern([camera.rows(0), camera.rows(1)]).map_err(differs)?;
-        sensor.show_pattern(i2c, false).map_err(fault_of)?;
+        sensor.show_pattern(i2c, false)?;
         Timer::after_millis(sensor.settle_ms.into()).await;
     }
     Ok(())
@@ -654,7 +654,7 @@ fn identify(
         let sensor = CameraSensor { lines: exposure, ..*sensor };
         match sensor.identify(i2c) {
             Ok(()) => {
-                sensor.set_up(i2c, &mut Delay).map_err(fault_of)?;
+                sensor.set_up(i2c, &mut Delay)?;
                 defmt::info!("sensor {}", sensor.name);
                 return Ok(sensor);
             }
