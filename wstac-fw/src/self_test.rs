@@ -56,8 +56,8 @@ pub fn judge(
     Ok(luma_first)
 }
 
-/// Returns the pixels for which the clock of each line runs before the first one, at most `most`, or else 0. A line then
-/// has so many clocks more than pixels.
+/// Returns the pixels for which the clock of each line runs before the first one, at most `most`, or else 0. A line
+/// then has so many clocks more than pixels.
 pub fn early_pixels(probe: Probe, width: u16, most: u16) -> u16 {
     let (lines, bytes) = (u64::from(probe.lines), 4 * u64::from(probe.words));
     let has = |early: &u16| lines > 0 && bytes == u64::from(width + early) * lines;

@@ -607,8 +607,8 @@ impl Board {
         pins.filter(|pin| {
             let pad = self.emulator.mmio_read32(PADS_BANK0 + 4 + 4 * pin);
             let function = self.emulator.mmio_read32(IO_BANK0 + 8 * pin + 4) & 31;
-            // Input enabled, pulled up and not down, not isolated; function 6 is PIO0. An input that is pulled down stays at
-            // 2.2 V once it was high, by what it leaks (data sheet, erratum RP2350-E9).
+            // Input enabled, pulled up and not down, not isolated; function 6 is PIO0. An input that is pulled down stays
+            // at 2.2 V once it was high, by what it leaks (data sheet, erratum RP2350-E9).
             pad & 1 << 6 == 0 || pad & 0b1100 != 0b1000 || pad & 1 << 8 != 0 || function != 6
         })
         .collect()

@@ -287,7 +287,7 @@ fn the_bytes_of_a_frame_are_these() {
 #[test]
 fn the_bytes_of_what_a_camera_sends_are_these() {
     let numbers = |rate: [u8; 3]| [&[0xF0, 1, 0x80, 0xAC, 2][..], &rate].concat();
-    // Version 4, sequence 0, message 7 (a fault), fault 8, part 3 (the rate), address, register, what was found and expected.
+    // Version 4, sequence 0, message 7 (a fault), fault 8, part 3 (the rate), address, register, found and expected.
     let content = [&[4, 0, 7, 8, 3, 0x21, 0x11][..], &numbers([0xDA, 0xDF, 2]), &numbers([0xB0, 0xEA, 1])].concat();
     let message = Message::Fault(sends_another_rate());
     assert_eq!(frame(&message, 0), frame_of(&content));

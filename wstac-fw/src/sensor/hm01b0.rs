@@ -112,7 +112,7 @@ static FORMAT: [Setting; 15] = [
     set(0x0342, (CLOCKS >> 8) as u8),
     set(0x0343, CLOCKS as u8),
     set(0x3022, 0x02), // VSYNC two lines before the first, so that the interrupt at it comes before the pixels
-    set(0x3023, 0x02), // HREF two pixels before the first, for machine 1 of the PIO: PCLK may run then, which is measured
+    set(0x3023, 0x02), // HREF two pixels before the first, for machine 1 of the PIO: PCLK may run then
     set(0x1012, 0x00),
     set(0x0101, 0x00), // neither mirrored nor upside down
     set(0x0601, 0x00), // no test pattern

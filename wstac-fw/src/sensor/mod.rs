@@ -89,8 +89,8 @@ pub fn longest_exposure(sensors: &[CameraSensor]) -> u16 {
     sensors.iter().map(|sensor| sensor.longest_exposure).min().unwrap_or(0)
 }
 
-/// Returns the identity of an MT9M114, which newer OpenMV Cams have in place of an OV7725 and no table drives. It answers
-/// 45 ms after its reset.
+/// Returns the identity of an MT9M114, which newer OpenMV Cams have in place of an OV7725 and no table drives. It
+/// answers 45 ms after its reset.
 pub fn mt9m114(bus: &mut impl I2c) -> Option<u16> {
     let mut id = [0; 2];
     bus.write_read(0x48, &[0, 0], &mut id).ok()?;

@@ -478,8 +478,8 @@ fn count_left(channel: usize) -> u32 {
     DMA.ch(channel).trans_count().read().count()
 }
 
-/// Gives a pin to the PIO as an input with a pull, so that a wire that is off does not float. It is a pull-down on the RP2040, and
-/// a pull-up on the RP2350, whose pull-downs are weaker than what its pins leak (erratum E9).
+/// Gives a pin to the PIO as an input with a pull, so that a wire that is off does not float. It is a pull-down on the
+/// RP2040, and a pull-up on the RP2350, whose pull-downs are weaker than what its pins leak (erratum E9).
 fn connect(pin: usize) {
     PADS_BANK0.gpio(pin).write(|w| {
         w.set_ie(true);

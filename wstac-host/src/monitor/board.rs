@@ -384,8 +384,8 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
             let [what, first] = part_in_words(*part);
             let [found, expected] = [found, expected].map(numbers_in_words);
             format!(
-                "the camera at {address:#04x} sends {what} (found {found}; expected {expected}); help: check {first}, then \
-                 register {register:#04x}"
+                "the camera at {address:#04x} sends {what} (found {found}; expected {expected}); help: check {first}, \
+                 then register {register:#04x}"
             )
         }
         Fault::LastRun(reason) => format!("it started again because of: {reason}"),
