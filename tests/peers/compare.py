@@ -25,6 +25,7 @@ import xgboost
 
 from trained import KINDS, UNITS, Trained, all_trained
 from translated import Peer, peers
+from unseen import unseen
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
@@ -63,10 +64,8 @@ class Row:
 def ours(wstac: str, trained: Trained, folder: Path) -> list[Row]:
     """Returns our backends: the model file, and generated Rust if import writes it."""
     rows = []
-    settings = [("table (the model file)", ".wsm", ()), ("inline (generated Rust)", ".rs", ())]
-    if trained.kind == "network":
-        settings.insert(1, ("table, int8 weights", "-int8.wsm", ("--weights", "int8")))
-    for setting, suffix, options in settings:
+    options = ("--check", folder / "train.npz") if trained.kind == "network" else ()
+    for setting, suffix in (("table (the model file)", ".wsm"), ("inline (generated Rust)", ".rs")):
         row = Row("WSTac", setting, by_frame=True)
         file = folder / f"{trained.kind}{suffix}"
         command = [wstac, "model", "import", trained.file, "-o", file, "--force", *options]
@@ -190,7 +189,10 @@ def compare(wstac: str, trained: Trained, folder: Path) -> str:
     rows = ours(wstac, trained, folder)
     rows += (theirs(peer, trained, folder) for peer in peers(trained, folder))
     time_libraries(rows, trained, folder)
-    return tables(trained, rows, time_runtimes(trained))
+    text = tables(trained, rows, time_runtimes(trained))
+    if trained.kind != "network":
+        return text
+    return f"{text}\nAlong the path of other sensors than those of the training, light of 25 taxels:\n\n{unseen(wstac, folder)}"
 
 
 def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:

@@ -6,6 +6,7 @@ without a copy to floats, and float is used instead of double.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import sys
@@ -168,7 +169,9 @@ def layers(trained: Trained):
 def emlearn_network(trained: Trained, place: Path):
     layers(trained)
     # Its weights have six decimals, too few for integers.
-    emlearn.convert(trained.model).save(file=str(place / "model.h"), name="model")
+    # It writes into the folder where it is called.
+    with contextlib.chdir(place):
+        emlearn.convert(trained.model).save(file=str(place / "model.h"), name="model")
     text = (
         '#include <stdint.h>\n#include "model.h"\nint classify(const int16_t *x) {\n    float in[700];\n'
         "    for (int i = 0; i < 700; i++) in[i] = x[i] / 2048.0f;\n    return model_predict(in, 700);\n}\n"

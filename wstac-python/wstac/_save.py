@@ -72,7 +72,14 @@ def save(
     if len(names) != len(classes):
         raise Error(f"labels: {len(names)} names, expected {len(classes)} as of the estimator's classes_")
     name_of = dict(zip(classes, names))
+    if other := sorted(set(answers.tolist()) - set(name_of)):
+        raise Error(f"estimator: predict returns {other[0]!r}, expected one of classes_: {', '.join(classes)}")
     expected = np.array([name_of[answer] for answer in answers.tolist()])
+    # A row of zeros is a slide without a sample, which has no answer.
+    own = samples.any(axis=1)
+    if not own.any():
+        raise Error("X: all numbers are 0, expected samples to compare answers on")
+    samples, expected = samples[own], expected[own]
     kind, file = type(estimator).__name__, os.fsdecode(path)
     best: Optional[Model] = None
     fewest, reason = len(expected) + 1, ""
@@ -110,7 +117,7 @@ def _samples(X: Any) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
     if real.ndim != 2 or not len(real) or real.shape[1] % 10 or not 10 <= real.shape[1] <= 700:
         raise Error(f"X: shape {real.shape}, expected (n, 700), or ten numbers for each of the first frames")
     units = np.rint(real * UNITS)
-    # Not a number is neither.
+    # NaN fails both comparisons.
     if not ((np.abs(units + 0.5) < 32769) & (np.abs(real * UNITS - units) < 1e-3)).all():
         raise Error(
             f"X: numbers from {real.min():g} to {real.max():g}, expected samples times their scale; "

@@ -293,6 +293,10 @@ impl Header {
         if checksum != words[1] {
             return Err(ModelError::Checksum { found: checksum, expected: words[1] });
         }
+        // The checksum does not reach the version: each file has the first one that can hold it.
+        if (layout > 1) != (half(words, 6) == NETWORK || half(words, 7) == super::rows::INT32) {
+            return Err(other_start(words));
+        }
         let classes = half(words, 8);
         if classes == 0 || classes as usize > MOST_CLASSES {
             return Err(ModelError::Header { half: 8, found: half(words, 8) });

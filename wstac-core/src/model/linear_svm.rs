@@ -50,8 +50,7 @@ impl<'a> LinearSvm<'a> {
         if header.kind != ONE_AGAINST_REST && header.kind != ONE_AGAINST_ONE {
             return Err(ModelError::Kind { found: header.kind, expected: ONE_AGAINST_REST });
         }
-        let is_wide = header.number == INT32 && header.layout > 1;
-        if header.number != INT8 && header.number != INT16 && !is_wide {
+        if header.number != INT8 && header.number != INT16 && header.number != INT32 {
             return Err(ModelError::Header { half: 7, found: header.number });
         }
         if header.trees != 0 {

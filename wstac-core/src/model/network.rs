@@ -103,9 +103,6 @@ impl<'a> Network<'a> {
         if header.kind != NETWORK {
             return Err(ModelError::Kind { found: header.kind, expected: NETWORK });
         }
-        if header.layout < 2 {
-            return Err(ModelError::Header { half: 6, found: header.kind });
-        }
         if header.number != INT8 && header.number != INT16 && header.number != INT32 {
             return Err(ModelError::Header { half: 7, found: header.number });
         }

@@ -101,10 +101,10 @@ impl CheckSet {
         if changed as f64 > MOST_CHANGED * answers.len() as f64 {
             let help = match trained.kind {
                 Kind::Linear(_) => {
-                    "import it with --weights int16 or int32, train it on X * scale without a StandardScaler, with more \
+                    "import it with --weights int32, or without, train it on X * scale without a StandardScaler, with more \
                      regularization, or train trees"
                 }
-                Kind::Network(_) => "import it with --weights int16 or int32, or train it with more regularization",
+                Kind::Network(_) => "import it with --weights int32, or without, or train it with more regularization",
                 _ => "import it with leaves of float32, or train trees whose leaves are of one class",
             };
             return Err(format!("{found}, expected at most {} %; help: {help}", 100.0 * MOST_CHANGED));

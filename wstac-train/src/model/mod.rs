@@ -103,7 +103,7 @@ fn made(
         facts["note"] = note.as_str().into();
     }
     if let Kind::Network(network) = &mut model.kind {
-        let set = set.ok_or("is a network, whose hidden values have the range of samples: expected --check SET.npz")?;
+        let set = set.ok_or("is a network, whose values have the range of samples, expected --check SET.npz; help: wstac dataset makes a set")?;
         network.tops = Some(set.tops(network, inputs));
     }
     let written = |weights| {
@@ -119,7 +119,7 @@ fn made(
     // Weights that change too many answers are wider, unless the user chose.
     let can_be_wider = wanted.options.weights.is_none() && matches!(model.kind, Kind::Linear(_) | Kind::Network(_));
     let written = written(wanted.options.weights)
-        .or_else(|why: String| if can_be_wider { written(Some(Weights::Int32)).map_err(|_| why) } else { Err(why) })?;
+        .or_else(|why: String| if can_be_wider { written(Some(Weights::Int32)) } else { Err(why) })?;
     Ok((model, written))
 }
 
@@ -154,7 +154,7 @@ pub(crate) fn check_labels(model: &Trained) -> Result<(), String> {
             return Err(format!("label {label:?} of class {number}, expected a name without blanks around it"));
         }
         if model.labels[..number].contains(label) {
-            return Err(format!("label {label:?} stands twice, expected a name of its own for each class"));
+            return Err(format!("label {label:?} occurs twice, expected a name of its own for each class"));
         }
         let (expected, is_good) = match model.task {
             Task::Specimen => (

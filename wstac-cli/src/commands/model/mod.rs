@@ -115,8 +115,8 @@ Models that can be imported:
   ONNX of other programs:
     The operators TreeEnsembleClassifier, TreeEnsemble, LinearClassifier,
     SVMClassifier (linear kernel), and MatMul or Gemm, as of linear layers
-    of PyTorch or Keras, also with Relu between. The error names any other operator on the way to
-    the label.
+    of PyTorch or Keras, also with Relu between. The error names any other
+    operator on the way to the label.
 
 Inputs and limits:
   A model has 700 inputs, feature by feature: X.reshape(n, 700) of a data

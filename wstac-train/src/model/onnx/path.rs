@@ -135,7 +135,7 @@ pub(super) fn labels(
 fn picked(graph: &Graph, node: &Node, name: &String, labels: &[String]) -> Result<Vec<String>, String> {
     let kind = node.op_type();
     let (Some(list), Some(index)) = (node.input.first(), node.input.get(1)) else {
-        return Err(format!("ONNX node {kind} has less than two inputs"));
+        return Err(format!("ONNX node {kind} has fewer than two inputs"));
     };
     if index != name {
         return Err(format!("ONNX node {kind} picks from the label, expected a pick of a label from a list"));

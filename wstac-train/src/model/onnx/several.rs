@@ -2,7 +2,7 @@
 
 use super::path::{ClassifierOutput, before};
 use super::proto::{Graph, Node};
-use super::sums::{highest, linear, whole};
+use super::sums::{highest, joins_classes, linear, whole};
 use super::{Read, attribute, classifier, integers, linear::rows, not_one, post_transform};
 use crate::model::trained::{Kind, MOST_NODES};
 
@@ -34,7 +34,8 @@ fn one_vs_rest(graph: &Graph, classifiers: &[&Node]) -> Result<Option<Read>, Str
     };
     let joined = graph.node.iter().find_map(|node| {
         let all: Vec<&&Node> = node.input.iter().map(of).collect::<Option<_>>()?;
-        (node.op_type() == "Concat" && all.len() == classifiers.len()).then_some((node.output.first()?, all))
+        (node.op_type() == "Concat" && joins_classes(node) && all.len() == classifiers.len())
+            .then_some((node.output.first()?, all))
     });
     let Some((scores, ordered)) = joined else { return Ok(None) };
     let transform = post_transform(ordered[0]);
@@ -58,7 +59,14 @@ fn bagging(graph: &Graph, classifiers: &[&Node], producer: &str) -> Result<Optio
     let next = |name: Option<&String>, kind| {
         graph.node.iter().find(|node| node.op_type() == kind && name.is_some_and(|name| node.input.contains(name)))
     };
-    let joined = |node: &Node| next(next(node.output.get(1), "Reshape")?.output.first(), "Concat")?.output.first();
+    // Each of them once, one behind the other.
+    let of_all = |node: &&Node| {
+        let axis = attribute(node, "axis").and_then(|axis| axis.i);
+        node.input.len() == classifiers.len() && axis == Some(0)
+    };
+    let joined = |node: &Node| {
+        next(next(node.output.get(1), "Reshape")?.output.first(), "Concat").filter(of_all)?.output.first()
+    };
     let Some(votes) = joined(classifiers[0]) else { return Ok(None) };
     let Some(mean) = next(Some(votes), "ReduceMean") else { return Ok(None) };
     let axes = mean.input.get(1).and_then(|axes| whole(graph, axes)).unwrap_or_else(|| integers(mean, "axes").to_vec());
@@ -76,14 +84,17 @@ fn bagging(graph: &Graph, classifiers: &[&Node], producer: &str) -> Result<Optio
             return Err("TreeEnsembleClassifier, one of several: expected forests".into());
         };
         all += some.iter().map(|tree| tree.nodes.len()).sum::<usize>();
-        let (_, count, classes) = first.get_or_insert((before, some.len(), labels.len()));
-        if (*count, *classes) != (some.len(), labels.len()) || all > MOST_NODES {
-            return Err("TreeEnsembleClassifier, one of several: expected as many trees and classes in all".into());
+        let count = some.len();
+        let (_, trees_of_first, classes) = first.get_or_insert_with(|| (before, count, labels.clone()));
+        if *trees_of_first != count || *classes != labels || all > MOST_NODES {
+            return Err(
+                "TreeEnsembleClassifier, one of several: expected as many trees and the same classes in all".into()
+            );
         }
         trees.extend(some);
     }
     let Some((before, _, classes)) = first else { return Ok(None) };
     let name = mean.output.first().ok_or("an ONNX node has no output")?;
-    let answer = highest(graph, name, classes, None)?;
+    let answer = highest(graph, name, classes.len(), None)?;
     Ok(Some(Read { inputs: before.inputs(None)?, kind: Kind::Forest(trees), answer, before }))
 }

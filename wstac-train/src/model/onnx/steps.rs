@@ -112,7 +112,7 @@ impl Before {
                     return Err("its input is a weighted sum, expected trees of single features".into());
                 }
             };
-            if is_factor && number <= 0.0 {
+            if !number.is_finite() || is_factor && number <= 0.0 {
                 return Err(format!("input {input} is scaled by {number}, expected above 0"));
             }
             scaling.push((step, number as f32));

@@ -59,7 +59,7 @@ pub(super) fn sums(graph: &Graph, node: &Node) -> Result<Vec<Row>, String> {
     let wrong = |why: String| format!("ONNX node {}: {why}", node.op_type());
     let flag = |name| attribute(node, name).and_then(|found| found.i).unwrap_or(0) != 0;
     let factor = |name| f64::from(attribute(node, name).and_then(|found| found.f).unwrap_or(1.0));
-    let name = node.input.get(1).ok_or_else(|| wrong("it has less than two inputs".into()))?;
+    let name = node.input.get(1).ok_or_else(|| wrong("it has fewer than two inputs".into()))?;
     if constant(graph, name).is_some_and(|weights| !weights.external_data.is_empty()) {
         let help = "help: torch.onnx.export(…, external_data=False)";
         return Err(wrong(format!("its weights are in a file of their own, expected them inside; {help}")));
@@ -151,7 +151,7 @@ pub(super) fn highest(
             return Ok(ClassifierOutput::Class(class.clone(), classes));
         }
         // A score of the second class beside its opposite, or beside its probability's.
-        if is_single && let Some(node) = next().find(|node| is_opposite(graph, node, name)) {
+        if is_single && let Some(node) = next().find(|node| is_opposite(graph, node, name, is_sum)) {
             name = node.output.first().ok_or("an ONNX node has no output")?;
             (is_sum, is_single) = (false, false);
             continue;
@@ -165,14 +165,18 @@ pub(super) fn highest(
             name = node.output.first().ok_or("an ONNX node has no output")?;
             continue;
         }
-        if let Some(node) = next().find(|node| keeps(node)) {
+        // Of a single score a Softmax is 1, and a second Sigmoid above a half.
+        let keeps = |node: &&Node| keeps(node) && (!is_single || is_sum || node.op_type() == "Identity");
+        let keeps = |node: &&Node| keeps(node) && (!is_single || !node.op_type().ends_with("Softmax"));
+        if let Some(node) = next().find(keeps) {
             is_sum &= node.op_type() == "Identity";
             name = node.output.first().ok_or("an ONNX node has no output")?;
             continue;
         }
         // SGDClassifier's probabilities, which are divided by their sum.
         let product = next().find(|node| normalizes(graph, node, name, probabilities));
-        if let Some(end) = sigmoid(graph, name).or_else(|| product?.output.first()) {
+        let end = sigmoid(graph, name).filter(|_| is_sum || !is_single);
+        if let Some(end) = end.or_else(|| product?.output.first()) {
             is_sum = false;
             probabilities.get_or_insert(end);
             name = end;
@@ -195,7 +199,8 @@ pub(super) fn highest(
 
 /// Returns `true` for operators that keep the order of scores.
 ///
-/// A Softmax does over the classes of a sample, but not over samples.
+/// A Softmax does over the classes of a sample, but not over samples. A Sigmoid of float32 is 1 from a score of about 17
+/// on: of several such scores the highest is taken here, and ONNX takes the first.
 fn keeps(node: &Node) -> bool {
     let axis = attribute(node, "axis").and_then(|found| found.i).unwrap_or(-1);
     match node.op_type() {
@@ -233,22 +238,27 @@ fn is_total(graph: &Graph, name: &String, probabilities: &String, depth: usize) 
         && match node.map(|node| (node.op_type(), &node.input[..])) {
             Some(("ReduceSum", [all, axis])) => all == probabilities && whole(graph, axis) == Some(vec![1]),
             Some(("Cast" | "Not" | "Add" | "Mul", inputs)) => inputs.iter().all(of),
-            _ => reals(graph, name).is_some_and(|found| found.0.len() == 1),
+            _ => reals(graph, name).is_some_and(|found| matches!(found.0[..], [one] if one >= 0.0)),
         }
 }
 
-/// Returns `true` for a `Concat` of −x or 1 − x, and x.
-fn is_opposite(graph: &Graph, node: &Node, name: &String) -> bool {
+/// Returns `true` for a `Concat` along the classes of −x and a sum x, or of 1 − x and a probability x.
+fn is_opposite(graph: &Graph, node: &Node, name: &String, is_sum: bool) -> bool {
     let ("Concat", [first, second]) = (node.op_type(), &node.input[..]) else { return false };
     let Some(of) = graph.node.iter().find(|node| node.output.contains(first)) else { return false };
     let is = |input: usize, number| {
         of.input.get(input).and_then(|name| reals(graph, name)).is_some_and(|found| found.0 == [number])
     };
     let opposite = match of.op_type() {
-        "Neg" => true,
-        "Mul" => is(0, -1.0) || is(1, -1.0),
-        "Sub" => is(0, 1.0),
+        "Neg" => is_sum,
+        "Mul" => is_sum && (is(0, -1.0) || is(1, -1.0)),
+        "Sub" => !is_sum && is(0, 1.0),
         _ => false,
     };
-    second == name && opposite && of.input.contains(name)
+    second == name && opposite && of.input.contains(name) && joins_classes(node)
+}
+
+/// Returns `true` for a `Concat` of numbers of one sample.
+pub(super) fn joins_classes(node: &Node) -> bool {
+    matches!(attribute(node, "axis").and_then(|axis| axis.i), Some(1 | -1))
 }

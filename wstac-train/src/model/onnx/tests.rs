@@ -174,7 +174,9 @@ fn weighted_sums_are_those_of_any_network() {
     // One sum is the second class's: with a Sigmoid, or beside its opposite.
     let one = |more: &[Vec<u8>]| [vec![weights(&[1.0]), bias(&[-0.25]), product(), add("z")], more.to_vec()].concat();
     assert_eq!(answers(&one(&[node("Sigmoid", "z", "label", &[])])), Ok([0, 0, 0, 1]));
-    let opposite = |inputs: &[&str]| [node("Neg", "z", "n", &[]), node_of("Concat", inputs, "c", &[]), highest("c")];
+    let opposite = |inputs: &[&str]| {
+        [node("Neg", "z", "n", &[]), node_of("Concat", inputs, "c", &[number_of("axis", 1)]), highest("c")]
+    };
     assert_eq!(answers(&one(&opposite(&["n", "z"]))), Ok([0, 0, 0, 1]));
     for (nodes, says) in [
         (one(&[highest("z")]), "ONNX node ArgMax after the scores"),
@@ -605,7 +607,7 @@ fn what_is_not_understood_is_named() {
     for (nodes, says) in [
         (vec![classifier()], "tree 0, node 0: mode BRANCH_EQ"),
         (vec![node("Relu", "X", "label", &[])], "nodes Relu, expected one classifier"),
-        (vec![node("Gemm", "X", "label", &[])], "node Gemm: it has less than two inputs"),
+        (vec![node("Gemm", "X", "label", &[])], "node Gemm: it has fewer than two inputs"),
         (
             vec![node("Relu", "X", "y", &[]), node("TreeEnsembleClassifier", "y", "label", &forest("BRANCH_LEQ", 0.0))],
             "its input is a weighted sum, expected trees of single features",

@@ -178,6 +178,11 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> (String, bool) {
         least > 0.0 || most <= 0.0
     };
     let (fixed, count) = (rows.iter().filter(is_fixed).count(), rows.len());
+    let most = rows.iter().map(|row| range(row, &zero)).fold(0.0, |most, (least, largest)| (largest - least).max(most));
+    // Scores that cannot reach the margin have a unit of their own.
+    let margin = if most < 2.0 * MARGIN { most / REACH } else { MARGIN };
+    let unsure = bounds.iter().filter(|&&bound| bound >= margin && bound > 0.0).count();
+    let is_unsure = unsure > 0 && classes > 1;
     if fixed > 0 {
         let never = if is_of_classes { "can never be the answer" } else { "can have only one winner" };
         let [low, high] = [USUAL.0, USUAL.1].map(|end| end / ONE);
@@ -185,13 +190,9 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> (String, bool) {
             "; warning: {fixed} of {count} {what} {never} for features of {low:.2} to {high:.2}: was it trained on X times \
              its scale?; {USE_SCALE}"
         );
-        return (text, false);
+        return (text, is_unsure);
     }
-    let most = rows.iter().map(|row| range(row, &zero)).fold(0.0, |most, (least, largest)| (largest - least).max(most));
-    // Scores that cannot reach the margin have a unit of their own.
-    let margin = if most < 2.0 * MARGIN { most / REACH } else { MARGIN };
-    let unsure = bounds.iter().filter(|&&bound| bound >= margin && bound > 0.0).count();
-    if unsure == 0 || classes == 1 {
+    if !is_unsure {
         return (String::new(), false);
     }
     let text = format!(

@@ -30,7 +30,8 @@ pub(super) fn body(
         let biases = layer.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
         let scale = (full / most.max(1e-290)).min(2.0_f64.powi(60) / unit / biases.max(1e-290));
         let tops: Vec<f64> = match &network.tops {
-            Some(tops) if at < last => tops[at].clone(),
+            // Without a value above 0 the samples say nothing of the range.
+            Some(tops) if at < last && tops[at].iter().any(|top| *top > 0.0) => tops[at].clone(),
             _ => layer.iter().map(|row| top(row, &ranges)).collect(),
         };
         let top = tops.iter().fold(0.0_f64, |most, top| most.max(*top));
@@ -74,7 +75,7 @@ fn check(network: &Network, classes: usize, frames: usize) -> Result<(), String>
     for (at, layer) in network.layers.iter().enumerate() {
         let sums = layer.len();
         if at + 1 < layers && (sums == 0 || sums > MOST_WIDTH) {
-            return Err(format!("hidden layer {at} has {sums} sums, expected 1 to {MOST_WIDTH}"));
+            return Err(format!("hidden layer {} has {sums} sums, expected 1 to {MOST_WIDTH}", at + 1));
         }
         if at + 1 == layers && sums != classes && !(sums == 1 && classes == 2) {
             return Err(format!("{sums} scores of {classes} classes, expected {classes}"));

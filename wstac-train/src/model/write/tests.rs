@@ -464,7 +464,7 @@ fn what_cannot_be_written_is_said() {
         (model(3, Kind::Linear(Linear { pairs: false, rows: vec![row(1.0)] })), "1 weighted sums of 3 classes"),
         (model(2, Kind::Linear(Linear { pairs: false, rows: vec![row(f64::INFINITY)] })), "weight inf"),
         (model(3, network(&[(3, 700)])), "a network of 1 layers"),
-        (model(3, network(&[(129, 700), (3, 129)])), "hidden layer 0 has 129 sums"),
+        (model(3, network(&[(129, 700), (3, 129)])), "hidden layer 1 has 129 sums"),
         (model(3, network(&[(4, 700), (2, 4)])), "2 scores of 3 classes"),
         (model(3, network(&[(4, 700), (3, 5)])), "layer 1 has 5 weights a sum, expected 4"),
         (Trained { inputs: 699, ..model(2, boosted(0.0)) }, "699 inputs"),
