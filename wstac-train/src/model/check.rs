@@ -8,6 +8,7 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 
 use super::eval::{MOST_KEPT, Truth, array_of, each_sample, is_sample, kept, truth};
+use super::integers;
 use super::npz::Npz;
 use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, in_file_order};
 
@@ -109,7 +110,36 @@ impl CheckSet {
             };
             return Err(format!("{found}, expected at most {} %; help: {help}", 100.0 * MOST_CHANGED));
         }
-        Ok(found + &self.graded(&answers)?)
+        let first = answers.first().and_then(|&first| trained.labels.get(first));
+        let is_same = answers.len() > 1 && answers.iter().all(|answer| Some(answer) == answers.first());
+        let same = first.filter(|_| is_same).map(|label| format!("; warning: all of them are {label:?}"));
+        self.check_scale(trained, &answers)?;
+        Ok(found + &same.unwrap_or_default() + &self.graded(&answers)?)
+    }
+
+    /// Checks that a network's answers are not more often right on samples without their scale.
+    ///
+    /// # Errors
+    /// It was trained on them.
+    fn check_scale(&self, trained: &Trained, answers: &[usize]) -> Result<(), String> {
+        let (Kind::Network(network), Some(truth)) = (&trained.kind, &self.truth) else { return Ok(()) };
+        let is_right = |number: u16, class: usize| usize::from(truth.of_class.get(class) == Some(&number));
+        let right: usize = truth.numbers.iter().zip(answers).map(|(&number, &class)| is_right(number, class)).sum();
+        let unscaled = |sample: &[i16; INPUTS]| {
+            let x: Vec<f64> = features(sample, trained.inputs).map(|x| x * f64::from(FEATURE_ONE)).collect();
+            highest(network.sums(&x).last().map_or(&[], Vec::as_slice), trained.labels.len()).0
+        };
+        let raw = self.samples.iter().map(unscaled).zip(&truth.numbers).map(|(class, &number)| is_right(number, class));
+        let raw: usize = raw.sum();
+        if raw * 100 <= right * 100 + 2 * answers.len() {
+            return Ok(());
+        }
+        Err(format!(
+            "{right} of {} answers are right in {}, and {raw} on X without its scale, expected a network that was trained \
+             on X times its scale; {USE_SCALE}",
+            answers.len(),
+            self.name
+        ))
     }
 
     /// Returns how many answers are right; no text without labels.
@@ -117,7 +147,8 @@ impl CheckSet {
     /// # Errors
     /// No more are right than by chance: than if the same answers were given to samples in any order.
     fn graded(&self, answers: &[usize]) -> Result<String, String> {
-        let Some(truth) = &self.truth else { return Ok(String::new()) };
+        let none = || format!("; {} has no labels of the model, so that right answers are not counted", self.name);
+        let Some(truth) = &self.truth else { return Ok(if self.has_name() { none() } else { String::new() }) };
         let (mut labels, mut given) = (vec![0.0; truth.labels.len()], vec![0.0; truth.labels.len()]);
         let (mut right, mut all) = (0.0, 0.0);
         for (&number, &class) in truth.numbers.iter().zip(answers).filter(|(label, _)| truth.of_class.contains(label)) {
@@ -128,18 +159,20 @@ impl CheckSet {
             all += 1.0;
         }
         if all == 0.0 {
-            return Ok(String::new());
+            return Ok(none());
         }
+        let others = answers.len() as f64 - all;
+        let others = if others > 0.0 { format!(", {others} have labels that the model lacks") } else { String::new() };
         let chance = labels.iter().zip(&given).map(|(label, answer)| label * answer).sum::<f64>() / (all * all);
         // Two standard deviations, but few samples need not be all right: a kappa of 0.2 is a slight agreement.
         let above = (2.0 * (chance * (1.0 - chance) / all).sqrt()).min(0.2 * (1.0 - chance));
-        let found = format!("{right} of {all} answers are right ({:.1} %)", 100.0 * right / all);
+        let found = format!("{right} of {all} answers are right ({:.1} %){others}", 100.0 * right / all);
         if labels.iter().filter(|count| **count > 0.0).count() > 1 && right / all <= chance + above {
             return Err(format!(
-                "{found} in {}, expected more than by chance ({:.1} %); {USE_SCALE}, and name the classes in the order \
+                "{found} in {}, expected more than {:.1} %, which chance may reach; {USE_SCALE}, and name the classes in the order \
                  of the training",
                 self.name,
-                100.0 * chance
+                100.0 * (chance + above)
             ));
         }
         Ok(format!("; {found}"))
@@ -173,6 +206,11 @@ impl CheckSet {
         ))
     }
 
+    /// Returns `false` for samples without a file, whose caller compares answers.
+    fn has_name(&self) -> bool {
+        self.name != "X"
+    }
+
     fn part(&self, of_answers: f64) -> String {
         let all = self.samples.len();
         format!("{of_answers} of {all} answers of {} ({:.2} %)", self.name, 100.0 * of_answers / all as f64)
@@ -204,21 +242,25 @@ pub(super) fn float32_warning(trained: &Trained) -> String {
     )
 }
 
-/// Checks that a linear model has more than one answer.
+/// Checks that a linear model, or one of trees, has more than one answer.
 ///
 /// # Errors
 /// No sample changes the answer.
 pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
+    let (beyond, all) = integers::beyond(trained);
+    if all > 0 && 20 * beyond >= 19 * all {
+        return Err(format!("has {beyond} of {all} thresholds beyond all features, expected few; {USE_SCALE}"));
+    }
     let Kind::Linear(Linear { pairs, rows }) = &trained.kind else { return Ok(()) };
     let is_fixed = if *pairs || rows.len() == 1 {
         rows.iter()
             .map(|row| ends(row.bias, row.weights.iter().copied()))
-            .all(|(least, most)| least > 0.0 || most < 0.0)
+            .all(|(least, most)| least > 0.0 || most <= 0.0)
     } else {
         let least = |row: &Row, other: &Row| {
             ends(row.bias - other.bias, row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other)).0
         };
-        rows.iter().any(|row| rows.iter().all(|other| std::ptr::eq(row, other) || least(row, other) > 0.0))
+        rows.iter().any(|row| rows.iter().all(|other| std::ptr::eq(row, other) || least(row, other) >= 0.0))
     };
     if trained.labels.len() < 2 || !is_fixed {
         return Ok(());
@@ -409,17 +451,18 @@ mod tests {
         };
         // A label that the model has not counts nowhere.
         set.truth = Some(truth(0, 3));
-        assert!(compared(&model, &set).unwrap().ends_with("; 270 of 270 answers are right (100.0 %)"));
+        assert!(
+            compared(&model, &set)
+                .unwrap()
+                .ends_with("; 270 of 270 answers are right (100.0 %), 30 have labels that the model lacks")
+        );
         set.truth = Some(truth(1, 0));
         let error = compared(&model, &set).unwrap_err();
-        assert!(
-            error.starts_with("10 of 300 answers are right (3.3 %) in set.npz, expected more than by chance"),
-            "{error}"
-        );
+        assert!(error.starts_with("10 of 300 answers are right (3.3 %) in set.npz, expected more than "), "{error}");
         assert!(error.contains("X * scale (scale is 1/2048)"), "{error}");
         // The same answer for every sample is right by chance; with one label in the set nothing is known.
         let one = vec![1; 300];
-        assert!(set.graded(&one).unwrap_err().contains("by chance (30.0 %)"));
+        assert!(set.graded(&one).unwrap_err().contains("which chance may reach"));
         set.truth.as_mut().unwrap().numbers.fill(1);
         assert_eq!(set.graded(&one).unwrap(), "; 300 of 300 answers are right (100.0 %)");
         assert!(CheckSet::of(vec![[0; INPUTS]; 2]).is_none());
@@ -484,7 +527,11 @@ mod tests {
         let boosted = Kind::Boosted(Boosted { scores: (0..3).map(scores).collect(), bound: 0.0 });
         for kind in [Kind::Forest((0..3).map(forest).collect()), boosted] {
             model.kind = kind;
-            assert_eq!(compared(&model, &set).unwrap(), "rounding changes 0 of 300 answers of set.npz (0.00 %)");
+            let found = compared(&model, &set).unwrap();
+            assert!(
+                found.starts_with("rounding changes 0 of 300 answers of set.npz (0.00 %); set.npz has no labels"),
+                "{found}"
+            );
         }
         let classes: Vec<usize> = set.samples.iter().map(|sample| decide(&model, sample).0).collect();
         assert!(classes.iter().enumerate().all(|(number, class)| *class == number % 3));

@@ -42,18 +42,23 @@ pub(super) fn hints(model: &Trained) -> String {
     for remark in &model.remarks {
         let _ = write!(hints, "; {remark}");
     }
-    let (beyond, all) = match &model.kind {
-        Kind::Linear(_) | Kind::Network(_) => (0, 0),
-        Kind::Forest(trees) => count_beyond(trees),
-        Kind::Boosted(boosted) => count_beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
-    };
+    let (beyond, all) = beyond(model);
     if 2 * beyond > all {
         let _ = write!(
             hints,
-            "; {beyond} of {all} thresholds are beyond all features: was it trained on X times its scale?"
+            "; warning: {beyond} of {all} thresholds are beyond all features: was it trained on X times its scale?"
         );
     }
     hints
+}
+
+/// Returns how many thresholds of trees have no integer on both sides, and how many there are.
+pub(super) fn beyond(model: &Trained) -> (usize, usize) {
+    match &model.kind {
+        Kind::Linear(_) | Kind::Network(_) => (0, 0),
+        Kind::Forest(trees) => count_beyond(trees),
+        Kind::Boosted(boosted) => count_beyond(boosted.scores.iter().flat_map(|score| &score.trees)),
+    }
 }
 
 /// Counts the splits that have no integer on both sides, and all splits.

@@ -102,8 +102,12 @@ fn made(
     if let Some(note) = &wanted.note {
         facts["note"] = note.as_str().into();
     }
+    if model.labels.iter().any(|label| label.eq_ignore_ascii_case("unknown")) {
+        let why = "a class named unknown looks like a texture that no model knows: --labels gives another name";
+        model.remarks.push(format!("warning: {why}"));
+    }
     if let Kind::Network(network) = &mut model.kind {
-        let set = set.ok_or("is a network, whose values have the range of samples, expected --check SET.npz; help: wstac dataset makes a set")?;
+        let set = set.ok_or("is a network, whose values have the range of samples, expected --check SET.npz with a set of wstac dataset")?;
         network.tops = Some(set.tops(network, inputs));
     }
     let written = |weights| {

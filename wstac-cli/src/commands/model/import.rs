@@ -152,7 +152,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         (model, written.bytes(), written.exactness)
     };
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
-    let assumed = arguments.input.is_none().then(|| assumed(&arguments.file, model.inputs)).transpose()?;
+    let assumed = match arguments.input {
+        None => Some(assumed(&arguments.file, model.inputs)?),
+        Some(_) => Some(shorter(input, model.inputs)),
+    };
     outputs.write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
     let what = if backend == Backend::Inline { "bytes of Rust" } else { "bytes" };
@@ -162,6 +165,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(assumed);
     }
     Ok(())
+}
+
+/// Returns a note if a model takes fewer numbers of a path than are usual.
+fn shorter(input: Input, inputs: usize) -> Option<String> {
+    let usual = FEATURES * usize::from(frames_of(input));
+    (input != Input::Frames && inputs != usual).then(|| {
+        format!("{inputs} inputs: taken as the first {inputs} numbers of {}, of which {usual} are usual", input.name())
+    })
 }
 
 /// Returns what the number of inputs is taken for without --input; `None` for a whole sample over time.

@@ -78,7 +78,9 @@ pub(super) fn svm(node: &Node, before: Before) -> Result<Read, String> {
     let kernel = attribute(node, "kernel_type").and_then(|attribute| attribute.s.as_deref()).unwrap_or(b"LINEAR");
     if kernel != b"LINEAR" {
         let kernel = String::from_utf8_lossy(kernel);
-        return Err(format!("SVMClassifier: kernel_type {kernel}, expected LINEAR"));
+        return Err(format!(
+            "SVMClassifier: kernel_type {kernel}, expected LINEAR: train SVC(kernel=\"linear\"), or trees"
+        ));
     }
     // Votes decide the label also if there are numbers for probabilities (prob_a, prob_b).
     let (vectors, coefficients, rho) =

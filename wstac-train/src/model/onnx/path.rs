@@ -10,6 +10,9 @@ use super::sums::{reals, sums, whole};
 use super::tensor::{DOUBLE, FLOAT, STRING, Tensor};
 use super::{UNDERSTOOD, attribute, floats};
 
+/// Most steps before a classifier, and most weights in them: a small file may use one list many times.
+const MOST_STEPS: usize = 64;
+const MOST_WEIGHTS: usize = 1 << 22;
 /// ONNX's number of the boolean type.
 const BOOL: i64 = 9;
 
@@ -37,6 +40,13 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
             }
             steps.reverse();
             return Ok(Before { width, is_double: is_double || kind == DOUBLE, steps });
+        }
+        let weights: usize = steps.iter().map(Step::weights).sum();
+        if steps.len() > MOST_STEPS || weights > MOST_WEIGHTS {
+            return Err(format!(
+                "{} steps of {weights} weights before the classifier, expected at most {MOST_STEPS} of {MOST_WEIGHTS}",
+                steps.len()
+            ));
         }
         let before = graph.node.iter().find(|node| node.output.contains(name));
         let before = before.ok_or_else(|| format!("ONNX input {name} comes from nowhere"))?;

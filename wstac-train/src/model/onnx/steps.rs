@@ -160,6 +160,11 @@ fn fold(steps: &[Step], rows: &mut [Row], inputs: usize) -> Result<(), String> {
 }
 
 impl Step {
+    /// Returns the number of weights.
+    pub(super) fn weights(&self) -> usize {
+        if let Self::Sums(rows) = self { rows.iter().map(|row| row.weights.len()).sum() } else { 0 }
+    }
+
     /// Returns the number of outputs for a number of inputs.
     fn outputs(&self, inputs: usize) -> Result<usize, String> {
         match self {

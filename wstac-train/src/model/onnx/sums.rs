@@ -65,7 +65,7 @@ pub(super) fn sums(graph: &Graph, node: &Node) -> Result<Vec<Row>, String> {
         return Err(wrong(format!("its weights are in a file of their own, expected them inside; {help}")));
     }
     let (weights, shape) = reals(graph, name).ok_or_else(|| {
-        wrong("its second input is no constant of float (1) or double (11), expected the weights there".into())
+        wrong("its second input is no constant of finite float (1) or double (11), expected the weights there".into())
     })?;
     let [height, width] = shape[..] else {
         return Err(wrong(format!("weights have {} dimensions, expected 2", shape.len())));
@@ -83,7 +83,7 @@ pub(super) fn sums(graph: &Graph, node: &Node) -> Result<Vec<Row>, String> {
         })
         .collect();
     if let Some(name) = node.input.get(2).filter(|name| !name.is_empty()) {
-        let bias = reals(graph, name).ok_or_else(|| wrong("its biases are no constant".into()))?;
+        let bias = reals(graph, name).ok_or_else(|| wrong("its biases are no constant of finite numbers".into()))?;
         add(&mut rows, &bias, factor("beta")).map_err(wrong)?;
     }
     Ok(rows)
