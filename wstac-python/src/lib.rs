@@ -83,7 +83,7 @@ mod _wstac {
     #[pymodule_export]
     use super::source::{Source, is_camera, open_scene, open_source};
     #[pymodule_export]
-    use super::train::{fit, import_model, train};
+    use super::train::{fit, import_model, learn, train};
 
     /// The version of the package.
     #[pymodule_export]

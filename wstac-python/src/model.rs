@@ -50,8 +50,7 @@ impl Model {
 
     /// Returns the bytes of its file.
     fn to_bytes<'py>(&self, py: Python<'py>) -> Bound<'py, PyBytes> {
-        let bytes: Vec<u8> = self.file.words().iter().flat_map(|word| word.to_le_bytes()).collect();
-        PyBytes::new(py, &bytes)
+        PyBytes::new(py, &bytes_of(self.file.words()))
     }
 
     /// Returns what it was loaded from.
@@ -133,7 +132,16 @@ impl Model {
     }
 }
 
+/// Returns the bytes of a file's words.
+pub(crate) fn bytes_of(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}
+
 impl Model {
+    pub(crate) fn file(&self) -> &ModelFile {
+        &self.file
+    }
+
     /// Returns what a function returns for each sample.
     fn of_each<T: Send>(
         &self,

@@ -10,19 +10,22 @@ use std::time::Duration;
 use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
+use serde_json::json;
 use wstac_core::model::file::{INPUTS, Input, Task};
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_train::dataset::random::RandomSweep;
 use wstac_train::dataset::recordings::{comparable, find, parts, read, read_paths};
+use wstac_train::model::calibrate::{LabeledSamples, projection_of};
 use wstac_train::model::eval::is_sample;
-use wstac_train::model::trained::guess_task;
+use wstac_train::model::trained::{guess_task, in_file_order};
 use wstac_train::model::{Import, import_bytes};
 use wstac_train::train::{LabeledSlide, TrainOptions, TrainedModel, TrainingSet, wilson};
 
 use crate::config::Config;
 use crate::failed;
+use crate::model::{Model, bytes_of};
 
 /// Time between two looks for Ctrl-C.
 const BETWEEN_LOOKS: Duration = Duration::from_millis(200);
@@ -261,4 +264,35 @@ pub(crate) fn import_model<'py>(
     let wanted = Import { labels, task, input, note, samples: Some(samples), ..Import::default() };
     let made = py.detach(|| import_bytes(name, content, &wanted));
     Ok(PyBytes::new(py, &made.map_err(|why| crate::refused(format_args!("{name}: {why}")))?.1.bytes()))
+}
+
+/// Makes a model of new textures from samples (n, 700) and the name of each, as `wstac model learn` does. Returns the
+/// file's bytes.
+#[pyfunction]
+pub(crate) fn learn<'py>(
+    py: Python<'py>,
+    base: &Model,
+    samples: PyReadonlyArray2<'py, i16>,
+    names: Vec<String>,
+    note: Option<String>,
+) -> PyResult<Bound<'py, PyBytes>> {
+    let base = base.file().clone();
+    let mut slides = LabeledSamples::default();
+    for (sample, name) in samples.as_slice()?.as_chunks::<INPUTS>().0.iter().zip(names) {
+        if is_sample(sample) {
+            let numbers = vec![in_file_order(sample)];
+            slides.append(LabeledSamples { numbers, labels: vec![0], names: vec![name] });
+        }
+    }
+    let words = in_thread(py, move |_| {
+        let refused = |what: &str, why: String| Error::new(ErrorKind::Data, what, why);
+        projection_of(base.words()).map_err(|why| refused(base.about(), why))?;
+        let mut facts = json!({ "learned_from": ["arrays"], "base": base.about(), "slides": slides.numbers.len() });
+        if let Some(note) = note {
+            facts["note"] = note.into();
+        }
+        let learned = wstac_train::model::learn::learn(base.words(), &slides, &facts.to_string());
+        Ok(learned.map_err(|why| refused("X and y", why))?.words)
+    })?;
+    Ok(PyBytes::new(py, &bytes_of(&words)))
 }

@@ -18,8 +18,8 @@ natural logarithm, and a model gives the same answer here as on a board.
 Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
 command, such as a camera, as they come, and its frames with taxels and features; in asyncio, too. `read` reads all of a recording.
 `plot_event` and `plot_features` draw with matplotlib. `fit_speed` fits the speed law to slides. `dataset` simulates training sets, `train` trains a
-`Model`, which names textures, `save` makes one of an estimator of yours, and `TextureClassifier` is an estimator of
-scikit-learn. `Config` configures everything.
+`Model`, which names textures, `learn` makes one from a few slides of each texture, `save` makes one of an estimator of
+yours, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
 What cannot be used raises `Error`, a `ValueError` with the words of the command;
 that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """
@@ -45,6 +45,7 @@ from ._answers import (
 from ._classifier import TextureClassifier
 from ._dataset import dataset
 from ._errors import NotFoundError
+from ._learn import learn
 from ._models import Config, Model
 from ._pipeline import Pipeline, features
 from ._plots import plot_event, plot_features
@@ -88,6 +89,7 @@ __all__ = [
     "dataset",
     "features",
     "fit_speed",
+    "learn",
     "open",
     "plot_event",
     "plot_features",

@@ -125,7 +125,7 @@ class Model:
         - "builtin:path-svm", "builtin:path-forest" and "builtin:path-boosted", of ten sums;
         - "builtin:taxel-path-svm", "builtin:taxel-path-forest" and "builtin:taxel-path-boosted", of 25 taxels;
         - "builtin:path-svm-16mm" and "builtin:taxel-path-svm-16mm", which read 16 mm of the path instead of 28 mm;
-        - "builtin:embedding" and "builtin:taxel-embedding", from which `wstac model learn` makes models of new textures;
+        - "builtin:embedding" and "builtin:taxel-embedding", from which `wstac.learn` makes models of new textures;
 
         and for the slides of the publication "builtin:svm", "builtin:forest" and "builtin:boosted".
 

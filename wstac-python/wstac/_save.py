@@ -103,12 +103,17 @@ def save(
             f"{kind}: {found}, expected at most 0.5 %; help: train a linear model without a StandardScaler and with "
             "more regularization, or train trees"
         )
+    write(best, file, force)
+    return best
+
+
+def write(model: Model, file: str, force: bool) -> None:
+    """Writes a model to a file, which is new without `force`."""
     try:
         with open(file, "wb" if force else "xb") as output:
-            output.write(best.to_bytes())
+            output.write(model.to_bytes())
     except FileExistsError:
         raise Error(f"{file}: exists, expected a new file, or force=True") from None
-    return best
 
 
 def _samples(X: Any) -> tuple[NDArray[np.float64], NDArray[np.int16]]:

@@ -21,6 +21,7 @@ __all__ = [
     "fit",
     "import_model",
     "is_camera",
+    "learn",
     "open_scene",
     "open_source",
     "path_dataset",
@@ -131,6 +132,7 @@ def import_model(
     samples: NDArray[np.int16],
     note: Optional[str],
 ) -> bytes: ...
+def learn(base: Model, samples: NDArray[np.int16], names: list[str], note: Optional[str]) -> bytes: ...
 def train(
     sets: list[str],
     output: str,
