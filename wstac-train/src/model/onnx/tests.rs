@@ -178,10 +178,23 @@ fn weighted_sums_are_those_of_any_network() {
         [node("Neg", "z", "n", &[]), node_of("Concat", inputs, "c", &[number_of("axis", 1)]), highest("c")]
     };
     assert_eq!(answers(&one(&opposite(&["n", "z"]))), Ok([0, 0, 0, 1]));
+    let opposite_of = |of: &str, axis: u8| {
+        let both = node_of("Concat", &["n", of], "c", &[number_of("axis", axis)]);
+        vec![node("Neg", of, "n", &[]), both, highest("c")]
+    };
     for (nodes, says) in [
         (one(&[highest("z")]), "ONNX node ArgMax after the scores"),
         (one(&[node("Identity", "z", "label", &[])]), "gives scores, expected ArgMax after it"),
         (one(&opposite(&["z", "n"])), "ONNX node Neg after the scores"),
+        // Of a probability, the opposite decides at 0 instead of a half; other samples are no classes.
+        (one(&[vec![node("Sigmoid", "z", "p", &[])], opposite_of("p", 1)].concat()), "ONNX node Neg after the scores"),
+        (one(&opposite_of("z", 0)), "ONNX node Neg after the scores"),
+        // Of one score these decide nothing.
+        (one(&[node("Softmax", "z", "label", &[])]), "ONNX node Softmax after the scores"),
+        (
+            one(&[node("Sigmoid", "z", "p", &[]), node("Sigmoid", "p", "label", &[])]),
+            "ONNX node Sigmoid after the scores",
+        ),
         (three(node("Relu", "z", "label", &[])), "ONNX node Relu after the scores"),
         (three(node("Softmax", "z", "label", &[number_of("axis", 0)])), "ONNX node Softmax after the scores"),
         (
@@ -214,6 +227,16 @@ fn weighted_sums_are_those_of_any_network() {
         let error = answers(&nodes).unwrap_err();
         assert!(error.contains(says), "{error}");
     }
+}
+
+#[test]
+fn steps_before_a_classifier_have_a_limit() {
+    let name = |at: usize| if at == 0 { "X".to_owned() } else { format!("x{at}") };
+    let mut nodes: Vec<Vec<u8>> = (0..66).map(|at| node("Relu", &name(at), &name(at + 1), &[])).collect();
+    nodes.extend([weights(&[1.0, 2.0]), node_of("MatMul", &["x66", "w"], "y", &[])]);
+    nodes.push(node("ArgMax", "y", "label", &[number_of("axis", 1)]));
+    let error = answers(&nodes).unwrap_err();
+    assert!(error.contains("65 steps of 0 weights before the classifier, expected at most 64"), "{error}");
 }
 
 #[test]
