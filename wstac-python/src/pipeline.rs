@@ -1,6 +1,7 @@
 //! A session of frames that Python pushes.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
 use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
@@ -9,8 +10,11 @@ use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::OutputOptions;
+use wstac_host::record::about::About;
+use wstac_host::record::labels::check;
+use wstac_host::record::{Recorder, new_file};
 use wstac_host::session::{Processor, Session};
-use wstac_host::source::{Frame, LossReason, SourceEvent};
+use wstac_host::source::{Frame, Labels, LossReason, SourceEvent};
 
 use crate::config::Config;
 use crate::model::{Model, textures};
@@ -39,7 +43,7 @@ type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 #[pymethods]
 impl Pipeline {
     #[new]
-    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths))]
+    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths, record, labels))]
     #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
     fn new(
         format: &str,
@@ -52,6 +56,8 @@ impl Pipeline {
         models: Vec<Model>,
         motion: bool,
         paths: bool,
+        record: Option<PathBuf>,
+        labels: Labels,
     ) -> PyResult<Self> {
         let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
         let info = stream::info(format, size, bytes_per_row, rate, color)?;
@@ -63,7 +69,15 @@ impl Pipeline {
             .build()
             .map_err(crate::failed_by)?;
         let frame_bytes = whole_frame(session.processor());
-        Ok(Self { state: Mutex::new((session, Gathered::default())), about, frame_bytes })
+        let mut gathered = Gathered::default();
+        if let Some(path) = record {
+            check(&labels).map_err(refused)?;
+            let names = models.iter().map(|model| model.file().about().to_owned()).collect();
+            let described = About::new(session.info(), &config.0, labels, names).map_err(crate::failed_by)?;
+            let made = new_file(&path).and_then(|file| Recorder::new(file, &path, &described, session.processor()));
+            gathered.recorder = Some(made.map_err(crate::failed_by)?);
+        }
+        Ok(Self { state: Mutex::new((session, gathered)), about, frame_bytes })
     }
 
     /// Takes frames, uint8 (n, bytes), one after the other.

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import warnings
+from collections.abc import Mapping
 from typing import Optional
 
 import numpy as np
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from . import _frames, _wstac
 from ._answers import Event, Record, Recorded
 from ._frames import Fps, Frames
-from ._models import Configuration, Models, native_config, native_models
+from ._models import Configuration, Models, Path, native_config, native_models
 
 
 def features(
@@ -55,7 +57,7 @@ def features(
     code = format or _frames.guess(stack, single=False)
     found = _frames.sides(size) if size is not None else _frames.size_of(stack, code)
     rows = _frames.rows(stack, code, found)
-    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range, False, False)
+    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range)
     if not len(rows):
         return np.zeros((0, 10), np.int16)
     _, values = native.push(rows)
@@ -88,6 +90,20 @@ class Pipeline(Recorded):
 
     With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in it.
     With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
+
+    `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
+    `labels` are its labels, such as {"specimen": "Saw3"}. Times follow from `fps` and the number of the frame. `push`
+    waits for a slow disk. A full disk raises `Error` once, and the recording ends. `finish` or the end of a `with` ends
+    the file; after a crash, `wstac recover` repairs it.
+
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
+    >>> with wstac.Pipeline(fps=30, record=file, labels={"specimen": "Saw3"}) as pipeline:
+    ...     for frame in scene.frames:
+    ...         _ = pipeline.push(frame)
+    >>> recording = wstac.read(file)
+    >>> recording.labels, (recording.frames == scene.frames).all(), recording.events[0].frame
+    ({'specimen': 'Saw3'}, np.True_, 35)
     """
 
     def __init__(
@@ -103,15 +119,19 @@ class Pipeline(Recorded):
         range: Optional[str] = None,
         motion: bool = False,
         path_samples: bool = False,
+        record: Optional[Path] = None,
+        labels: Optional[Mapping[str, str]] = None,
     ) -> None:
         super().__init__()
+        if labels and record is None:
+            raise _wstac.Error("labels: are those of a recording, expected record=PATH, too")
         self._format = format
         self._size = None if size is None else _frames.sides(size)
         if fps is None:
             warnings.warn("fps is not given: speeds are those of 30 frames per second", stacklevel=2)
             fps = 30
         made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
-        self._made = (*made, bool(motion), bool(path_samples))
+        self._made = (*made, bool(motion), bool(path_samples), None if record is None else os.fsdecode(record), labels)
         self._native: Optional[_wstac.Pipeline] = None
         self._features: Optional[NDArray[np.int16]] = None
         if format is not None and self._size is not None:
@@ -159,6 +179,13 @@ class Pipeline(Recorded):
             raise _wstac.Error("pipeline: no frame was pushed, expected one at least")
         return self._pushed(self._native.finish())
 
+    def __enter__(self) -> Pipeline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._native is not None and self.end is None:
+            self.finish()
+
     @property
     def features(self) -> Optional[NDArray[np.int16]]:
         """Features of the feature frame that the last push completed, int16 (10,); None if it completed none."""
@@ -190,11 +217,14 @@ def _native(
     bytes_per_row: Optional[int],
     matrix: Optional[str],
     range: Optional[str],
-    motion: bool,
-    path_samples: bool,
+    motion: bool = False,
+    path_samples: bool = False,
+    record: Optional[str] = None,
+    labels: Optional[Mapping[str, str]] = None,
 ) -> _wstac.Pipeline:
     """Returns a pipeline of the extension."""
     if bytes_per_row is not None:
         bytes_per_row = _frames.count("bytes_per_row", bytes_per_row, 1, (1 << 32) - 1)
     given = config or _wstac.Config()
-    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, given, models, motion, path_samples)
+    wanted = (motion, path_samples, record, dict(labels or {}))
+    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, given, models, *wanted)
