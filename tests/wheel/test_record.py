@@ -53,6 +53,20 @@ def test_a_recording_has_the_answers_of_that_of_the_command(tmp_path: Path) -> N
     assert drawn.stat().st_size > 1000
 
 
+def test_times_of_frames_are_recorded(tmp_path: Path) -> None:
+    scene, file, start = slide(), tmp_path / "a.mcap", 5_000_000_000
+    times = [start + 33_400_000 * number for number in range(len(scene.frames))]
+    with wstac.Pipeline(fps=30, config=GLOBAL, timed=True, record=file) as pipeline:
+        events = [event for frame, at in zip(scene.frames, times) if (event := pipeline.push(frame, at))]
+        with pytest.raises(wstac.Error, match="frame: has no time_ns, expected one with timed=True"):
+            pipeline.push(scene.frames[0])
+    found = wstac.read(file)
+    np.testing.assert_allclose(found.timestamps, np.array(times) / 1e9, rtol=0, atol=1e-9)
+    assert found.end.clock == "driver" and found.events[0].time_ns == events[0].time_ns == times[46]
+    with pytest.raises(wstac.Error, match="frame: has a time_ns, expected timed=True for it"):
+        wstac.Pipeline(fps=30).push(scene.frames[0], 0)
+
+
 def test_what_cannot_be_recorded_is_refused(tmp_path: Path) -> None:
     frame = np.zeros((200, 200), np.uint8)
     with pytest.raises(wstac.Error, match="labels: are those of a recording"):

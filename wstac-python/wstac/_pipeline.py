@@ -92,9 +92,9 @@ class Pipeline(Recorded):
     With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
 
     `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
-    `labels` are its labels, such as {"specimen": "Saw3"}. Times follow from `fps` and the number of the frame. `push`
-    waits for a slow disk. A full disk raises `Error` once, and the recording ends. `finish` or the end of a `with` ends
-    the file; after a crash, `wstac recover` repairs it.
+    `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error` once,
+    and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs it.
+    Times are those of `push` if the pipeline is `timed`, else they follow from `fps` and the number of the frame.
 
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
@@ -119,6 +119,7 @@ class Pipeline(Recorded):
         range: Optional[str] = None,
         motion: bool = False,
         path_samples: bool = False,
+        timed: bool = False,
         record: Optional[Path] = None,
         labels: Optional[Mapping[str, str]] = None,
     ) -> None:
@@ -131,7 +132,9 @@ class Pipeline(Recorded):
             warnings.warn("fps is not given: speeds are those of 30 frames per second", stacklevel=2)
             fps = 30
         made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
-        self._made = (*made, bool(motion), bool(path_samples), None if record is None else os.fsdecode(record), labels)
+        file = None if record is None else os.fsdecode(record)
+        self._timed = bool(timed)
+        self._made = (*made, bool(motion), bool(path_samples), self._timed, file, labels)
         self._native: Optional[_wstac.Pipeline] = None
         self._features: Optional[NDArray[np.int16]] = None
         if format is not None and self._size is not None:
@@ -142,18 +145,26 @@ class Pipeline(Recorded):
         self._native = _native(code, size, *self._made)
         return self._native
 
-    def push(self, frame: Frames) -> Optional[Event]:
+    def push(self, frame: Frames, time_ns: Optional[int] = None) -> Optional[Event]:
         """Takes a frame, a picture or its raw bytes. Returns the event that it completes, or None.
+
+        `time_ns` is when it was taken, in nanoseconds by a monotonic clock such as `time.monotonic_ns()`, if the
+        pipeline is `timed`.
 
         Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
         """
+        if (time_ns is not None) != self._timed:
+            found, expected = ("no time_ns", "one with timed=True") if self._timed else ("a time_ns", "timed=True for it")
+            raise _wstac.Error(f"frame: has {found}, expected {expected}")
+        if time_ns is not None:
+            time_ns = _frames.count("time_ns", time_ns, 0, (1 << 63) - 1)
         picture = _frames.array(frame)
         code = self._format or _frames.guess(picture, single=True)
         stack = picture[None]
         size = self._size or _frames.size_of(stack, code)
         rows = _frames.rows(stack, code, size)
         native = self._native or self._start(code, size)
-        return self._pushed(native.push(rows))
+        return self._pushed(native.push(rows, time_ns))
 
     def lose(self, frames: int = 1) -> Optional[Event]:
         """Keeps the place of lost camera frames in time. Returns the event that they complete, or None.
@@ -219,6 +230,7 @@ def _native(
     range: Optional[str],
     motion: bool = False,
     path_samples: bool = False,
+    timed: bool = False,
     record: Optional[str] = None,
     labels: Optional[Mapping[str, str]] = None,
 ) -> _wstac.Pipeline:
@@ -226,5 +238,5 @@ def _native(
     if bytes_per_row is not None:
         bytes_per_row = _frames.count("bytes_per_row", bytes_per_row, 1, (1 << 32) - 1)
     given = config or _wstac.Config()
-    wanted = (motion, path_samples, record, dict(labels or {}))
+    wanted = (motion, path_samples, timed, record, dict(labels or {}))
     return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, given, models, *wanted)
