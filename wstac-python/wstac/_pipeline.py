@@ -92,8 +92,8 @@ class Pipeline(Recorded):
     With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
 
     `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
-    `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error` once,
-    and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs it.
+    `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error`
+    once, and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs it.
     Times are those of `push` if the pipeline is `timed`, else they follow from `fps` and the number of the frame.
 
     >>> import pathlib, tempfile
@@ -154,8 +154,8 @@ class Pipeline(Recorded):
         Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
         """
         if (time_ns is not None) != self._timed:
-            found, expected = ("no time_ns", "one with timed=True") if self._timed else ("a time_ns", "timed=True for it")
-            raise _wstac.Error(f"frame: has {found}, expected {expected}")
+            found = "no time_ns, expected one with timed=True" if self._timed else "a time_ns, expected timed=True for it"
+            raise _wstac.Error(f"frame: has {found}")
         if time_ns is not None:
             time_ns = _frames.count("time_ns", time_ns, 0, (1 << 63) - 1)
         picture = _frames.array(frame)
