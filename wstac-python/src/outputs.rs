@@ -9,8 +9,10 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_host::error::Error;
 use wstac_host::json::{JsonLine, within_ms};
 use wstac_host::output::{Output, Paths, SampleFrames};
+use wstac_host::record::Recorder;
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
+use wstac_host::text::text_of;
 use wstac_train::dataset::path::frames_of;
 use wstac_train::model::trained::in_set_order;
 
@@ -30,6 +32,8 @@ pub(crate) struct Gathered {
     pub(crate) outputs: Vec<Numbered>,
     /// The camera frames, if they are asked for.
     pub(crate) frames: Option<Frames>,
+    /// The recording of what is pushed, if there is one.
+    pub(crate) recorder: Option<Recorder>,
     /// Camera frames so far, lost ones included.
     count: u64,
 }
@@ -76,14 +80,28 @@ impl From<ReadFailure> for PyErr {
 }
 
 impl Gathered {
-    /// Pushes an event into a session and gathers the outputs that follow.
+    /// Pushes an event into a session, and gathers and records the outputs that follow. The end of the stream, or a full
+    /// disk, ends the recording.
     pub(crate) fn push(&mut self, session: &mut Session, event: &SourceEvent<'_>) -> Result<(), Error> {
+        if let Some(recorder) = &mut self.recorder {
+            recorder.source_event(event);
+        }
         session.push(event);
         while let Poll::Output(output) = session.poll()? {
+            if let Some(recorder) = &mut self.recorder {
+                let mut line = output.clone();
+                if let Output::Event(event) = &mut line {
+                    // It follows from the frames.
+                    event.sample = None;
+                }
+                recorder.output(&line, &text_of(&line));
+            }
             self.take(output);
         }
         self.count(event);
-        Ok(())
+        let goes_on = self.recorder.as_mut().is_none_or(|recorder| recorder.processed(event, session.processor()));
+        let ended = self.recorder.take_if(|_| !goes_on || matches!(event, SourceEvent::End));
+        ended.map_or(Ok(()), |recorder| recorder.finish().map(drop))
     }
 
     /// Adds what was gathered after this.
@@ -97,7 +115,7 @@ impl Gathered {
     pub(crate) fn take_all(&mut self) -> Self {
         let frames =
             self.frames.as_ref().map(|frames| Frames { size: frames.size, rate: frames.rate, ..Frames::default() });
-        let next = Self { count: self.count, frames, ..Self::default() };
+        let next = Self { count: self.count, frames, recorder: self.recorder.take(), ..Self::default() };
         std::mem::replace(self, next)
     }
 

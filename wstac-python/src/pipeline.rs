@@ -1,7 +1,9 @@
 //! A session of frames that Python pushes.
 
 use std::ops::RangeInclusive;
+use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
+use std::time::Duration;
 
 use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
@@ -9,8 +11,11 @@ use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::OutputOptions;
+use wstac_host::record::about::About;
+use wstac_host::record::labels::check;
+use wstac_host::record::{Recorder, new_file};
 use wstac_host::session::{Processor, Session};
-use wstac_host::source::{Frame, LossReason, SourceEvent};
+use wstac_host::source::{Frame, Labels, LossReason, SourceEvent, StreamClock};
 
 use crate::config::Config;
 use crate::model::{Model, textures};
@@ -39,7 +44,7 @@ type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 #[pymethods]
 impl Pipeline {
     #[new]
-    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths))]
+    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths, timed, record, labels))]
     #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
     fn new(
         format: &str,
@@ -52,9 +57,15 @@ impl Pipeline {
         models: Vec<Model>,
         motion: bool,
         paths: bool,
+        timed: bool,
+        record: Option<PathBuf>,
+        labels: Labels,
     ) -> PyResult<Self> {
         let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
-        let info = stream::info(format, size, bytes_per_row, rate, color)?;
+        let mut info = stream::info(format, size, bytes_per_row, rate, color)?;
+        if timed {
+            info.clock = StreamClock::Driver;
+        }
         let about = info.about.clone();
         let session = Session::of_frames(info)
             .config(config.0.clone())
@@ -63,11 +74,26 @@ impl Pipeline {
             .build()
             .map_err(crate::failed_by)?;
         let frame_bytes = whole_frame(session.processor());
-        Ok(Self { state: Mutex::new((session, Gathered::default())), about, frame_bytes })
+        let mut gathered = Gathered::default();
+        if let Some(path) = record {
+            check(&labels).map_err(refused)?;
+            let names = models.iter().map(|model| model.file().about().to_owned()).collect();
+            let described = About::new(session.info(), &config.0, labels, names).map_err(crate::failed_by)?;
+            let made = new_file(&path).and_then(|file| Recorder::new(file, &path, &described, session.processor()));
+            gathered.recorder = Some(made.map_err(crate::failed_by)?);
+        }
+        Ok(Self { state: Mutex::new((session, gathered)), about, frame_bytes })
     }
 
-    /// Takes frames, uint8 (n, bytes), one after the other.
-    fn push<'py>(&self, py: Python<'py>, frames: PyReadonlyArray2<'py, u8>) -> PyResult<Pushed<'py>> {
+    /// Takes frames, uint8 (n, bytes), one after the other. `time_ns` is the time of a single one.
+    #[pyo3(signature = (frames, time_ns = None))]
+    fn push<'py>(
+        &self,
+        py: Python<'py>,
+        frames: PyReadonlyArray2<'py, u8>,
+        time_ns: Option<u64>,
+    ) -> PyResult<Pushed<'py>> {
+        let timestamp = time_ns.map(Duration::from_nanos);
         let (bytes, &[count, length]) = (frames.as_slice()?, frames.shape()) else {
             return Err(refused("frames: expected two dimensions"));
         };
@@ -82,7 +108,7 @@ impl Pipeline {
             // Without the lock, other threads may write to the array: the frame is copied.
             copy.clear();
             copy.extend_from_slice(frame);
-            all.append(self.take(py, &SourceEvent::Frame(Frame::new(&copy)))?);
+            all.append(self.take(py, &SourceEvent::Frame(Frame { timestamp, ..Frame::new(&copy) }))?);
         }
         pushed(py, all)
     }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import warnings
+from collections.abc import Mapping
 from typing import Optional
 
 import numpy as np
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 from . import _frames, _wstac
 from ._answers import Event, Record, Recorded
 from ._frames import Fps, Frames
-from ._models import Configuration, Models, native_config, native_models
+from ._models import Configuration, Models, Path, native_config, native_models
 
 
 def features(
@@ -55,7 +57,7 @@ def features(
     code = format or _frames.guess(stack, single=False)
     found = _frames.sides(size) if size is not None else _frames.size_of(stack, code)
     rows = _frames.rows(stack, code, found)
-    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range, False, False)
+    native = _native(code, found, _frames.rate(fps), native_config(config), [], bytes_per_row, matrix, range)
     if not len(rows):
         return np.zeros((0, 10), np.int16)
     _, values = native.push(rows)
@@ -88,6 +90,20 @@ class Pipeline(Recorded):
 
     With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in it.
     With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
+
+    `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
+    `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error`
+    once, and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs it.
+    Times are those of `push` if the pipeline is `timed`, else they follow from `fps` and the number of the frame.
+
+    >>> import pathlib, tempfile
+    >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
+    >>> with wstac.Pipeline(fps=30, record=file, labels={"specimen": "Saw3"}) as pipeline:
+    ...     for frame in scene.frames:
+    ...         _ = pipeline.push(frame)
+    >>> recording = wstac.read(file)
+    >>> recording.labels, (recording.frames == scene.frames).all(), recording.events[0].frame
+    ({'specimen': 'Saw3'}, np.True_, 35)
     """
 
     def __init__(
@@ -103,15 +119,22 @@ class Pipeline(Recorded):
         range: Optional[str] = None,
         motion: bool = False,
         path_samples: bool = False,
+        timed: bool = False,
+        record: Optional[Path] = None,
+        labels: Optional[Mapping[str, str]] = None,
     ) -> None:
         super().__init__()
+        if labels and record is None:
+            raise _wstac.Error("labels: are those of a recording, expected record=PATH, too")
         self._format = format
         self._size = None if size is None else _frames.sides(size)
         if fps is None:
             warnings.warn("fps is not given: speeds are those of 30 frames per second", stacklevel=2)
             fps = 30
         made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
-        self._made = (*made, bool(motion), bool(path_samples))
+        file = None if record is None else os.fsdecode(record)
+        self._timed = bool(timed)
+        self._made = (*made, bool(motion), bool(path_samples), self._timed, file, labels)
         self._native: Optional[_wstac.Pipeline] = None
         self._features: Optional[NDArray[np.int16]] = None
         if format is not None and self._size is not None:
@@ -122,18 +145,26 @@ class Pipeline(Recorded):
         self._native = _native(code, size, *self._made)
         return self._native
 
-    def push(self, frame: Frames) -> Optional[Event]:
+    def push(self, frame: Frames, time_ns: Optional[int] = None) -> Optional[Event]:
         """Takes a frame, a picture or its raw bytes. Returns the event that it completes, or None.
+
+        `time_ns` is when it was taken, in nanoseconds by a monotonic clock such as `time.monotonic_ns()`, if the
+        pipeline is `timed`.
 
         Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
         """
+        if (time_ns is not None) != self._timed:
+            found = "no time_ns, expected one with timed=True" if self._timed else "a time_ns, expected timed=True for it"
+            raise _wstac.Error(f"frame: has {found}")
+        if time_ns is not None:
+            time_ns = _frames.count("time_ns", time_ns, 0, (1 << 63) - 1)
         picture = _frames.array(frame)
         code = self._format or _frames.guess(picture, single=True)
         stack = picture[None]
         size = self._size or _frames.size_of(stack, code)
         rows = _frames.rows(stack, code, size)
         native = self._native or self._start(code, size)
-        return self._pushed(native.push(rows))
+        return self._pushed(native.push(rows, time_ns))
 
     def lose(self, frames: int = 1) -> Optional[Event]:
         """Keeps the place of lost camera frames in time. Returns the event that they complete, or None.
@@ -158,6 +189,13 @@ class Pipeline(Recorded):
         if self._native is None:
             raise _wstac.Error("pipeline: no frame was pushed, expected one at least")
         return self._pushed(self._native.finish())
+
+    def __enter__(self) -> Pipeline:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._native is not None and self.end is None:
+            self.finish()
 
     @property
     def features(self) -> Optional[NDArray[np.int16]]:
@@ -190,11 +228,15 @@ def _native(
     bytes_per_row: Optional[int],
     matrix: Optional[str],
     range: Optional[str],
-    motion: bool,
-    path_samples: bool,
+    motion: bool = False,
+    path_samples: bool = False,
+    timed: bool = False,
+    record: Optional[str] = None,
+    labels: Optional[Mapping[str, str]] = None,
 ) -> _wstac.Pipeline:
     """Returns a pipeline of the extension."""
     if bytes_per_row is not None:
         bytes_per_row = _frames.count("bytes_per_row", bytes_per_row, 1, (1 << 32) - 1)
     given = config or _wstac.Config()
-    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, given, models, motion, path_samples)
+    wanted = (motion, path_samples, timed, record, dict(labels or {}))
+    return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, given, models, *wanted)
