@@ -13,7 +13,7 @@
 //! highest sum wins, as in a linear model with a row for each class.
 
 use super::calibration::Calibration;
-use super::file::{HEADER_HALVES, Header, INPUTS, ModelError, NETWORK, half, part};
+use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, NETWORK, half, part};
 use super::labels::Labels;
 use super::rows::{INT8, INT16, INT32, Rows, inputs_of};
 use crate::params::FEATURES;
@@ -66,15 +66,18 @@ impl<'a> Layer<'a> {
         Self { rows: Rows::checked(rows, sums, number, fits_32_bits), shift, values, end }
     }
 
-    /// Computes the values of a hidden layer. It is not inlined: hidden layers share one copy of the kernels.
+    /// Computes the values of a hidden layer, or scores; one of both is empty. It is not inlined: all layers share one
+    /// copy of the kernels.
     #[inline(never)]
-    fn values<'v, const FAST: bool>(&self, inputs: &[i16], values: &'v mut Values) -> &'v [i16] {
+    fn sums<const FAST: bool>(&self, inputs: &[i16], values: &mut [i16], scores: &mut [i64]) {
         self.rows.each_sum::<FAST>(inputs, |row, sum| {
             if let Some(value) = values.get_mut(row) {
                 *value = sum.wrapping_shr(self.shift).clamp(0, i16::MAX.into()) as i16;
             }
+            if let Some(score) = scores.get_mut(row) {
+                *score = sum;
+            }
         });
-        values.get(..self.values).unwrap_or_default()
     }
 }
 
@@ -139,29 +142,55 @@ impl<'a> Network<'a> {
     }
 
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
-    /// `give`.
-    #[inline(always)]
+    /// `give`. It is not inlined, so that scores do not lie on the stack of other kinds of models.
+    #[inline(never)]
     pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS], _all: bool, give: impl FnMut(u8, i64)) -> u8 {
-        let mut values = [0; MOST_VALUES];
-        let (scores, count) = self.hidden::<FAST>(sample, &mut values);
-        scores.highest::<FAST>(values.get(..count).unwrap_or_default(), self.header.classes, give)
+        let mut scores = [0; MOST_CLASSES];
+        let count = self.scores::<FAST>(sample, &mut scores);
+        highest(scores.get(..count).unwrap_or_default(), self.header.classes, give)
     }
 
-    /// Computes the values of the last hidden layer, and returns the rows of the scores and how many inputs they have.
-    /// It is not inlined, so that the values of the first layer do not lie on the stack of scores.
+    /// Computes all scores, and returns how many there are.
     #[inline(never)]
-    fn hidden<const FAST: bool>(&self, sample: &[i16; INPUTS], values: &mut Values) -> (Rows<'a>, usize) {
-        let (inputs, number) = (inputs_of(sample, self.header.inputs()), self.header.number);
-        let [fit_first, fit_second, fit_third] = self.fits_32_bits;
-        let first = Layer::checked(self.words, START, inputs.len(), number, fit_first);
-        let second = Layer::checked(self.words, first.end, first.values, number, fit_second);
-        if usize::from(self.layers) < MOST_LAYERS {
-            first.values::<FAST>(inputs, values);
-            return (second.rows, first.values);
+    fn scores<const FAST: bool>(&self, sample: &[i16; INPUTS], scores: &mut [i64; MOST_CLASSES]) -> usize {
+        let (mut one, mut other) = ([0; MOST_VALUES], [0; MOST_VALUES]);
+        let (mut values, mut next): (&mut Values, &mut Values) = (&mut one, &mut other);
+        let first = inputs_of(sample, self.header.inputs());
+        let (mut at, mut count) = (START, first.len());
+        let last = usize::from(self.layers).wrapping_sub(1);
+        for (number, &fits) in self.fits_32_bits.iter().enumerate() {
+            let layer = Layer::checked(self.words, at, count, self.header.number, fits);
+            let inputs = if number == 0 { first } else { values.get(..count).unwrap_or_default() };
+            if number == last {
+                layer.sums::<FAST>(inputs, &mut [], scores);
+                return usize::from(half(self.words, at));
+            }
+            layer.sums::<FAST>(inputs, next, &mut []);
+            // Values of the layer before may be more: zeros follow.
+            if let Some(rest) = next.get_mut(usize::from(half(self.words, at))..) {
+                rest.fill(0);
+            }
+            (at, count) = (layer.end, layer.values);
+            core::mem::swap(&mut values, &mut next);
         }
-        let mut inner = [0; MOST_VALUES];
-        second.values::<FAST>(first.values::<FAST>(inputs, &mut inner), values);
-        let third = Layer::checked(self.words, second.end, second.values, number, fit_third);
-        (third.rows, second.values)
+        0
     }
+}
+
+/// Returns the class with the highest score; if there are several, the lowest. Of two classes with one score, the second
+/// wins if it is above 0. Each class's score is passed to `give`.
+pub(super) fn highest(scores: &[i64], classes: u8, mut give: impl FnMut(u8, i64)) -> u8 {
+    let one = scores.len() == 1 && classes == 2;
+    if one {
+        // The sum is the second class's score over the first one's.
+        give(0, 0);
+    }
+    let (mut best, mut highest) = (0, i64::MIN);
+    for (class, &score) in (u8::from(one)..).zip(scores) {
+        give(class, score);
+        if score > highest {
+            (best, highest) = (class, score);
+        }
+    }
+    if one { u8::from(highest > 0) } else { best }
 }

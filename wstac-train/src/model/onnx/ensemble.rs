@@ -36,7 +36,7 @@ pub(super) fn read(graph: &Graph, node: &OnnxNode, before: Before) -> Result<Rea
     let inputs = before.inputs(None)?;
     let trees = Lists::read(node).and_then(|lists| lists.trees(classes, &before)).map_err(wrong)?;
     let scores_name = node.output.first().ok_or("an ONNX node has no output")?;
-    let answer = highest(graph, scores_name, classes, None)?;
+    let answer = highest(graph, scores_name, classes, None, true)?;
     // Leaves that all weigh the same are complete votes; others may be parts of votes.
     let mut single = trees.clone();
     if votes(&mut single, false).is_ok() {

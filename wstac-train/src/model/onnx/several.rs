@@ -50,7 +50,8 @@ fn one_vs_rest(graph: &Graph, classifiers: &[&Node]) -> Result<Option<Read>, Str
         sums.extend(both.pop());
         steps.push(before);
     }
-    let answer = highest(graph, scores, sums.len().max(2), Some(&mut sums))?;
+    // skl2onnx takes scores of any kind for probabilities here.
+    let answer = highest(graph, scores, sums.len().max(2), Some(&mut sums), false)?;
     linear(sums, steps, inputs, answer).map(Some)
 }
 
@@ -95,6 +96,6 @@ fn bagging(graph: &Graph, classifiers: &[&Node], producer: &str) -> Result<Optio
     }
     let Some((before, _, classes)) = first else { return Ok(None) };
     let name = mean.output.first().ok_or("an ONNX node has no output")?;
-    let answer = highest(graph, name, classes.len(), None)?;
+    let answer = highest(graph, name, classes.len(), None, true)?;
     Ok(Some(Read { inputs: before.inputs(None)?, kind: Kind::Forest(trees), answer, before }))
 }

@@ -15,7 +15,7 @@ pub(super) fn read(graph: &Graph) -> Result<Read, String> {
     };
     let mut rows = sums(graph, last)?;
     let name = last.output.first().ok_or("an ONNX node has no output")?;
-    let answer = highest(graph, name, rows.len().max(2), Some(&mut rows))?;
+    let answer = highest(graph, name, rows.len().max(2), Some(&mut rows), true)?;
     let before = before(graph, last)?;
     let inputs = before.inputs(Some(rows[0].weights.len()))?;
     linear(rows, vec![before], inputs, answer)
@@ -129,15 +129,16 @@ pub(super) fn whole(graph: &Graph, name: &String) -> Option<Vec<i64>> {
 /// Finds the class with the highest score, behind operators that keep the order of scores.
 ///
 /// Biases of weighted sums are added to `rows`. Then an output that holds the scores is understood, too, and for two
-/// classes the score of the second alone.
+/// classes the score of the second alone. `is_sum` is `false` for probabilities.
 pub(super) fn highest(
     graph: &Graph,
     scores: &String,
     classes: usize,
     mut rows: Option<&mut Vec<Row>>,
+    mut is_sum: bool,
 ) -> Result<ClassifierOutput, String> {
     let mut name = scores;
-    let (mut is_sum, mut is_single) = (true, rows.as_ref().is_some_and(|rows| rows.len() == 1));
+    let mut is_single = rows.as_ref().is_some_and(|rows| rows.len() == 1);
     let mut probabilities = None;
     for _ in 0..=graph.node.len() {
         let next = || graph.node.iter().filter(|node| node.input.contains(name));
