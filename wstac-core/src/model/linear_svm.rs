@@ -25,7 +25,7 @@ use super::file::{
 };
 use super::labels::Labels;
 pub use super::rows::BLOCK;
-use super::rows::{INT8, INT16, INT32, Rows, inputs_of};
+use super::rows::{Highest, INT8, INT16, INT32, Rows, inputs_of};
 
 /// A linear model that has been checked.
 #[derive(Clone, Copy, Debug)]
@@ -87,11 +87,18 @@ impl<'a> LinearSvm<'a> {
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
     /// `give`.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS], _all: bool, give: impl FnMut(u8, i64)) -> u8 {
+    pub(super) fn decide<const FAST: bool>(
+        &self,
+        sample: &[i16; INPUTS],
+        _all: bool,
+        mut give: impl FnMut(u8, i64),
+    ) -> u8 {
         if self.header.kind == ONE_AGAINST_ONE {
             return self.most_votes::<FAST>(sample, give);
         }
-        self.rows.highest::<FAST>(inputs_of(sample, self.header.inputs()), self.header.classes, give)
+        let mut highest = Highest::new(self.rows.len(), self.header.classes, &mut give);
+        self.each_sum::<FAST>(sample, |row, sum| highest.push(row, sum, &mut give));
+        highest.class()
     }
 
     #[inline(always)]

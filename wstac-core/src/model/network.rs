@@ -15,7 +15,7 @@
 use super::calibration::Calibration;
 use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, NETWORK, half, part};
 use super::labels::Labels;
-use super::rows::{INT8, INT16, INT32, Rows, inputs_of};
+use super::rows::{Highest, INT8, INT16, INT32, Rows, inputs_of};
 use crate::params::FEATURES;
 
 /// The most sums of a hidden layer.
@@ -66,7 +66,7 @@ impl<'a> Layer<'a> {
         Self { rows: Rows::checked(rows, sums, number, fits_32_bits), shift, values, end }
     }
 
-    /// Computes the values of a hidden layer, or scores; one of both is empty. It is not inlined: all layers share one
+    /// Computes the values of a hidden layer, or scores; one of the two slices is empty. It is not inlined: all layers share one
     /// copy of the kernels.
     #[inline(never)]
     fn sums<const FAST: bool>(&self, inputs: &[i16], values: &mut [i16], scores: &mut [i64]) {
@@ -144,10 +144,17 @@ impl<'a> Network<'a> {
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
     /// `give`. It is not inlined, so that scores do not lie on the stack of other kinds of models.
     #[inline(never)]
-    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS], _all: bool, give: impl FnMut(u8, i64)) -> u8 {
+    pub(super) fn decide<const FAST: bool>(
+        &self,
+        sample: &[i16; INPUTS],
+        _all: bool,
+        mut give: impl FnMut(u8, i64),
+    ) -> u8 {
         let mut scores = [0; MOST_CLASSES];
         let count = self.scores::<FAST>(sample, &mut scores);
-        highest(scores.get(..count).unwrap_or_default(), self.header.classes, give)
+        let mut highest = Highest::new(count, self.header.classes, &mut give);
+        scores.iter().take(count).enumerate().for_each(|(row, &sum)| highest.push(row, sum, &mut give));
+        highest.class()
     }
 
     /// Computes all scores, and returns how many there are.
@@ -166,31 +173,10 @@ impl<'a> Network<'a> {
                 return usize::from(half(self.words, at));
             }
             layer.sums::<FAST>(inputs, next, &mut []);
-            // Values of the layer before may be more: zeros follow.
-            if let Some(rest) = next.get_mut(usize::from(half(self.words, at))..) {
-                rest.fill(0);
-            }
+            // Two hidden layers at most: each memory is written once, and zeros follow the values.
             (at, count) = (layer.end, layer.values);
             core::mem::swap(&mut values, &mut next);
         }
         0
     }
-}
-
-/// Returns the class with the highest score; if there are several, the lowest. Of two classes with one score, the second
-/// wins if it is above 0. Each class's score is passed to `give`.
-pub(super) fn highest(scores: &[i64], classes: u8, mut give: impl FnMut(u8, i64)) -> u8 {
-    let one = scores.len() == 1 && classes == 2;
-    if one {
-        // The sum is the second class's score over the first one's.
-        give(0, 0);
-    }
-    let (mut best, mut highest) = (0, i64::MIN);
-    for (class, &score) in (u8::from(one)..).zip(scores) {
-        give(class, score);
-        if score > highest {
-            (best, highest) = (class, score);
-        }
-    }
-    if one { u8::from(highest > 0) } else { best }
 }

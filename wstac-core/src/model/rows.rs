@@ -68,24 +68,9 @@ impl<'a> Rows<'a> {
         self.fits_32_bits
     }
 
-    /// Returns the class with the highest sum; if there are several, the lowest. Of two classes with one row, the second
-    /// wins if the sum is above 0. Each class's score is passed to `give`.
-    #[inline(always)]
-    pub(super) fn highest<const FAST: bool>(&self, inputs: &[i16], classes: u8, mut give: impl FnMut(u8, i64)) -> u8 {
-        let rows = if self.number == INT32 { self.biases.len() / 2 } else { self.biases.len() };
-        let one = rows == 1 && classes == 2;
-        if one {
-            // The sum is the second class's score over the first one's.
-            give(0, 0);
-        }
-        let (mut best, mut highest) = (0, i64::MIN);
-        self.each_sum::<FAST>(inputs, |row, sum| {
-            give(row as u8 + u8::from(one), sum);
-            if sum > highest {
-                (best, highest) = (row as u8, sum);
-            }
-        });
-        if one { u8::from(highest > 0) } else { best }
+    /// Returns the number of sums.
+    pub(super) const fn len(&self) -> usize {
+        if self.number == INT32 { self.biases.len() / 2 } else { self.biases.len() }
     }
 
     /// Passes every row's sum to `give` in order. It is inlined, so that a compiled-in model takes only the code of its
@@ -129,6 +114,41 @@ impl<'a> Rows<'a> {
             let [sum] = dot::sums::<W, 1>(left, inputs, FAST && self.fits_32_bits);
             give(row, bias_of(*bias).wrapping_add(sum));
         }
+    }
+}
+
+/// Finds the class with the highest sum; if there are several, the lowest. Of two classes with one sum, the second wins if
+/// it is above 0.
+pub(super) struct Highest {
+    /// Whether one sum decides: the second class's score over the first one's.
+    one: bool,
+    best: u8,
+    sum: i64,
+}
+
+impl Highest {
+    /// Begins with so many sums to come. A score that no sum is for is passed to `give`.
+    #[inline(always)]
+    pub(super) fn new(sums: usize, classes: u8, give: &mut impl FnMut(u8, i64)) -> Self {
+        let one = sums == 1 && classes == 2;
+        if one {
+            give(0, 0);
+        }
+        Self { one, best: 0, sum: i64::MIN }
+    }
+
+    /// Takes the next sum, and passes its class's score to `give`.
+    #[inline(always)]
+    pub(super) fn push(&mut self, row: usize, sum: i64, give: &mut impl FnMut(u8, i64)) {
+        give(row as u8 + u8::from(self.one), sum);
+        if sum > self.sum {
+            (self.best, self.sum) = (row as u8, sum);
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn class(&self) -> u8 {
+        if self.one { u8::from(self.sum > 0) } else { self.best }
     }
 }
 
