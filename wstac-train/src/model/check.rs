@@ -10,18 +10,17 @@ use wstac_host::error::{Error, ErrorKind};
 use super::eval::{MOST_KEPT, Truth, array_of, each_sample, is_sample, kept, truth};
 use super::integers;
 use super::npz::Npz;
-use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, in_file_order};
+use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, ends, in_file_order};
 
 /// Largest fraction of changed answers that is accepted.
 const MOST_CHANGED: f64 = 0.005;
 /// Range of all features: those of a camera of 16 bits begin at ln(2.5/65535), and those along a path end at 4.2.
-const LEAST: f64 = -11.0;
-const MOST: f64 = 5.0;
+const RANGE: [f64; 2] = [-11.0, 5.0];
 /// The margin that scores are trained for, as of an SVM or of log-odds.
 const MARGIN: f64 = 1.0;
 /// A usual feature of simulated slides, -2.5.
 const USUAL_UNITS: i16 = -5120;
-/// What mends a model whose sums have the wrong unit.
+/// The remedy for a model whose sums have the wrong unit.
 pub(super) const USE_SCALE: &str = "help: train it on X * scale (scale is 1/2048)";
 
 /// The samples of a data set with its labels, and its name.
@@ -142,13 +141,13 @@ impl CheckSet {
         ))
     }
 
-    /// Returns how many answers are right; no text without labels.
+    /// Returns how many answers are right, in words.
     ///
     /// # Errors
     /// No more are right than by chance: than if the same answers were given to samples in any order.
     fn graded(&self, answers: &[usize]) -> Result<String, String> {
         let none = || format!("; {} has no labels of the model, so that right answers are not counted", self.name);
-        let Some(truth) = &self.truth else { return Ok(if self.has_name() { none() } else { String::new() }) };
+        let Some(truth) = &self.truth else { return Ok(none()) };
         let (mut labels, mut given) = (vec![0.0; truth.labels.len()], vec![0.0; truth.labels.len()]);
         let (mut right, mut all) = (0.0, 0.0);
         for (&number, &class) in truth.numbers.iter().zip(answers).filter(|(label, _)| truth.of_class.contains(label)) {
@@ -169,8 +168,8 @@ impl CheckSet {
         let found = format!("{right} of {all} answers are right ({:.1} %){others}", 100.0 * right / all);
         if labels.iter().filter(|count| **count > 0.0).count() > 1 && right / all <= chance + above {
             return Err(format!(
-                "{found} in {}, expected more than {:.1} %, which chance may reach; {USE_SCALE}, and name the classes in the order \
-                 of the training",
+                "{found} in {}, expected more than {:.1} %, which chance may reach; {USE_SCALE}, and name the classes in the \
+                 order of the training",
                 self.name,
                 100.0 * (chance + above)
             ));
@@ -204,11 +203,6 @@ impl CheckSet {
             self.part(changed.round()),
             100.0 * MOST_CHANGED
         ))
-    }
-
-    /// Returns `false` for samples without a file, whose caller compares answers.
-    fn has_name(&self) -> bool {
-        self.name != "X"
     }
 
     fn part(&self, of_answers: f64) -> String {
@@ -255,11 +249,12 @@ pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
     let Kind::Linear(Linear { pairs, rows }) = &trained.kind else { return Ok(()) };
     let is_fixed = if *pairs || rows.len() == 1 {
         rows.iter()
-            .map(|row| ends(row.bias, row.weights.iter().copied()))
+            .map(|row| ends(row.bias, row.weights.iter().map(|&weight| (weight, RANGE))))
             .all(|(least, most)| least > 0.0 || most <= 0.0)
     } else {
         let least = |row: &Row, other: &Row| {
-            ends(row.bias - other.bias, row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other)).0
+            let weights = row.weights.iter().zip(&other.weights).map(|(weight, other)| (weight - other, RANGE));
+            ends(row.bias - other.bias, weights).0
         };
         rows.iter().any(|row| rows.iter().all(|other| std::ptr::eq(row, other) || least(row, other) >= 0.0))
     };
@@ -268,14 +263,6 @@ pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
     }
     let label = trained.labels.get(decide(trained, &[-2048; INPUTS]).0).map_or("", String::as_str);
     Err(format!("names every sample {label:?}, expected a model whose answer depends on its sample; {USE_SCALE}"))
-}
-
-/// Returns the least and the largest weighted sum of features.
-fn ends(bias: f64, weights: impl Iterator<Item = f64>) -> (f64, f64) {
-    weights.fold((bias, bias), |(least, most), weight| {
-        let ends = [LEAST, MOST].map(|feature| weight * feature);
-        (least + ends[0].min(ends[1]), most + ends[0].max(ends[1]))
-    })
 }
 
 /// Returns the features of a sample that a model takes, in the order of its inputs.
@@ -341,8 +328,7 @@ fn best(scores: &[f64]) -> usize {
 }
 
 fn decide_sums(linear: &Linear, classes: usize, x: &[f64]) -> (usize, f64) {
-    let sum = |row: &Row| row.bias + row.weights.iter().zip(x).map(|(weight, x)| weight * x).sum::<f64>();
-    let sums: Vec<f64> = linear.rows.iter().map(sum).collect();
+    let sums: Vec<f64> = linear.rows.iter().map(|row| row.sum(x)).collect();
     if linear.pairs {
         let pairs =
             || (0..classes).flat_map(|first| (first + 1..classes).map(move |second| [first, second])).zip(&sums);

@@ -90,8 +90,7 @@ impl Network {
     pub(super) fn sums(&self, x: &[f64]) -> Vec<Vec<f64>> {
         let mut values = x.to_vec();
         let layer = |layer: &Vec<Row>| {
-            let sum = |row: &Row| row.bias + row.weights.iter().zip(&values).map(|(weight, x)| weight * x).sum::<f64>();
-            let sums: Vec<f64> = layer.iter().map(sum).collect();
+            let sums: Vec<f64> = layer.iter().map(|row| row.sum(&values)).collect();
             values = sums.iter().map(|sum| sum.max(0.0)).collect();
             sums
         };
@@ -106,6 +105,21 @@ pub struct Row {
     pub weights: Vec<f64>,
     /// The start value of the sum.
     pub bias: f64,
+}
+
+impl Row {
+    /// Returns the sum of these inputs.
+    pub(super) fn sum(&self, x: &[f64]) -> f64 {
+        self.bias + self.weights.iter().zip(x).map(|(weight, x)| weight * x).sum::<f64>()
+    }
+}
+
+/// Returns the least and the largest sum of a bias and of weights times numbers, each in its range.
+pub(super) fn ends(bias: f64, terms: impl Iterator<Item = (f64, [f64; 2])>) -> (f64, f64) {
+    terms.fold((bias, bias), |(least, most), (weight, range)| {
+        let ends = range.map(|end| weight * end);
+        (least + ends[0].min(ends[1]), most + ends[0].max(ends[1]))
+    })
 }
 
 /// Trees that add up to scores.

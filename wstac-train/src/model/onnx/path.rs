@@ -16,7 +16,7 @@ const MOST_WEIGHTS: usize = 1 << 22;
 /// ONNX's number of the boolean type.
 const BOOL: i64 = 9;
 
-/// What a classifier gives.
+/// The output of a classifier that leads to the answer.
 pub(super) enum ClassifierOutput {
     /// In its first output the label, one of these.
     Label(Vec<String>),
@@ -75,7 +75,9 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
             }
             // Features are never NaN.
             "Imputer" if attribute(before, "replaced_value_float").and_then(|of| of.f).is_some_and(f32::is_nan) => {}
-            "Imputer" => return Err("ONNX node Imputer of numbers before the classifier, expected one of NaN".into()),
+            "Imputer" => {
+                return Err("ONNX node Imputer of numbers before the classifier, expected an Imputer of NaN".into());
+            }
             "ArrayFeatureExtractor" | "Gather" => {
                 let axis = attribute(before, "axis").and_then(|axis| axis.i).unwrap_or(0);
                 let list =

@@ -17,7 +17,7 @@ pub(super) enum Step {
     Pick(Vec<usize>),
     /// A weighted sum for each output.
     Sums(Vec<Row>),
-    /// What is below 0 becomes 0.
+    /// A rectifier: numbers below 0 become 0.
     Rectify,
 }
 

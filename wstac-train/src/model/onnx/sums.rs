@@ -167,9 +167,8 @@ pub(super) fn highest(
             continue;
         }
         // Of a single score a Softmax is 1, and a second Sigmoid above a half.
-        let keeps = |node: &&Node| keeps(node) && (!is_single || is_sum || node.op_type() == "Identity");
-        let keeps = |node: &&Node| keeps(node) && (!is_single || !node.op_type().ends_with("Softmax"));
-        if let Some(node) = next().find(keeps) {
+        let decides = |kind: &str| !is_single || kind == "Identity" || kind == "Sigmoid" && is_sum;
+        if let Some(node) = next().find(|node| keeps(node) && decides(node.op_type())) {
             is_sum &= node.op_type() == "Identity";
             name = node.output.first().ok_or("an ONNX node has no output")?;
             continue;

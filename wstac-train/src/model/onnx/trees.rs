@@ -31,7 +31,7 @@ pub(super) fn split(
         "BRANCH_GT" => (false, no, yes),
         _ => return Err(format!("mode {mode}, expected BRANCH_LEQ, BRANCH_LT, BRANCH_GTE, BRANCH_GT or a leaf")),
     };
-    let index = usize::try_from(input).map_err(|_| format!("input {input}, expected one from 0 on"))?;
+    let index = usize::try_from(input).map_err(|_| format!("input {input}, expected a number from 0 on"))?;
     let (input, threshold, strict) = before.split(index, threshold, strict)?;
     Ok(Node::Split { input, threshold, strict, left, right })
 }

@@ -6,7 +6,7 @@ use wstac_core::model::linear_svm::BLOCK;
 use wstac_core::params::FEATURES;
 
 use super::super::check::USE_SCALE;
-use super::super::trained::{Linear, Row, file_order};
+use super::super::trained::{Linear, Row, ends, file_order};
 use super::{Body, ONE, Weights};
 
 /// Range of the features of a camera of 8 bits at the default floor: ln(2.5/255) to ln 5.
@@ -27,7 +27,7 @@ pub(super) const fn largest(weights: Weights) -> f64 {
     }
 }
 
-/// What a warning adds if the answers were not counted.
+/// The end of a warning if the answers were not counted.
 pub(in super::super) const COUNTED_BY_CHECK: &str = "; --check SET.npz counts the answers that change";
 
 /// Returns the number of a type in a file.
@@ -79,19 +79,16 @@ fn body_of(
         }
     }
     let full = largest(width);
-    let common = scale(&model.rows, full);
+    let most_bias = 2.0_f64.powi(61) / ONE;
+    let common = scale(&model.rows, full, most_bias);
     let mut scaled = Vec::with_capacity(rows);
     let (mut anywhere, mut usual) = (0.0_f64, 0.0_f64);
     let mut bounds = Vec::with_capacity(rows);
     for row in &model.rows {
-        let scale = if model.pairs { scale(std::slice::from_ref(row), full) } else { common };
+        let scale = if model.pairs { scale(std::slice::from_ref(row), full, most_bias) } else { common };
         let mut weights = vec![0_i32; inputs];
         let integers = rounded(row, scale, full, frames, mean.is_some());
-        // The rounding of weights changes no sum of the mean, so that most of it does not reach other samples either.
-        let lost = |((weight, integer), mean): ((&f64, &f64), &f64)| (weight - integer / scale) * mean;
-        let lost = |mean: &[f64]| row.weights.iter().zip(&integers).zip(mean).map(lost).sum::<f64>();
-        let corrected = row.bias + mean.map_or(0.0, lost);
-        let bias = (corrected * scale * ONE).round();
+        let bias = (corrected(row, &integers, scale, mean) * scale * ONE).round();
         let off = bias / (scale * ONE) - row.bias;
         let (mut any, mut low, mut high) = (off.abs(), -off, off);
         for (input, (weight, &rounded)) in row.weights.iter().zip(&integers).enumerate() {
@@ -203,6 +200,14 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> (String, bool) {
     (text, true)
 }
 
+/// Returns a row's bias with what rounding takes from the sum of the mean.
+///
+/// Then most of it does not reach other samples either.
+pub(super) fn corrected(row: &Row, integers: &[f64], scale: f64, mean: Option<&[f64]>) -> f64 {
+    let lost = |((weight, integer), mean): ((&f64, &f64), &f64)| (weight - integer / scale) * mean;
+    row.bias + mean.map_or(0.0, |mean| row.weights.iter().zip(integers).zip(mean).map(lost).sum())
+}
+
 /// Returns a row's weights as integers up to `full`, each to the nearest, or with what rounding left of the frame before.
 ///
 /// Light changes little from frame to frame, so that what is left then hardly changes a sum.
@@ -219,17 +224,15 @@ pub(super) fn rounded(row: &Row, scale: f64, full: f64, frames: usize, carries: 
 
 /// Returns the least and the largest difference of two sums for usual features.
 fn range(row: &Row, other: &Row) -> (f64, f64) {
-    let bias = row.bias - other.bias;
-    row.weights.iter().zip(&other.weights).fold((bias, bias), |(least, most), (weight, other)| {
-        let ends = [USUAL.0, USUAL.1].map(|end| (weight - other) * end / ONE);
-        (least + ends[0].min(ends[1]), most + ends[0].max(ends[1]))
-    })
+    let weights = row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other);
+    ends(row.bias - other.bias, weights.map(|weight| (weight, [USUAL.0 / ONE, USUAL.1 / ONE])))
 }
 
-/// Returns the factor for weights with which the largest of these rows is `full`, and biases fit.
-fn scale(rows: &[Row], full: f64) -> f64 {
+/// Returns the factor for weights with which the largest of these rows is `full`, and no bias times it exceeds
+/// `most_bias`.
+pub(super) fn scale(rows: &[Row], full: f64, most_bias: f64) -> f64 {
     let largest = rows.iter().flat_map(|row| &row.weights).fold(0.0_f64, |most, weight| most.max(weight.abs()));
     // Without weights only biases count; any scale at which they fit is suitable.
     let largest_bias = rows.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
-    (full / largest.max(1e-290)).min(2.0_f64.powi(61) / ONE / largest_bias.max(1e-290))
+    (full / largest.max(1e-290)).min(most_bias / largest_bias.max(1e-290))
 }

@@ -3,8 +3,8 @@
 use wstac_core::model::network::MOST_WIDTH;
 use wstac_core::params::FEATURES;
 
-use super::super::trained::{Network, Row, file_order};
-use super::linear::{USUAL, largest, number_of, push_rows, rounded};
+use super::super::trained::{Network, Row, ends, file_order};
+use super::linear::{USUAL, corrected, largest, number_of, push_rows, rounded, scale};
 use super::{Body, ONE, Weights};
 
 /// Largest value of a hidden layer.
@@ -25,14 +25,15 @@ pub(super) fn body(
     // The units of a layer's inputs, and the range of each of them.
     let (mut unit, mut ranges) = (ONE, vec![[USUAL.0 / ONE, USUAL.1 / ONE]; frames * FEATURES]);
     for (at, layer) in network.layers.iter().enumerate() {
-        let all = layer.iter().flat_map(|row| &row.weights);
-        let most = all.fold(0.0_f64, |most, weight| most.max(weight.abs()));
-        let biases = layer.iter().fold(0.0_f64, |most, row| most.max(row.bias.abs()));
-        let scale = (full / most.max(1e-290)).min(2.0_f64.powi(60) / unit / biases.max(1e-290));
+        // What rounds is added to biases.
+        let scale = scale(layer, full, 2.0_f64.powi(60) / unit);
         let tops: Vec<f64> = match &network.tops {
             // Without a value above 0 the samples say nothing of the range.
             Some(tops) if at < last && tops[at].iter().any(|top| *top > 0.0) => tops[at].clone(),
-            _ => layer.iter().map(|row| top(row, &ranges)).collect(),
+            _ => {
+                let largest = |row: &Row| ends(row.bias, row.weights.iter().copied().zip(ranges.iter().copied())).1;
+                layer.iter().map(largest).collect()
+            }
         };
         let top = tops.iter().fold(0.0_f64, |most, top| most.max(*top));
         let shift = if at == last { 0.0 } else { (top * scale * unit / MOST).log2().ceil().clamp(0.0, 47.0) };
@@ -41,13 +42,11 @@ pub(super) fn body(
         let rows = layer.iter().map(|row| {
             let mean = mean.filter(|_| at == 0);
             let integers = rounded(row, scale, full, if at == 0 { frames } else { 1 }, mean.is_some());
-            let lost = |((weight, integer), mean): ((&f64, &f64), &f64)| (weight - integer / scale) * mean;
-            let lost = mean.map_or(0.0, |mean| row.weights.iter().zip(&integers).zip(mean).map(lost).sum());
             let mut weights = vec![0; inputs];
             for (input, integer) in integers.iter().enumerate() {
                 weights[if at == 0 { file_order(input, frames) } else { input }] = *integer as i32;
             }
-            (weights, ((row.bias + lost) * scale * unit + rounding).round() as i64)
+            (weights, (corrected(row, &integers, scale, mean) * scale * unit + rounding).round() as i64)
         });
         let rows: Vec<_> = rows.collect();
         halves.extend([layer.len() as u16, shift as u16]);
@@ -58,12 +57,6 @@ pub(super) fn body(
     let widths: Vec<String> = network.layers.iter().map(|layer| layer.len().to_string()).collect();
     let exactness = format!("a network of {} sums; scores are in units of {:.2e}", widths.join(", "), 1.0 / unit);
     Ok(Body { kind: 5, number, trees: 0, shift: 0, halves, exactness, score_bound: 0.0 })
-}
-
-/// Returns the largest sum of a row for inputs in these ranges.
-fn top(row: &Row, ranges: &[[f64; 2]]) -> f64 {
-    let most = |(weight, ends): (&f64, &[f64; 2])| (weight * ends[0]).max(weight * ends[1]);
-    row.bias + row.weights.iter().zip(ranges).map(most).sum::<f64>()
 }
 
 fn check(network: &Network, classes: usize, frames: usize) -> Result<(), String> {
