@@ -663,7 +663,7 @@ class Check:
         problems += [f"the log says {line}" for _, line in fault_lines(board)]
         # Three times an address, a register, an address and a value.
         if [after - before for before, after in zip(begun, begun[1:], strict=False)] != [8 * 12 * bus.byte_time]:
-            problems.append(f"the bus is busy for {begun} cycles, expected 12 bytes a frame")
+            problems.append(f"the bus ends at cycles {begun}, expected {8 * 12 * bus.byte_time} from one to the other")
         self.say(name, problems)
 
     def start(self, name, said, **sensor):

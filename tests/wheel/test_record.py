@@ -58,7 +58,7 @@ def test_times_of_frames_are_recorded(tmp_path: Path) -> None:
     times = [start + 33_400_000 * number for number in range(len(scene.frames))]
     with wstac.Pipeline(fps=30, config=GLOBAL, timed=True, record=file) as pipeline:
         events = [event for frame, at in zip(scene.frames, times) if (event := pipeline.push(frame, at))]
-        with pytest.raises(wstac.Error, match="frame: has no time_ns, expected one with timed=True"):
+        with pytest.raises(wstac.Error, match="frame: has no time_ns, expected its time with timed=True"):
             pipeline.push(scene.frames[0])
     found = wstac.read(file)
     np.testing.assert_allclose(found.timestamps, np.array(times) / 1e9, rtol=0, atol=1e-9)

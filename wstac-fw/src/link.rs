@@ -26,7 +26,7 @@ impl<E> From<SensorError<E>> for Fault<'static> {
     }
 }
 
-/// The fault that a host was told of, without the numbers that were measured: few bytes for a place on every board.
+/// The last fault that a host was told of. Measured numbers are left out: every board has memory for one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Told {
     /// No fault.
@@ -140,7 +140,7 @@ impl<S: Line, T: OutputPin> Link<S, T> {
         self.send(&Message::Fault(fault));
     }
 
-    /// Reports why there are no frames, unless the host was told so.
+    /// Reports the fault that keeps frames away, unless the host was told of it last.
     pub fn absence(&mut self, told: &mut Told, fault: Fault<'_>) {
         if mem::replace(told, Told::of(&fault)) != *told {
             self.fault(fault);

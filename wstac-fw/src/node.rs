@@ -217,7 +217,7 @@ struct Running<B: Board, const WIDTH: usize, const STRIPES: usize> {
     picture: Picture<STRIPES>,
     sensor: CameraSensor,
     stage: Stage,
-    /// The reason why there are no frames, as the host was told.
+    /// The fault of the camera that the host was told of last.
     absent: Told,
     /// Whether the host knows why the last run ended.
     is_told: bool,

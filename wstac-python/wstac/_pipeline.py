@@ -154,7 +154,7 @@ class Pipeline(Recorded):
         Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
         """
         if (time_ns is not None) != self._timed:
-            found = "no time_ns, expected one with timed=True" if self._timed else "a time_ns, expected timed=True for it"
+            found = "no time_ns, expected its time with timed=True" if self._timed else "a time_ns, expected timed=True for it"
             raise _wstac.Error(f"frame: has {found}")
         if time_ns is not None:
             time_ns = _frames.count("time_ns", time_ns, 0, (1 << 63) - 1)
