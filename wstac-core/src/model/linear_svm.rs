@@ -96,7 +96,7 @@ impl<'a> LinearSvm<'a> {
         if self.header.kind == ONE_AGAINST_ONE {
             return self.most_votes::<FAST>(sample, give);
         }
-        let mut highest = Highest::new(self.rows.len(), self.header.classes, &mut give);
+        let mut highest = Highest::new(self.rows.len(), self.header.classes);
         self.each_sum::<FAST>(sample, |row, sum| highest.push(row, sum, &mut give));
         highest.class()
     }

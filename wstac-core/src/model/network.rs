@@ -61,9 +61,8 @@ impl<'a> Layer<'a> {
     fn checked(words: &'a [u32], at: usize, inputs: usize, number: u16, fits_32_bits: bool) -> Self {
         let (sums, shift) = (usize::from(half(words, at)), u32::from(half(words, at.wrapping_add(1))));
         let end = Rows::halves(sums, inputs, number).wrapping_add(at).wrapping_add(2);
-        let rows = part(words, at / 2 + 1, end / 2);
-        let values = sums.next_multiple_of(FEATURES);
-        Self { rows: Rows::checked(rows, sums, number, fits_32_bits), shift, values, end }
+        let rows = Rows::checked(part(words, at / 2 + 1, end / 2), sums, number, fits_32_bits);
+        Self { rows, shift, values: sums.next_multiple_of(FEATURES), end }
     }
 
     /// Computes the values of a hidden layer, or scores; one of the two slices is empty. It is not inlined: all layers share one
@@ -88,7 +87,8 @@ pub struct Network<'a> {
     pub(super) labels: Labels<'a>,
     pub(super) header: Header,
     pub(super) calibration: Calibration<'a>,
-    layers: u8,
+    /// The number of hidden layers.
+    hidden: u8,
     /// Whether no sum of a layer can exceed 32 bits.
     fits_32_bits: [bool; MOST_LAYERS],
 }
@@ -130,7 +130,7 @@ impl<'a> Network<'a> {
             {
                 return Err(ModelError::Part(at as u32));
             }
-            fits_32_bits[number] = layer.rows.fits_32_bits();
+            fits_32_bits[number] = layer.rows.fits_32_bits;
             (at, inputs) = (layer.end, layer.values);
             number += 1;
         }
@@ -138,7 +138,14 @@ impl<'a> Network<'a> {
             Ok(calibration) => calibration,
             Err(error) => return Err(error),
         };
-        Ok(Self { words, labels: Labels::new(words, &header), header, calibration, layers: layers as u8, fits_32_bits })
+        Ok(Self {
+            words,
+            labels: Labels::new(words, &header),
+            header,
+            calibration,
+            hidden: layers as u8 - 1,
+            fits_32_bits,
+        })
     }
 
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
@@ -152,7 +159,7 @@ impl<'a> Network<'a> {
     ) -> u8 {
         let mut scores = [0; MOST_CLASSES];
         let count = self.scores::<FAST>(sample, &mut scores);
-        let mut highest = Highest::new(count, self.header.classes, &mut give);
+        let mut highest = Highest::new(count, self.header.classes);
         scores.iter().take(count).enumerate().for_each(|(row, &sum)| highest.push(row, sum, &mut give));
         highest.class()
     }
@@ -164,11 +171,10 @@ impl<'a> Network<'a> {
         let (mut values, mut next): (&mut Values, &mut Values) = (&mut one, &mut other);
         let first = inputs_of(sample, self.header.inputs());
         let (mut at, mut count) = (START, first.len());
-        let last = usize::from(self.layers).wrapping_sub(1);
         for (number, &fits) in self.fits_32_bits.iter().enumerate() {
             let layer = Layer::checked(self.words, at, count, self.header.number, fits);
             let inputs = if number == 0 { first } else { values.get(..count).unwrap_or_default() };
-            if number == last {
+            if number == usize::from(self.hidden) {
                 layer.sums::<FAST>(inputs, &mut [], scores);
                 return usize::from(half(self.words, at));
             }

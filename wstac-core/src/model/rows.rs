@@ -28,7 +28,7 @@ pub(super) struct Rows<'a> {
     biases: &'a [[u32; 2]],
     weights: &'a [u32],
     /// Whether no sum can exceed 32 bits, whatever the sample is.
-    fits_32_bits: bool,
+    pub(super) fits_32_bits: bool,
     /// The type of weights.
     number: u16,
 }
@@ -62,10 +62,6 @@ impl<'a> Rows<'a> {
         let halves = if number == INT32 { 2 } else { 1 };
         let (biases, weights) = words.split_at_checked(2 * rows * halves).unwrap_or_default();
         Self { biases: biases.as_chunks::<2>().0, weights, fits_32_bits, number }
-    }
-
-    pub(super) const fn fits_32_bits(&self) -> bool {
-        self.fits_32_bits
     }
 
     /// Returns the number of sums.
@@ -127,19 +123,17 @@ pub(super) struct Highest {
 }
 
 impl Highest {
-    /// Begins with so many sums to come. A score that no sum is for is passed to `give`.
-    #[inline(always)]
-    pub(super) fn new(sums: usize, classes: u8, give: &mut impl FnMut(u8, i64)) -> Self {
-        let one = sums == 1 && classes == 2;
-        if one {
-            give(0, 0);
-        }
-        Self { one, best: 0, sum: i64::MIN }
+    /// Begins with so many sums to come.
+    pub(super) const fn new(sums: usize, classes: u8) -> Self {
+        Self { one: sums == 1 && classes == 2, best: 0, sum: i64::MIN }
     }
 
-    /// Takes the next sum, and passes its class's score to `give`.
+    /// Takes the next sum, and passes its class's score to `give`; if it is the only one, that of the first class before.
     #[inline(always)]
-    pub(super) fn push(&mut self, row: usize, sum: i64, give: &mut impl FnMut(u8, i64)) {
+    pub(super) fn push(&mut self, row: usize, sum: i64, mut give: impl FnMut(u8, i64)) {
+        if self.one {
+            give(0, 0);
+        }
         give(row as u8 + u8::from(self.one), sum);
         if sum > self.sum {
             (self.best, self.sum) = (row as u8, sum);
