@@ -138,14 +138,8 @@ impl<'a> Network<'a> {
             Ok(calibration) => calibration,
             Err(error) => return Err(error),
         };
-        Ok(Self {
-            words,
-            labels: Labels::new(words, &header),
-            header,
-            calibration,
-            hidden: layers as u8 - 1,
-            fits_32_bits,
-        })
+        let (labels, hidden) = (Labels::new(words, &header), layers as u8 - 1);
+        Ok(Self { words, labels, header, calibration, hidden, fits_32_bits })
     }
 
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
