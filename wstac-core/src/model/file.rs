@@ -277,10 +277,9 @@ pub struct Header {
 impl Header {
     /// Checks everything except the part that a kind defines.
     pub(super) const fn read(words: &[u32]) -> Result<Self, ModelError> {
-        let layout = match half(words, 1) {
-            _ if half(words, 0) != MAGIC[0] => return Err(other_start(words)),
-            start if start == MAGIC[1] => 1,
-            start if start == MAGIC_2[1] => 2,
+        let layout = match [half(words, 0), half(words, 1)] {
+            MAGIC => 1,
+            MAGIC_2 => 2,
             _ => return Err(other_start(words)),
         };
         if words.len() < HEADER_HALVES / 2 {

@@ -116,9 +116,8 @@ impl<'a> Network<'a> {
         if header.end < START || layers < 2 || layers > MOST_LAYERS || half(words, HEADER_HALVES + 1) != 0 {
             return Err(ModelError::Part(HEADER_HALVES as u32));
         }
-        let (mut at, mut inputs) = (START, header.inputs());
+        let (mut number, mut at, mut inputs) = (0, START, header.inputs());
         let mut fits_32_bits = [false; MOST_LAYERS];
-        let mut number = 0;
         while number < layers {
             let layer = match Layer::new(words, at, inputs, &header) {
                 Ok(layer) => layer,

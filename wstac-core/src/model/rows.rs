@@ -59,8 +59,8 @@ impl<'a> Rows<'a> {
 
     /// Returns the rows of words that [`Rows::new`] has checked.
     pub(super) fn checked(words: &'a [u32], rows: usize, number: u16, fits_32_bits: bool) -> Self {
-        let halves = if number == INT32 { 2 } else { 1 };
-        let (biases, weights) = words.split_at_checked(2 * rows * halves).unwrap_or_default();
+        let words_of_biases = if number == INT32 { 4 * rows } else { 2 * rows };
+        let (biases, weights) = words.split_at_checked(words_of_biases).unwrap_or_default();
         Self { biases: biases.as_chunks::<2>().0, weights, fits_32_bits, number }
     }
 
