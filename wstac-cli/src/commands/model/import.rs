@@ -70,8 +70,8 @@ pub(super) struct Arguments {
 
     /// Weights of a linear model or a network: int16 by default
     ///
-    /// int8 is half as large and less exact. int32, only of linear models, is twice as large and takes twice the time; by
-    /// default it is chosen if rounding to int16 may change answers. Boards before version 0.4 do not read it.
+    /// int8 is half as large and less exact. int32 is twice as large and takes twice the time; by default it is chosen if
+    /// rounding to int16 may change answers. Boards before version 0.4 do not read it.
     #[arg(long, value_enum)]
     weights: Option<Weights>,
 

@@ -97,7 +97,7 @@ Models that can be imported:
       import prints by how much a score may be off, and a warning if X was
       not times its scale.
     MLPClassifier of one or two hidden layers of up to 128, relu
-      Weights are int16; give import --check.
+      Weights as of linear ones; give import --check.
     Before any of them StandardScaler, MinMaxScaler, SimpleImputer,
     SelectKBest and other selections; before linear ones PCA, too
       Thresholds of trees behind a scaler are those of ONNX, which scales
