@@ -13,7 +13,7 @@ import struct
 import sys
 
 from elftools.elf.elffile import ELFFile
-from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_INTR, UC_HOOK_MEM_READ, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
+from unicorn import UC_ARCH_ARM, UC_HOOK_BLOCK, UC_HOOK_CODE, UC_HOOK_INTR, UC_HOOK_MEM_READ, UC_HOOK_MEM_WRITE, UC_MODE_MCLASS, UC_MODE_THUMB, Uc, UcError
 from unicorn.arm_const import (
     UC_ARM_REG_D0,
     UC_ARM_REG_FAULTMASK,
@@ -55,7 +55,7 @@ DOUBLES = [UC_ARM_REG_D0 + k for k in range(8)]
 EXC_RETURN = 0xFFFF_FFF9  # return to the thread, main stack, without floating point registers
 EXCEPTION_EXIT = 8  # the emulator's name for a jump to such an address
 HARD_FAULT = 3 - 16  # in place of the number of an interrupt
-WAITS = (b"\x20\xbf", b"\x30\xbf")  # WFE, WFI
+WFE, WFI = b"\x20\xbf", b"\x30\xbf"
 SCB_PAGE = 0xE000_EC00
 SLICE, SHORT_SLICE = 1000, 200  # cycles that a busy core runs between two checks, the latter in an interrupt
 
@@ -84,6 +84,9 @@ class Machine:
         self.functions = sorted((symbol["st_value"] & ~1, symbol.name) for symbol in functions)
         for address, data in self.image:
             self.uc.mem_write(address, data)
+            # The emulator itself does not stop there.
+            for at in (address + at for at in range(0, len(data) - 1, 2) if data[at : at + 2] == WFI):
+                self.uc.hook_add(UC_HOOK_CODE, self._waits, begin=at, end=at)
         self.pages = {}
         for base, size in ((PERIPHERALS, PERIPHERALS_SIZE), (SYSTEM, SYSTEM_SIZE)):
             self.uc.mmio_map(base, size, self._read, base, self._write, base)
@@ -115,11 +118,11 @@ class Machine:
     def crash(self):
         """Sends the core to an address without instructions."""
         self.uc.mem_write(NOWHERE, b"\x00\xde")
-        self.pc = NOWHERE | 1
+        self.pc, self.asleep = NOWHERE | 1, None
 
     def panic(self):
         """Sends the core into a function of the program that panics. Nothing else calls it."""
-        self.pc = self.symbols["__defmt_default_panic"]
+        self.pc, self.asleep = self.symbols["__defmt_default_panic"], None
 
     def interrupt(self, number):
         """Sends the core into the handler of an interrupt, whatever is enabled."""
@@ -163,7 +166,7 @@ class Machine:
             self.uc.mem_write(lost[0], lost[1])
         self.partial = self.writing = None
         self.enabled, self.exception, self.saved = set(), None, []
-        self.event = False
+        self.event, self.asleep = False, None
         self.vectors = FLASH
         if self.axi_hook is None:
             self.axi_hook = self.uc.hook_add(UC_HOOK_MEM_READ, self._early_read, begin=RAM, end=RAM + RAM_SIZE - 1)
@@ -226,13 +229,15 @@ class Machine:
                 self.now = min([self.stalled_until, *(time for time, *_ in self.events[:1])])
                 continue
             self._interrupt()
-            if self._run_slice() and not self._asked():
-                if self.event:
+            waits = self.asleep or self._run_slice()
+            self.asleep = None
+            if waits and not self.asked():
+                if self.event and waits == WFE:
                     self.event = False
                 elif not self.events:
                     raise Stopped(f"asleep for ever in {self.where()}")
                 else:
-                    self.now = max(self.now, self.events[0][0])
+                    self.now, self.asleep = max(self.now, self.events[0][0]), waits
             self._reset_if_wanted()
 
     def _reset_if_wanted(self):
@@ -248,33 +253,39 @@ class Machine:
         return f"{self.functions[at][1]} at {self.uc.reg_read(UC_ARM_REG_PC):#x}" if at >= 0 else "nowhere"
 
     def _run_slice(self):
-        """Runs for some time. Returns whether the core went to sleep."""
+        """Runs for some time. Returns the instruction with which the core went to sleep, or `None`."""
         self.stopped_by = None
         before = self.now
         # The time at which an interrupt returns is not known: a return ends a slice, which counts as a whole one.
         most = SLICE if self.exception is None else SHORT_SLICE
         slice_ = most if not self.events else max(1, min(most, self.events[0][0] - self.now))
+        if self.exception is None and self.asked() is not None:
+            # It is masked, and entered as soon as it is not.
+            slice_ = 1
         try:
             self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=slice_)
         except UcError as error:
             pc = self.uc.reg_read(UC_ARM_REG_PC)
             if pc >= 0xFFFF_FF00:
                 self._leave()
-                return False
-            if bytes(self.uc.mem_read(pc - 2, 2)) in WAITS:
+                return None
+            if bytes(self.uc.mem_read(pc - 2, 2)) == WFE:
                 self.pc = pc
-                return True
+                return WFE
             # There is no instruction, or no memory.
             self.pc = pc
             self._fault()
-            return False
-        self.now = before + slice_
+            return None
         self.pc = self.uc.reg_read(UC_ARM_REG_PC)
+        if self.stopped_by == WFI:
+            self.pc += len(WFI)
+            return WFI
+        self.now = before + slice_
         if self.stopped_by == EXCEPTION_EXIT or self.pc >= 0xFFFF_FF00:
             self._leave()
         elif self.stopped_by is not None:
             self._fault()
-        return False
+        return None
 
     def _fault(self):
         """Handles an invalid instruction or address: a hard fault, or the end if it happens in the hard fault."""
@@ -282,7 +293,7 @@ class Machine:
             raise Stopped(f"hard fault in a hard fault, in {self.where()}, from {self.uc.reg_read(UC_ARM_REG_LR):#x}")
         self._enter(HARD_FAULT)
 
-    def _asked(self):
+    def asked(self):
         """Returns the lowest pending and enabled interrupt."""
         asked = set().union(*(p.irqs() for p in self.peripherals if hasattr(p, "irqs"))) & self.enabled
         return min(asked, default=None)
@@ -291,12 +302,12 @@ class Machine:
         """Enters a pending interrupt. Interrupts do not nest, because all have one priority."""
         if self.exception is not None or self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1:
             return
-        irq = self._asked()
+        irq = self.asked()
         if irq is not None:
             self._enter(irq)
 
     def _enter(self, irq):
-        self.exception = irq
+        self.exception, self.asleep = irq, None
         sp = self.uc.reg_read(UC_ARM_REG_SP)
         frame = (sp - 32) & ~7
         xpsr = self.uc.reg_read(UC_ARM_REG_XPSR) | 1 << 24 | (1 << 9 if sp & 4 else 0)
@@ -324,6 +335,10 @@ class Machine:
 
     def _interrupted(self, uc, number, _):
         self.stopped_by = number
+        uc.emu_stop()
+
+    def _waits(self, uc, *_):
+        self.stopped_by = WFI
         uc.emu_stop()
 
     def _block(self, uc, address, size, _):

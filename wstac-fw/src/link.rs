@@ -95,6 +95,11 @@ impl<S: Line, T: OutputPin> Link<S, T> {
         self.serial.is_drained()
     }
 
+    /// Returns whether nothing has arrived, and all messages have been sent.
+    pub fn is_idle(&mut self) -> bool {
+        self.is_drained() && !self.serial.read_ready().unwrap_or(true)
+    }
+
     /// Returns the next request that has arrived.
     pub fn request(&mut self) -> Option<Request> {
         while let Some(byte) = self.receive() {

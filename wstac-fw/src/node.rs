@@ -82,6 +82,13 @@ pub trait Camera: Capture + Send {
 
     /// Returns the number of vertical syncs, modulo 2^32, and the ticks at the last one, modulo 2^32.
     fn syncs(&self) -> (u32, u32);
+
+    /// Sleeps until the interface interrupts, which takes fewer instructions than a turn of the executor. Returns false if
+    /// another interrupt has come or may have, or if the alarm for this time has: then the executor has to look.
+    fn doze(&self, alarm: Ticks) -> bool {
+        let _ = alarm;
+        false
+    }
 }
 
 /// The sensor's bus.
@@ -158,14 +165,23 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: N
     let (reader, is_told) = introduce(&mut node);
     let sensor = find(&mut node, reader).await;
     let mut board = Running::new(node, reader, is_told, sensor);
+    // The time for which the executor has an alarm.
+    let mut alarm = 0;
     loop {
         board.watchdog.pet();
         board.serve_host();
         if board.stage != Stage::Run {
             board.prepare_sensor().await;
-        } else if let Some(until) = board.step() {
+            alarm = 0;
+        } else if let Some(until) = board.step()
+            && !board.stripes.capture().doze(alarm)
+        {
+            // The executor keeps the earliest of a task's alarms: with a later one, it would not be known when it has none.
+            if board.stripes.capture().now() >= alarm {
+                alarm = until;
+            }
             // They stay where they are made: moved, they would be copied for every stripe.
-            select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(until)))).await;
+            select(pin!(CHANGED.wait()), pin!(Timer::at(Instant::from_ticks(alarm)))).await;
         }
     }
 }
@@ -265,8 +281,12 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         }
     }
 
-    /// Answers requests, and sends what waits.
+    /// Answers requests, and sends what waits. In the middle of a frame, nothing waits unless the line sends.
     fn serve_host(&mut self) {
+        let is_between = mem::take(&mut self.is_between);
+        if !is_between && self.line.is_idle() {
+            return;
+        }
         let Self { reader, store, line, .. } = self;
         if !self.is_told && line.is_drained() {
             self.is_told = true;
@@ -280,7 +300,6 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         if asked.picture {
             self.picture.begin();
         }
-        let is_between = mem::take(&mut self.is_between);
         if is_between {
             let now = Instant::now();
             reader.set_time(now.as_micros());

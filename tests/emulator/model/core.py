@@ -69,9 +69,10 @@ class Scb(Registers):
         return not 0x4000_0000 <= address < 0x6000_0000 and address < 0xA000_0000
 
     def read(self, offset):
-        """Returns a register. The lowest bits of ICSR have the number of the exception that runs."""
+        """Returns a register. ICSR has the numbers of the exception that runs and of the first one that is pending."""
         if offset == ICSR:
-            return 0 if self.machine.exception is None else 16 + self.machine.exception
+            numbers = (0 if irq is None else 16 + irq for irq in (self.machine.exception, self.machine.asked()))
+            return next(numbers) | next(numbers) << 12
         return super().read(offset)
 
     def write(self, offset, value):

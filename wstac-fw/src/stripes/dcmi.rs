@@ -20,6 +20,7 @@
 use core::slice;
 use core::sync::atomic::{Ordering, compiler_fence};
 
+use cortex_m::peripheral::SCB;
 use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
 use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
 use embassy_stm32::pac::{DCMI, DMA1, DMAMUX1, RCC};
@@ -240,6 +241,22 @@ impl Camera for Dcmi {
 
     fn syncs(&self) -> (u32, u32) {
         COUNTS.syncs()
+    }
+
+    fn doze(&self, alarm: Ticks) -> bool {
+        let pending = critical_section::with(|_| {
+            if CHANGED.signaled() || self.now() >= alarm {
+                return 0;
+            }
+            // A masked interrupt ends it, and is served after the section: none can come in between and be slept through.
+            cortex_m::asm::wfi();
+            // SAFETY: the register is only read.
+            #[allow(unsafe_code)]
+            let state = unsafe { (*SCB::PTR).icsr.read() };
+            state >> 12 & 0x1FF
+        });
+        let is_own = [typelevel::DCMI::IRQ, typelevel::DMA1_STREAM0::IRQ].iter().any(|&irq| pending == 16 + irq as u32);
+        is_own && CHANGED.try_take().is_some()
     }
 }
 
