@@ -173,7 +173,7 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: N
         if board.stage != Stage::Run {
             board.prepare_sensor().await;
             alarm = 0;
-        } else if let Some(until) = board.step()
+        } else if let Some(until) = board.steps()
             && !board.stripes.capture().doze(alarm)
         {
             // The executor keeps the earliest of a task's alarms: with a later one, it would not be known when it has none.
@@ -340,6 +340,16 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         self.is_between = true;
     }
 
+    /// Takes steps until a frame has ended or there is nothing to do, and returns the time until which.
+    fn steps(&mut self) -> Option<Ticks> {
+        loop {
+            let until = self.step();
+            if until.is_some() || self.is_between {
+                return until;
+            }
+        }
+    }
+
     /// Takes the next rows, or deals with a fault. Returns the time until which there is nothing to do.
     fn step(&mut self) -> Option<Ticks> {
         let Self { reader, line, stripes, .. } = self;
@@ -350,7 +360,9 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 // The last row completes the frame. It is kept back until all rows are known to be those of the camera,
                 // and the camera to have its settings.
                 let (now, later) = rows.split_at(rows.len() - if last { WIDTH } else { 0 });
-                self.row[..later.len()].copy_from_slice(later);
+                if last {
+                    self.row.copy_from_slice(later);
+                }
                 let mut done = reader.rows(now, *line);
                 let is_whole = stripes.release();
                 // The part is only sent if it is of rows that were not overwritten.
@@ -374,7 +386,9 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 if let Err(error) = done {
                     defmt::error!("{}", error);
                 }
-                let _ = self.events.set_state(PinState::from(self.line.events() % 2 == 1));
+                if last {
+                    let _ = self.events.set_state(PinState::from(self.line.events() % 2 == 1));
+                }
             }
             StripeStep::Abandoned => {
                 self.meter.restart();

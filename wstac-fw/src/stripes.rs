@@ -27,6 +27,8 @@
 //! After each of them, capture restarts at the next vertical sync. The time tells how many frames were lost: a frame
 //! that begins n frame times after the one before follows n − 1 lost ones.
 
+use core::mem;
+
 #[cfg(any(feature = "h743", feature = "rp"))]
 mod counts;
 #[cfg(feature = "h743")]
@@ -170,8 +172,7 @@ impl<C: Capture> Stripes<C> {
 
     /// Returns the next step.
     pub fn step(&mut self) -> StripeStep<'_> {
-        if self.abandon {
-            self.abandon = false;
+        if mem::take(&mut self.abandon) {
             return StripeStep::Abandoned;
         }
         if let Some(trouble) = self.capture.trouble() {
@@ -303,8 +304,9 @@ impl<C: Capture> Stripes<C> {
             return StripeStep::Wait(self.due);
         }
         self.restart();
-        self.verdict = Some(self.after(2, 5));
-        self.step()
+        let verdict = self.after(2, 5);
+        self.verdict = Some(verdict);
+        if mem::take(&mut self.abandon) { StripeStep::Abandoned } else { StripeStep::Wait(verdict) }
     }
 
     fn fault(&mut self, fault: Fault) -> StripeStep<'_> {

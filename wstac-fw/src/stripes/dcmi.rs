@@ -44,6 +44,10 @@ const EVERY_SECOND_BYTE: u32 = 1 << 16;
 /// CR bit 18: the second of them is captured (OEBS).
 const THE_SECOND: u32 = 1 << 18;
 
+/// The exceptions of its two interrupts.
+const DCMI_EXCEPTION: u32 = 16 + typelevel::DCMI::IRQ as u32;
+const DMA_EXCEPTION: u32 = 16 + typelevel::DMA1_STREAM0::IRQ as u32;
+
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
 
@@ -255,8 +259,7 @@ impl Camera for Dcmi {
             let state = unsafe { (*SCB::PTR).icsr.read() };
             state >> 12 & 0x1FF
         });
-        let is_own = [typelevel::DCMI::IRQ, typelevel::DMA1_STREAM0::IRQ].iter().any(|&irq| pending == 16 + irq as u32);
-        is_own && CHANGED.try_take().is_some()
+        (pending == DCMI_EXCEPTION || pending == DMA_EXCEPTION) && CHANGED.try_take().is_some()
     }
 }
 
