@@ -23,7 +23,8 @@ import zlib
 from pathlib import Path
 
 from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
-from machine import Machine, Stopped
+from machine import AXI, AXI_SIZE, DTCM, Machine, Stopped
+from model.camera import M0AR
 from model.i2c import I2C1
 from model.ports import NUCLEO, OPENMV
 from model.sensor import Mt9m114, Ov7690, Ov7692, Ov7725
@@ -816,6 +817,22 @@ class Check:
                 problems += [] if "before READ_ISS_OVERRIDE is set" in str(error) else [str(error)]
         self.say(name, problems)
 
+    def out_of_reach(self, name):
+        """The DMA takes a ring in the AXI SRAM, and none in the DTCM: then no frame is used, and the fault is reported."""
+        board = self.board(self.host.frames[:5])
+        write, places = board.dma.write, []
+
+        def moved(offset, value):
+            places.extend([value] if offset == M0AR else [])
+            write(offset, DTCM + 0x1_0000 if offset == M0AR else value)
+
+        board.dma.write = moved
+        board.machine.run(lambda: board.machine.now > 60 * FRAME)
+        log = {line.split(": ", 1)[1] for _, line in board.log.lines}
+        problems = [] if log == {FOUND, SENDS} else [f"the log says {log}"]
+        problems += [] if all(AXI <= place < AXI + AXI_SIZE for place in places) else [f"the ring is at {places}"]
+        self.say(name, problems)
+
     def own_stack(self, name):
         """The stack is the program's, and not that of the bootloader."""
         board = self.board(self.host.frames[:2])
@@ -912,6 +929,7 @@ def main():
         host = Host(wstac, folder)
         check = Check(host, elf)
         check.axi_reads("reads of the AXI SRAM")
+        check.out_of_reach("a ring in the DTCM")
         for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692")):
             check.plain(sensor, name)
         for at in range(0, len(other), 3):
@@ -971,7 +989,7 @@ def main():
         check.start("data line held low", [HELD, FOUND], holds=5)
         check.faulty("data line held low for a while", {40: hold}, [], [(40, HELD)])
         check.faulty("frames without an answer", {40: deafen, 75: cure}, range(69, 91), [(69, GONE), (None, BACK)])
-        hard_fault = r"hard fault at 0x20000100, called from 0x\w+, fault status 0x\w+"
+        hard_fault = r"hard fault at 0x30000100, called from 0x\w+, fault status 0x\w+"
         check.crash("hard fault", Machine.crash, hard_fault)
         check.crash("hard fault, and a reset before it is reported", Machine.crash, hard_fault, again=FRAME // 4)
         check.crash("panic", Machine.panic, r"panic at \S*/src/lib\.rs:\d+: explicit panic")
@@ -1006,7 +1024,7 @@ def check_openmv(host, elf):
     check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 85), [(70, SILENT), (None, BACK)])
     check.never("no sensor", [GONE], "does not answer", present=False)
     check.start("data line held low", [HELD, FOUND], holds=5)
-    hard_fault = r"hard fault at 0x20000100, called from 0x\w+, fault status 0x\w+"
+    hard_fault = r"hard fault at 0x30000100, called from 0x\w+, fault status 0x\w+"
     check.crash("hard fault", Machine.crash, hard_fault)
     check.own_clock("no clock from the crystal")
     check.pulls("pulled inputs")

@@ -34,14 +34,14 @@ from unicorn.arm_const import (
 FLASH, FLASH_SIZE = 0x0800_0000, 0x20_0000
 MEMORIES = [
     (FLASH, FLASH_SIZE),
-    (0x2000_0000, 0x2_0000),  # DTCM, which the DMA cannot reach
+    (0x2000_0000, 0x2_0000),  # DTCM
     (0x2400_0000, 0x8_0000),  # AXI SRAM, of which nothing is read before `limit_axi_reads`
     (0x3000_0000, 0x4_8000),
     (0x3800_0000, 0x1_0000),
     (0x1FF0_0000, 0x2_0000),  # system memory
 ]
-RAM, RAM_SIZE = 0x2400_0000, 0x8_0000
-NOWHERE = 0x2000_0100
+DTCM, AXI, AXI_SIZE = 0x2000_0000, 0x2400_0000, 0x8_0000
+NOWHERE = 0x3000_0100
 # The unique number of the chip, and where it is (RM0433, section 61.1).
 UNIQUE_ID, CHIP = 0x1FF1_E800, bytes(range(1, 13))
 BOOTLOADER_STACK = 0x2000_8000  # in memory that the DMA does not reach
@@ -78,6 +78,7 @@ class Machine:
         with open(elf, "rb") as file:
             image = ELFFile(file)
             self.image = [(s["p_paddr"], s.data()) for s in image.iter_segments() if s["p_type"] == "PT_LOAD"]
+            self.axi_bytes = image.get_section_by_name(".axi")["sh_size"]
             symbols = list(image.get_section_by_name(".symtab").iter_symbols())
         self.symbols = {symbol.name: symbol["st_value"] for symbol in symbols}
         functions = [symbol for symbol in symbols if symbol["st_info"]["type"] == "STT_FUNC"]
@@ -103,7 +104,7 @@ class Machine:
     def sizes(self):
         """Returns the bytes of flash, and of RAM with a fixed place."""
         flash = sum(len(data) for _, data in self.image)
-        return flash, self.symbols["__euninit"] - RAM
+        return flash, self.symbols["__euninit"] - DTCM + self.axi_bytes
 
     def paint_stack(self):
         """Fills the memory of the stack with a pattern."""
@@ -136,7 +137,7 @@ class Machine:
         It writes whole words of 64 bits. A part of one stays in a buffer until a part of another one is written, and a
         reset loses it.
         """
-        places = [address for symbol, address in self.symbols.items() if name in symbol and address >= RAM]
+        places = [address for symbol, address in self.symbols.items() if name in symbol and address >= DTCM]
         start = min(places)
         self.record, self.losses = range(start, max(places)), []
         self.partial, self.writing = None, None
@@ -169,7 +170,7 @@ class Machine:
         self.event, self.asleep = False, None
         self.vectors = FLASH
         if self.axi_hook is None:
-            self.axi_hook = self.uc.hook_add(UC_HOOK_MEM_READ, self._early_read, begin=RAM, end=RAM + RAM_SIZE - 1)
+            self.axi_hook = self.uc.hook_add(UC_HOOK_MEM_READ, self._early_read, begin=AXI, end=AXI + AXI_SIZE - 1)
         for register in (UC_ARM_REG_PRIMASK, *STACKED):
             self.uc.reg_write(register, 0)
         stack, self.pc = struct.unpack("<II", self.uc.mem_read(self.image[0][0], 8))

@@ -30,7 +30,13 @@ pub fn emulated(out: &Path) {
 /// The OpenMV Cam H7 has a bootloader of 128 KiB and a file system of 128 KiB in front of it.
 pub const H743: &[(&str, u32, u32)] = &[("h743", 0x0800_0000, 1536), ("openmv_cam_h7", 0x0804_0000, 1280)];
 
-/// Links the programs for boards with an STM32H743. Memory is AXI SRAM, which the DMA reaches and no bootloader uses.
+/// The memories of an STM32H743 besides its flash. Variables and stack are in the core's own RAM (DTCM), which takes no
+/// cycles to wait; the DMA does not reach that, and a bootloader has its own variables there. So the ring and the crash
+/// record are in the AXI SRAM.
+const H743_MEMORIES: &str = "RAM : ORIGIN = 0x20000000, LENGTH = 128K AXI : ORIGIN = 0x24000000, LENGTH = 512K }
+SECTIONS { .axi (NOLOAD) : ALIGN(8) { *(.uninit.ring .uninit.crash_record); } > AXI } INSERT BEFORE .uninit;\n";
+
+/// Links the programs for boards with an STM32H743.
 pub fn h743(out: &Path) {
     if env::var_os("CARGO_FEATURE_H743").is_none() {
         return;
@@ -39,9 +45,7 @@ pub fn h743(out: &Path) {
     for (program, begin, length) in H743 {
         let length = length - if has_models { 512 } else { 0 };
         let folder = out.join(program);
-        let memory = format!(
-            "MEMORY {{ FLASH : ORIGIN = {begin:#x}, LENGTH = {length}K RAM : ORIGIN = 0x24000000, LENGTH = 512K }}\n"
-        );
+        let memory = format!("MEMORY {{ FLASH : ORIGIN = {begin:#x}, LENGTH = {length}K {H743_MEMORIES}");
         fs::create_dir_all(&folder).expect("OUT_DIR can be written");
         fs::write(folder.join("memory.x"), memory).expect("OUT_DIR can be written");
         println!("cargo:rustc-link-arg-bin={program}=-L{}", folder.display());

@@ -17,7 +17,9 @@ LISR, LIFCR, SCR, NDTR, PAR, M0AR = 0x00, 0x08, 0x10, 0x14, 0x18, 0x1C
 ON, TEIE, HTIE, TCIE, CIRCULAR = 1, 1 << 2, 1 << 3, 1 << 4, 1 << 8
 HALF, FULL = 1 << 4, 1 << 5
 REQUEST = 75
-RING_MEMORY = range(0x2400_0000, 0x2408_0000)  # memory that DMA1 can reach and the linker uses
+ERROR = 1 << 3
+# What of DMA1's bus matrix is memory: AXI SRAM and SRAM1 to SRAM4. ITCM and DTCM are not there (RM0433, 2.1).
+RING_MEMORY = [range(0x2400_0000, 0x2408_0000), range(0x3000_0000, 0x3004_8000), range(0x3800_0000, 0x3801_0000)]
 
 
 class Dma(Registers):
@@ -30,7 +32,7 @@ class Dma(Registers):
     def irqs(self):
         """Returns its interrupt, while an enabled flag is set."""
         control, flags = self.values.get(SCR, 0), self.values.get(LISR, 0)
-        asked = flags & HALF and control & HTIE or flags & FULL and control & TCIE
+        asked = flags & HALF and control & HTIE or flags & FULL and control & TCIE or flags & ERROR and control & TEIE
         return {DMA_IRQ} if asked else set()
 
     def write(self, offset, value):
@@ -43,13 +45,18 @@ class Dma(Registers):
         super().write(offset, value)
 
     def take(self, data):
-        """Writes words into the ring. Returns whether the stream is on."""
+        """Writes words into the ring. Returns whether the stream is on. An address out of reach ends it (RM0433, errors of the DMA)."""
         wants = CIRCULAR | ON
         if self.values.get(SCR, 0) & wants != wants or self.mux.read(0) & 0x7F != REQUEST:
             return False
-        if self.values.get(PAR) != DCMI + 0x28 or self.values[M0AR] not in RING_MEMORY:
-            raise ValueError("the DMA stream is not between the DCMI and a memory that it reaches")
-        if self.machine.keeps(self.values[M0AR]) or self.machine.keeps(self.values[M0AR] + 4 * self.total - 1):
+        if self.values.get(PAR) != DCMI + 0x28:
+            raise ValueError("the DMA stream does not begin at the DCMI")
+        first, last = self.values[M0AR], self.values[M0AR] + 4 * self.total - 1
+        if not any(first in memory and last in memory for memory in RING_MEMORY):
+            self.values[SCR] &= ~ON
+            self.values[LISR] = self.values.get(LISR, 0) | ERROR
+            return False
+        if self.machine.keeps(first) or self.machine.keeps(last):
             raise ValueError("the DMA writes to memory of which the core keeps copies")
         half, words = self.total // 2, len(data) // 4
         done = 0

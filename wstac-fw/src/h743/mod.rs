@@ -17,6 +17,7 @@ pub use thermometer::ChipThermometer;
 pub use usart::usart3;
 
 use core::convert::Infallible;
+use core::mem::MaybeUninit;
 
 use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
 use embassy_stm32::pac::{DBGMCU, RCC};
@@ -131,8 +132,7 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
     let hung = RCC.rsr().read().iwdg1rstf();
     RCC.rsr().modify(|w| w.set_rmvf(true));
     let _clock = Mco::new(wiring.clock.0, wiring.clock.1, Mco1Source::PLL1_Q, McoConfig::default());
-    let Some(ring) = cortex_m::singleton!(: Ring<WORDS> = [[0; WORDS]; 2]) else { panic!("the ring is taken once") };
-    let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring, SIZE, ROWS, OV7690.signals) else {
+    let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring(), SIZE, ROWS, OV7690.signals) else {
         panic!("the ring does not fit the frames, or is more than the DMA counts");
     };
     #[cfg(feature = "settings")]
@@ -156,6 +156,24 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
         id: Some(chip_id()),
     };
     node::run(node).await
+}
+
+/// Returns the ring, in memory that the DMA reaches (`build/link.rs`).
+///
+/// # Panics
+/// Panics at a second call.
+#[allow(unsafe_code)]
+fn ring() -> &'static mut Ring<WORDS> {
+    #[unsafe(link_section = ".uninit.ring")]
+    static mut RING: MaybeUninit<Ring<WORDS>> = MaybeUninit::uninit();
+    if cortex_m::singleton!(: () = ()).is_none() {
+        panic!("the ring is taken once");
+    }
+    // SAFETY: words of zeros are a ring, which is lent once.
+    unsafe {
+        (&raw mut RING).write_bytes(0, 1);
+        (*(&raw mut RING)).assume_init_mut()
+    }
 }
 
 /// Returns the unique number of the chip, its lowest word first.

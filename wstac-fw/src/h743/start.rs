@@ -8,7 +8,7 @@ use embassy_stm32::rcc::{
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
 
-// Runs before anything else, variables and stack included: the AXI SRAM, where both are, takes one read at a time
+// Runs before anything else: the AXI SRAM, which has the DMA's ring and the crash record, takes one read at a time
 // (READ_ISS_OVERRIDE of the interconnect's target 7). A chip of revision Y returns wrong data otherwise when several are
 // under way (ES0392, 2.2.9); newer ones have no need of it, and lose nothing that this program uses. Rust may not run yet.
 core::arch::global_asm!(
@@ -74,7 +74,7 @@ pub fn start(crystal: Crystal) -> (Peripherals, bool) {
 }
 
 /// Lets the core keep copies of what it reads of the program, which nothing writes. It keeps none of what others write:
-/// the RAM, which has the DMA's ring and the crash record, and the sectors of the settings.
+/// the AXI SRAM with the DMA's ring and the crash record, and the sectors of the settings.
 fn enable_caches() {
     // SAFETY: nobody else uses these parts of the core.
     #[allow(unsafe_code)]
