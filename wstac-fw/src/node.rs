@@ -5,7 +5,7 @@
 //! settings. Time is embassy's.
 
 use core::future::Future;
-use core::mem;
+use core::mem::{self, MaybeUninit};
 use core::pin::pin;
 
 use embassy_futures::select::select;
@@ -554,11 +554,11 @@ fn wrong_rate(
     expect(clippy::needless_pass_by_ref_mut, reason = "learned textures and models are read")
 )]
 fn reader(store: &mut impl SettingsStore, size: FrameSize) -> Option<&'static mut Reader> {
-    let reader = cortex_m::singleton!(: Option<Reader> = None)?;
+    let reader = cortex_m::singleton!(: MaybeUninit<Reader> = MaybeUninit::uninit())?;
     let (layout, floor, trigger) = store.parameters();
-    match Reader::with(layout, size, RATE, LAW, floor, trigger) {
-        Ok(new) => {
-            let reader = reader.insert(new);
+    match Reader::check(layout, size, RATE, LAW, floor, trigger) {
+        Ok(build) => {
+            let reader = reader.write(build());
             #[cfg(feature = "models")]
             if let Some(place) = cortex_m::singleton!(: Option<setup::Kind> = None)
                 && let Some(model) = store.model()

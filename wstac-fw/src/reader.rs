@@ -124,12 +124,27 @@ impl Reader {
         floor: Floor,
         trigger: TriggerConfig,
     ) -> Result<Self, ConfigError> {
+        Self::check(layout, size, rate, law, floor, trigger).map(|build| build())
+    }
+
+    /// Checks what [`Reader::with`] takes, and returns the function that creates the reader: where it is to stay, without a
+    /// copy on the stack.
+    ///
+    /// # Errors
+    /// Returns the errors of [`Reader::new`].
+    pub fn check(
+        layout: Layout,
+        size: FrameSize,
+        rate: FrameRate,
+        law: setup::Law,
+        floor: Floor,
+        trigger: TriggerConfig,
+    ) -> Result<impl FnOnce() -> Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
         let pipeline = setup::checked_with(camera, floor, trigger)?;
-        // An error behind the built pipeline would leave a second one on the stack.
         let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
         let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
-        Ok(Self {
+        Ok(move || Self {
             pipeline: pipeline.build(),
             sender: Sender {
                 law,
