@@ -108,7 +108,12 @@ impl<'a> Boosted<'a> {
     /// Returns the class of a sample, either by the fast kernel or by plain code. Each class's score is passed to `give`;
     /// scores of float32 are in units of 2^-16.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool, const N: usize>(&self, sample: &[i16; N], _all: bool, give: impl FnMut(u8, i64)) -> u8 {
+    pub(super) fn decide<const FAST: bool, const N: usize>(
+        &self,
+        sample: &[i16; N],
+        _all: bool,
+        give: impl FnMut(u8, i64),
+    ) -> u8 {
         if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
             return self.decide::<false, N>(sample, false, give);
         }

@@ -194,7 +194,12 @@ impl<'a> Calibration<'a> {
 
     /// Passes every number of a sample's place to `give`, with its dimension.
     #[inline(always)]
-    fn each_number<const FAST: bool, const N: usize>(&self, sample: &[i16; N], header: &Header, mut give: impl FnMut(usize, i64)) {
+    fn each_number<const FAST: bool, const N: usize>(
+        &self,
+        sample: &[i16; N],
+        header: &Header,
+        mut give: impl FnMut(usize, i64),
+    ) {
         let shift = u32::from(half(self.words, START));
         let dimensions = usize::from(self.dimensions());
         let rows = Rows::checked(self.words.get(ROWS_START / 2..).unwrap_or_default(), dimensions, INT16, false);

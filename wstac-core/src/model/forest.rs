@@ -129,7 +129,13 @@ impl<'a> Forest<'a> {
     }
 
     /// Adds the votes of the next `trees` trees by plain code. Returns where the tree behind them starts.
-    fn vote<const N: usize>(&self, votes: &mut [u32; MOST_CLASSES], mut at: usize, trees: u32, sample: &[i16; N]) -> usize {
+    fn vote<const N: usize>(
+        &self,
+        votes: &mut [u32; MOST_CLASSES],
+        mut at: usize,
+        trees: u32,
+        sample: &[i16; N],
+    ) -> usize {
         let classes = u16::from(self.header.classes);
         for _ in 0..trees {
             let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, self.header.shift) else { break };

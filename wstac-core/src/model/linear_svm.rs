@@ -20,9 +20,7 @@
 //! and for its second otherwise. The class with most votes wins; if there are several, the lowest (as in libsvm).
 
 use super::calibration::Calibration;
-use super::file::{
-    HEADER_HALVES, Header, MOST_CLASSES, ModelError, ONE_AGAINST_ONE, ONE_AGAINST_REST, half, part,
-};
+use super::file::{HEADER_HALVES, Header, MOST_CLASSES, ModelError, ONE_AGAINST_ONE, ONE_AGAINST_REST, half, part};
 use super::labels::Labels;
 pub use super::rows::BLOCK;
 use super::rows::{Highest, INT8, INT16, INT32, Rows, inputs_of};

@@ -14,7 +14,13 @@ fn right_child(words: &[u32], at: usize, shift: u8) -> usize {
 }
 
 /// Returns the leaf of a forest's tree: a class, or behind the classes a place in the table of leaves.
-pub(super) fn votes<const N: usize>(words: &[u32], mut at: usize, shift: u8, bits: FeatureBits, sample: &[i16; N]) -> u16 {
+pub(super) fn votes<const N: usize>(
+    words: &[u32],
+    mut at: usize,
+    shift: u8,
+    bits: FeatureBits,
+    sample: &[i16; N],
+) -> u16 {
     loop {
         let (node, left) = (half(words, at), goes_left(words, at, bits, sample));
         at = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
@@ -38,7 +44,13 @@ pub(super) fn pair(words: &[u32], at: usize, left: bool) -> u16 {
 }
 
 /// Returns the place of the leaf of a boosted tree, of so many halves.
-pub(super) fn leaf<const LEAF: usize, const N: usize>(words: &[u32], mut at: usize, shift: u8, bits: FeatureBits, sample: &[i16; N]) -> usize {
+pub(super) fn leaf<const LEAF: usize, const N: usize>(
+    words: &[u32],
+    mut at: usize,
+    shift: u8,
+    bits: FeatureBits,
+    sample: &[i16; N],
+) -> usize {
     loop {
         let (node, left) = (half(words, at), goes_left(words, at, bits, sample));
         at = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
