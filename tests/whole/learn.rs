@@ -9,6 +9,7 @@ use wstac_tests::textures::NEW;
 use wstac_train::dataset::path::{PathSlide, RandomSlides};
 use wstac_train::model::calibrate::{LabeledSamples, Quality};
 use wstac_train::model::learn::learn;
+use wstac_train::model::trained::padded;
 
 /// Returns slides of the ten new textures on one sensor.
 fn slides(seed: u64, count: u32) -> Vec<PathSlide> {
@@ -27,7 +28,7 @@ fn samples(
     let mut samples = LabeledSamples { names: names.to_vec(), ..LabeledSamples::default() };
     for slide in slides {
         if let Some(path) = if input == Input::Path { slide.path } else { slide.taxel_path } {
-            samples.numbers.push(*path.numbers());
+            samples.numbers.push(path.numbers().to_vec());
             samples.labels.push(label(slide) as u16);
         }
     }
@@ -48,7 +49,7 @@ fn five(samples: &LabeledSamples) -> (LabeledSamples, LabeledSamples) {
     for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
         let is_few = few.labels.iter().filter(|&&other| other == label).count() < 5;
         let to = if is_few { &mut few } else { &mut rest };
-        to.numbers.push(*numbers);
+        to.numbers.push(numbers.clone());
         to.labels.push(label);
     }
     (few, rest)
@@ -79,7 +80,7 @@ fn ten_new_textures_are_learned_from_five_slides_of_each() {
             .iter()
             .zip(&few.labels)
             .filter(|(_, label)| **label < 2)
-            .map(|(x, _)| *x)
+            .map(|(x, _)| x.clone())
             .take(4)
             .collect(),
         labels: few.labels.iter().copied().filter(|label| *label < 2).take(4).collect(),
@@ -101,13 +102,19 @@ fn a_board_learns_what_a_host_learns() {
         let mut lessons = vec![Lesson::new(); few.names.len()];
         let mut centers: Vec<Option<Center>> = vec![None; few.names.len()];
         for (numbers, &label) in few.numbers.iter().zip(&few.labels) {
-            let center = lessons[usize::from(label)].push(base.place(numbers).unwrap());
+            let center = lessons[usize::from(label)].push(base.place(&padded(numbers)).unwrap());
             centers[usize::from(label)] = center.or(centers[usize::from(label)]);
         }
         // Limits are those of each texture, so they do not depend on which others are learned.
         let of_eight = few.labels.iter().map(|label| *label < 8);
         let eight = LabeledSamples {
-            numbers: few.numbers.iter().zip(of_eight.clone()).filter(|(_, is_in)| *is_in).map(|(x, _)| *x).collect(),
+            numbers: few
+                .numbers
+                .iter()
+                .zip(of_eight.clone())
+                .filter(|(_, is_in)| *is_in)
+                .map(|(x, _)| x.clone())
+                .collect(),
             labels: few.labels.iter().zip(of_eight).filter(|(_, is_in)| *is_in).map(|(label, _)| *label).collect(),
             names: few.names[..8].to_vec(),
         };
@@ -119,8 +126,8 @@ fn a_board_learns_what_a_host_learns() {
         }
         let (mut known, mut unknown) = (0, 0);
         for numbers in rest.numbers.iter().chain(&few.numbers) {
-            let host = model.classification(numbers);
-            let board = nearest(&base.place(numbers).unwrap(), None, centers.iter().enumerate());
+            let host = model.classification(&padded(numbers));
+            let board = nearest(&base.place(&padded(numbers)).unwrap(), None, centers.iter().enumerate());
             assert_eq!(board, (host.known == Some(true)).then_some(usize::from(host.class)));
             *if board.is_some() { &mut known } else { &mut unknown } += 1;
         }
@@ -154,7 +161,8 @@ fn a_flat_texture_among_the_learned_ones_leaves_unknown_ones_unknown() {
         let known = Quality::of(&model, &rest);
         assert!(known.accuracy >= 0.85, "{base}: {known:?}");
         let others = samples(others, &of_others);
-        let unknown = others.numbers.iter().filter(|numbers| model.classification(numbers).known == Some(false));
+        let unknown =
+            others.numbers.iter().filter(|numbers| model.classification(&padded(numbers)).known == Some(false));
         let (unknown, all) = (unknown.count(), others.numbers.len());
         let least = if input == Input::TaxelPath { 85 } else { 40 };
         assert!(100 * unknown >= least * all, "{base}: {unknown} of {all} are unknown");

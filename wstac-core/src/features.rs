@@ -14,6 +14,9 @@ pub type Features = [i16; FEATURES];
 /// Fraction bits of a logarithm beyond those of a feature.
 const SHIFT: u32 = LN_FRACTION_BITS - FEATURE_FRACTION_BITS;
 
+/// ln 5, in units of 2^-11.
+const LN_5: i16 = constant::nearest(constant::ln(5.0) * FEATURE_ONE as f64) as i16;
+
 /// Returns the row sums, then the column sums, of the taxel sums. They saturate, which five sums of at most G · A never
 /// do.
 #[inline(always)]
@@ -119,12 +122,23 @@ impl<L: Ln> FeatureScale<L> {
     /// floor adds nothing to it, because clamping two values never moves them further apart.
     #[inline(always)]
     pub fn feature(&self, sum: u32) -> i16 {
+        self.above(self.floor, sum)
+    }
+
+    /// Returns ln `sum` − ln(full scale) of one taxel's sum, rounded as a feature is. The floor is that of a line of five
+    /// such taxels, less ln 5.
+    pub fn taxel(&self, sum: u32) -> i16 {
+        self.above(self.floor.saturating_sub(LN_5), sum)
+    }
+
+    #[inline(always)]
+    fn above(&self, floor: i16, sum: u32) -> i16 {
         if sum == 0 {
-            return self.floor;
+            return floor;
         }
         // At most ln 5 · 2048 = 3296 for a sum of five taxels. Larger sums saturate.
         let feature = (self.kernel.ln(sum) - self.reference + (1 << (SHIFT - 1))) >> SHIFT;
-        feature.clamp(i32::from(self.floor), i32::from(i16::MAX)) as i16
+        feature.clamp(i32::from(floor), i32::from(i16::MAX)) as i16
     }
 
     /// Returns the features of ten line sums.

@@ -26,9 +26,9 @@ pub struct Texture<'m> {
 }
 
 /// A texture model of any kind, or of only one kind, so that no other kind is linked.
-pub trait TextureModel<'m> {
-    /// Returns the class of a sample of 700 numbers, frame by frame, and how sure it is.
-    fn classification(&self, sample: &[i16; INPUTS]) -> Classification;
+pub trait TextureModel<'m, const N: usize = INPUTS> {
+    /// Returns the class of a sample of so many numbers, frame by frame, and how sure it is.
+    fn classification(&self, sample: &[i16; N]) -> Classification;
     /// Returns the names of the classes.
     fn labels(&self) -> Labels<'m>;
     /// Returns what the model tells apart.
@@ -37,8 +37,8 @@ pub trait TextureModel<'m> {
 
 macro_rules! texture_models {
     ($($model:ident)*) => {$(
-        impl<'m> TextureModel<'m> for $model<'m> {
-            fn classification(&self, sample: &[i16; INPUTS]) -> Classification {
+        impl<'m, const N: usize> TextureModel<'m, N> for $model<'m> {
+            fn classification(&self, sample: &[i16; N]) -> Classification {
                 self.classification(sample)
             }
 
@@ -54,9 +54,9 @@ macro_rules! texture_models {
 }
 texture_models!(LinearSvm Forest Boosted Model);
 
-/// Returns a model's answer for 700 numbers: [`Sample::flat`](crate::paper::sample::Sample::flat) of an event, or
+/// Returns a model's answer for a sample of its input, such as 700 numbers: [`Sample::flat`](crate::paper::sample::Sample::flat) of an event, or
 /// [`SamplePrefix::flat`](crate::paper::early::SamplePrefix::flat) of a sample that is still under way.
-pub fn texture<'m>(numbers: &[i16; INPUTS], model: &impl TextureModel<'m>) -> Texture<'m> {
+pub fn texture<'m, const N: usize>(numbers: &[i16; N], model: &impl TextureModel<'m, N>) -> Texture<'m> {
     let Classification { class, confidence, known } = model.classification(numbers);
     Texture { class, label: model.labels().of(class), task: model.task(), confidence, known }
 }

@@ -4,10 +4,11 @@ use std::fmt;
 use std::sync::Arc;
 
 use serde::Serialize;
+use wstac_core::features::FeatureScale;
 use wstac_core::law::Answer;
 use wstac_core::model::Model;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, Task};
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::paper::trigger::Event;
 use wstac_core::pipeline::Update;
@@ -138,8 +139,9 @@ impl Textures {
         for file in files {
             let model = file.owned()?;
             let (task, input) = (model.get().task(), model.get().input());
-            if !matches!(input, Input::Frames | Input::Path | Input::TaxelPath) {
-                let message = format_args!("takes the input {}, expected frames, path or taxel_path", input.name());
+            if !matches!(input, Input::Frames | Input::Path | Input::TaxelPath | Input::Taxels) {
+                let message =
+                    format_args!("takes the input {}, expected frames, path, taxel_path or taxels", input.name());
                 return Err(Error::new(ErrorKind::Unsupported, file.about(), message));
             }
             if let Some((_, other)) = models.iter().find(|(other, _)| other.get().task() == task) {
@@ -165,10 +167,10 @@ impl Textures {
     /// Returns whether a model takes 25 taxels. Then the pipeline must keep them
     /// ([`Pipeline::keep_taxels`](wstac_core::pipeline::Pipeline::keep_taxels)).
     pub fn needs_taxels(&self) -> bool {
-        self.models.iter().any(|model| model.get().input() == Input::TaxelPath)
+        self.models.iter().any(|model| matches!(model.get().input(), Input::TaxelPath | Input::Taxels))
     }
 
-    /// Returns whether all models take 25 taxels, so that they can answer before a sample is complete.
+    /// Returns whether all models take 25 taxels along the path, so that they can answer before a sample is complete.
     pub(crate) fn answer_at_once(&self) -> bool {
         self.models.iter().all(|model| model.get().input() == Input::TaxelPath)
     }
@@ -185,18 +187,24 @@ impl Textures {
     /// Returns the answer of all models to an event, or a touch under way, of this answer.
     ///
     /// A model that takes the sample along the path needs the velocity. If the law does not give one, it is computed by
-    /// coherence with the parameters `config`.
+    /// coherence with the parameters `config`. `scale` is that of the features.
     ///
     /// # Errors
     /// There is no model, the touch is no slide, or no model can answer. The reason is then that of the first model.
-    pub fn of_event(&self, event: &Event<'_>, answer: &Answer, config: MotionConfig) -> Result<Texture, NoTexture> {
+    pub fn of_event(
+        &self,
+        event: &Event<'_>,
+        answer: &Answer,
+        config: MotionConfig,
+        scale: &FeatureScale,
+    ) -> Result<Texture, NoTexture> {
         if self.models.is_empty() {
             return Err(NoTexture::NoModel);
         }
         if !answer.has_texture() {
             return Err(NoTexture::NoSlide);
         }
-        let needs_path = self.models.iter().any(|model| model.get().input() != Input::Frames);
+        let needs_path = self.models.iter().any(|model| model.get().input().steps().is_some());
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
         // By a law of durations, models over time answer without a velocity.
         let velocity = if needs_path || answer.contact.is_some() { by_law() } else { answer.velocity() };
@@ -206,6 +214,10 @@ impl Textures {
             let path = match model.input() {
                 Input::Frames => return Ok(named(model, &event.sample.flat(), is_excluded)),
                 Input::Path => velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, frames)),
+                Input::Taxels => {
+                    let light = event.taxels().ok_or(NoTexture::LostFrames)?.numbers(scale);
+                    return Ok(named(model, &light, is_excluded));
+                }
                 // [`Self::new`] takes no other input than that of 25 taxels.
                 _ => velocity.and_then(|velocity| PathSample::of_touch(event, &velocity, config, frames)),
             };
@@ -292,7 +304,7 @@ fn excluding(model: &Model, velocity: Option<Velocity>) -> Option<KnownSpeeds> {
 }
 
 /// Returns a model's answer; at a speed that it excludes, none is known.
-fn named(model: &Model, sample: &[i16; INPUTS], is_excluded: bool) -> Texture {
+fn named<const N: usize>(model: &Model, sample: &[i16; N], is_excluded: bool) -> Texture {
     let texture = texture(sample, model);
     let known = if is_excluded { Some(false) } else { texture.known };
     Texture::of_answer(texture.task, texture.label.to_string(), texture.confidence, known)

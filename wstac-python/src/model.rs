@@ -3,11 +3,10 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use numpy::{PyArray1, PyReadonlyArray2};
+use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
-use wstac_core::model::file::INPUTS;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_host::model_file::{ModelFile, OwnedModel};
 use wstac_host::texture::Textures;
@@ -78,7 +77,7 @@ impl Model {
         self.model.get().frames()
     }
 
-    /// Returns the number of the class of each sample: int16 (n, 700), feature by feature, in units of 1/2048.
+    /// Returns the number of the class of each sample: int16 (n, 700), or (n, 1750) of taxels, feature by feature, in units of 1/2048.
     fn classes<'py>(&self, py: Python<'py>, samples: PyReadonlyArray2<'py, i16>) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let classes = self.of_each(py, &samples, |model, sample| model.classify(&in_file_order(sample)))?;
         Ok(PyArray1::from_vec(py, classes))
@@ -93,13 +92,13 @@ impl Model {
         if !self.model.get().tells_unknown() {
             return Ok(None);
         }
-        let is_known = |model: &wstac_core::model::Model<'_>, sample: &[i16; INPUTS]| {
+        let is_known = |model: &wstac_core::model::Model<'_>, sample: &[i16]| {
             is_sample(sample) && model.classification(&in_file_order(sample)).known == Some(true)
         };
         Ok(Some(PyArray1::from_vec(py, self.of_each(py, &samples, is_known)?)))
     }
 
-    /// Returns the sample that it takes: `frames`, `path` or `taxel-path`.
+    /// Returns the sample that it takes: `frames`, `path`, `taxel-path` or `taxels`.
     #[getter]
     fn input(&self) -> String {
         self.model.get().input().name().replace('_', "-")
@@ -138,6 +137,11 @@ pub(crate) fn bytes_of(words: &[u32]) -> Vec<u8> {
 }
 
 impl Model {
+    /// Returns how many numbers its sample has.
+    pub(crate) fn inputs(&self) -> usize {
+        self.model.get().input().numbers()
+    }
+
     pub(crate) fn file(&self) -> &ModelFile {
         &self.file
     }
@@ -147,16 +151,16 @@ impl Model {
         &self,
         py: Python<'_>,
         samples: &PyReadonlyArray2<'_, i16>,
-        of: impl Fn(&wstac_core::model::Model<'_>, &[i16; INPUTS]) -> T + Sync,
+        of: impl Fn(&wstac_core::model::Model<'_>, &[i16]) -> T + Sync,
     ) -> PyResult<Vec<T>> {
-        let mut all = Vec::new();
-        for samples in samples.as_slice()?.chunks(AT_A_TIME * INPUTS) {
+        let (mut all, width) = (Vec::new(), samples.shape()[1].max(1));
+        for samples in samples.as_slice()?.chunks(AT_A_TIME * width) {
             py.check_signals()?;
             // Without the lock, other threads may write to the array: the samples are copied.
             let samples = samples.to_vec();
             all.extend(py.detach(|| {
                 let model = self.model.get();
-                samples.as_chunks::<INPUTS>().0.iter().map(|sample| of(model, sample)).collect::<Vec<T>>()
+                samples.chunks_exact(width).map(|sample| of(model, sample)).collect::<Vec<T>>()
             }));
         }
         Ok(all)

@@ -4,7 +4,7 @@ use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyModule};
-use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::model::file::Input;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_host::error::Error;
 use wstac_host::json::{JsonLine, within_ms};
@@ -13,7 +13,7 @@ use wstac_host::record::Recorder;
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
 use wstac_host::text::text_of;
-use wstac_train::dataset::path::frames_of;
+use wstac_train::dataset::path::path_sample;
 use wstac_train::model::trained::in_set_order;
 
 use crate::failed;
@@ -207,6 +207,7 @@ fn object<'py>(classes: &Bound<'py, PyModule>, at: u64, mut output: Output) -> P
             let paths = event.paths.as_deref();
             more.set_item("path_sample", along_path(py, paths, Input::Path)?)?;
             more.set_item("taxel_path_sample", along_path(py, paths, Input::TaxelPath)?)?;
+            more.set_item("taxels_sample", along_path(py, paths, Input::Taxels)?)?;
             more.set_item("sample", over_time(py, event.sample.as_deref())?)?;
         }
         _ => {}
@@ -227,14 +228,13 @@ fn over_time<'py>(py: Python<'py>, sample: Option<&SampleFrames>) -> PyResult<Bo
     shaped(PyArray1::from_vec(py, values.collect()), [FEATURES, frames.len()])
 }
 
-/// Returns a sample along the path as data sets have it: zeros if there is none, or if it shows too little of the path.
+/// Returns a sample along the path, or of taxels, as data sets have it: zeros if there is none, or if it shows too little of the path.
 /// It is `None` if none was asked for.
 fn along_path<'py>(py: Python<'py>, paths: Option<&Paths>, input: Input) -> PyResult<Bound<'py, PyAny>> {
     let Some(paths) = paths else { return Ok(py.None().into_bound(py)) };
-    let sample = if input == Input::TaxelPath { &paths.taxels } else { &paths.sums };
-    let whole = sample.as_ref().filter(|sample| sample.covers(frames_of(input)));
-    let numbers = whole.map_or([0; INPUTS], |sample| in_set_order(sample.numbers()));
-    shaped(PyArray1::from_slice(py, &numbers), [FEATURES, SAMPLE_FRAMES])
+    let numbers = path_sample(paths, input).map_or_else(|| vec![0; input.numbers()], in_set_order);
+    let rows = numbers.len() / SAMPLE_FRAMES;
+    shaped(PyArray1::from_vec(py, numbers), [rows, SAMPLE_FRAMES])
 }
 
 pub(crate) fn shaped<T: numpy::Element, const N: usize>(

@@ -11,7 +11,7 @@ use numpy::PyReadonlyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::json;
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, Task};
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::{Error, ErrorKind};
@@ -74,7 +74,8 @@ pub(crate) fn input_of(name: &str) -> PyResult<Input> {
         "frames" => Ok(Input::Frames),
         "path" => Ok(Input::Path),
         "taxel-path" | "taxel_path" => Ok(Input::TaxelPath),
-        _ => Err(choice("input", name, "\"frames\", \"path\" or \"taxel-path\" (also \"taxel_path\")")),
+        "taxels" => Ok(Input::Taxels),
+        _ => Err(choice("input", name, "\"frames\", \"path\", \"taxel-path\" (also \"taxel_path\") or \"taxels\"")),
     }
 }
 
@@ -105,9 +106,9 @@ pub(crate) fn fit<'py>(
         Some(name) => task_of(name)?,
     };
     let options = TrainOptions { input, task, test: 0.0, note: None };
-    let samples = samples.as_slice()?.as_chunks::<INPUTS>().0.iter();
+    let samples = samples.as_slice()?.chunks_exact(input.numbers());
     let slides = samples.zip(labels).zip(groups).map(|((sample, label), group)| LabeledSlide {
-        numbers: is_sample(sample).then(|| Box::new(*sample)),
+        numbers: is_sample(sample).then(|| sample.to_vec()),
         label,
         group,
         speed_mm_s: None,
@@ -260,7 +261,7 @@ pub(crate) fn import_model<'py>(
     note: Option<String>,
 ) -> PyResult<Bound<'py, PyBytes>> {
     let (task, input) = (task.map(task_of).transpose()?, input_of(input)?);
-    let samples = samples.as_slice()?.as_chunks::<INPUTS>().0.to_vec();
+    let samples = samples.as_slice()?.chunks_exact(input.numbers()).map(<[i16]>::to_vec).collect();
     let wanted = Import { labels, task, input, note, samples: Some(samples), ..Import::default() };
     let made = py.detach(|| import_bytes(name, content, &wanted));
     Ok(PyBytes::new(py, &made.map_err(|why| crate::refused(format_args!("{name}: {why}")))?.1.bytes()))
@@ -276,14 +277,14 @@ pub(crate) fn learn<'py>(
     names: Vec<String>,
     note: Option<String>,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let base = base.file().clone();
     let mut slides = LabeledSamples::default();
-    for (sample, name) in samples.as_slice()?.as_chunks::<INPUTS>().0.iter().zip(names) {
+    for (sample, name) in samples.as_slice()?.chunks_exact(base.inputs()).zip(names) {
         if is_sample(sample) {
-            let numbers = vec![in_file_order(sample)];
+            let numbers = vec![in_file_order(sample)[..sample.len()].to_vec()];
             slides.append(LabeledSamples { numbers, labels: vec![0], names: vec![name] });
         }
     }
+    let base = base.file().clone();
     let words = in_thread(py, move |_| {
         let refused = |what: &str, why: String| Error::new(ErrorKind::Data, what, why);
         projection_of(base.words()).map_err(|why| refused(base.about(), why))?;

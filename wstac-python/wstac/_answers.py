@@ -196,6 +196,8 @@ class Event:
     """
     taxel_path_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
     """The same of 25 taxels, a row of X_taxel_path, for models whose `input` is "taxel-path". A lost frame makes it zero."""
+    taxels_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
+    """Light of 25 taxels over time: int16 (25, 70), a row of X_taxels, for models whose `input` is "taxels"."""
 
     def to_dict(self) -> dict[str, Any]:
         """Returns the answers as one flat row, such as `pandas.DataFrame` takes: numbers, names and times, None where one is missing.
@@ -244,7 +246,7 @@ class Event:
     def record(self) -> dict[str, Any]:
         """The object that `wstac run --json` prints, without the sample."""
         found: dict[str, Any] = {"kind": "event", **asdict(self)}
-        for name in ("sample", "path_sample", "taxel_path_sample"):
+        for name in ("sample", "path_sample", "taxel_path_sample", "taxels_sample"):
             del found[name]
         if self.contact is None:
             for name in ("touch_frame", "end_frame", "time_s", "completed_s", "stamp", "stamp_within_ms", "contact"):

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from . import _frames, _wstac
 from ._estimator import Estimator, check_names, feature_names, of_scikit_learn
-from ._models import INPUTS, Model, accuracy, answered, classifier_tags
+from ._models import Model, accuracy, answered, classifier_tags, inputs_of
 from ._wstac import Error
 
 
 class TextureClassifier(Estimator):
     """A texture classifier that trains as `wstac train` does, with the conventions of scikit-learn's estimators.
 
-    `input` says which samples are given: "path" (the array X_path of a data set), "taxel-path" (X_taxel_path) or "frames" (X).
+    `input` says which samples are given: "path" (the array X_path of a data set), "taxel-path" (X_taxel_path), "frames" (X) or "taxels" (X_taxels).
     `task` is the kind of the labels, "specimen", "pattern", "depth" or "other"; by default, their names decide. `threads` is by
     default the number of processors. The result is the same with any number.
 
@@ -83,7 +83,7 @@ class TextureClassifier(Estimator):
         made = _wstac.fit(flat, [names[k] for k in numbers], [str(group) for group in groups], self.input, self.task, threads)
         self.model_ = Model.from_bytes(made, "TextureClassifier")
         self.classes_ = classes
-        self.n_features_in_ = INPUTS
+        self.n_features_in_ = inputs_of(self.input)
         vars(self).pop("feature_names_in_", None)
         if given is not None:
             self.feature_names_in_ = given
@@ -103,7 +103,7 @@ class TextureClassifier(Estimator):
 
         As in scikit-learn, there is no such method (AttributeError) if the training had too few groups for a calibration.
         """
-        if self.__sklearn_is_fitted__() and self.model_._native.probabilities(np.zeros((0, INPUTS), np.int16)) is None:
+        if self.__sklearn_is_fitted__() and self.model_._native.probabilities(np.zeros((0, self.n_features_in_), np.int16)) is None:
             message = "TextureClassifier: has no calibration, expected 3 groups of each label and about 35 samples of it"
             raise AttributeError(f"{message} for the training")
         return self._probabilities
@@ -188,7 +188,9 @@ class TextureClassifier(Estimator):
         return self._samples(X)
 
     def _samples(self, X: Any) -> NDArray[np.int16]:
-        """Returns samples as int16 (n, 700)."""
+        """Returns samples as int16 (n, 700), or (n, 1750) of taxels."""
+        inputs = inputs_of(self.input)
+        rows = inputs // 70
         if type(X).__module__.startswith("scipy.sparse"):
             raise TypeError("X is sparse, expected a NumPy array")
         if isinstance(X, np.ndarray):
@@ -197,11 +199,11 @@ class TextureClassifier(Estimator):
         if found.dtype.kind == "c":
             raise Error("X: Complex data not supported, expected integers of int16")
         if found.ndim < 2:
-            raise Error(f"X: shape {found.shape}, expected (n, 700). Reshape your data: X.reshape(1, -1) is a single sample")
-        if found.shape[1:] not in ((10, 70), (INPUTS,)):
-            few = found.ndim == 2 and found.shape[1] < INPUTS
-            words = f"{found.shape[1]} feature(s) (shape={found.shape}) while a minimum of {INPUTS} is required"
-            raise Error(f"X: {words if few else f'shape {found.shape}'}, expected (n, 10, 70) or (n, 700)")
+            raise Error(f"X: shape {found.shape}, expected (n, {inputs}). Reshape your data: X.reshape(1, -1) is a single sample")
+        if found.shape[1:] not in ((rows, 70), (inputs,)):
+            few = found.ndim == 2 and found.shape[1] < inputs
+            words = f"{found.shape[1]} feature(s) (shape={found.shape}) while a minimum of {inputs} is required"
+            raise Error(f"X: {words if few else f'shape {found.shape}'}, expected (n, {rows}, 70) or (n, {inputs})")
         if found.dtype != np.int16:
             try:
                 real = found.astype(np.float64)
@@ -213,7 +215,7 @@ class TextureClassifier(Estimator):
             if (whole != real).any() or (np.abs(real + 0.5) > 32768).any():
                 raise Error("X: has numbers that are no int16, expected samples in units of 1/2048, not times their scale")
             found = whole.astype(np.int16)
-        return np.ascontiguousarray(found.reshape(len(found), INPUTS))
+        return np.ascontiguousarray(found.reshape(len(found), inputs))
 
     def __sklearn_is_fitted__(self) -> bool:
         return "model_" in vars(self)

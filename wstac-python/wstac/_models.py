@@ -181,7 +181,8 @@ class Model:
 
         - "frames": the array X of a data set, and `Event.sample`;
         - "path": X_path, and `Event.path_sample`;
-        - "taxel-path": X_taxel_path, and `Event.taxel_path_sample`.
+        - "taxel-path": X_taxel_path, and `Event.taxel_path_sample`;
+        - "taxels": X_taxels, and `Event.taxels_sample`.
         """
         return self._native.input
 
@@ -192,13 +193,13 @@ class Model:
 
     @property
     def n_features_in_(self) -> int:
-        """Numbers of a sample: 700."""
-        return INPUTS
+        """Numbers of a sample: 700, or 1750 of taxels."""
+        return inputs_of(self.input)
 
     def predict(self, X: NDArray[np.int16]) -> NDArray[np.str_]:
         """Returns the label of each sample, (n,).
 
-        X is int16 (n, 10, 70), or (n, 700) feature by feature, in units of 1/2048. The answers are those of a board for the same
+        X is int16 (n, 10, 70), or (n, 700) feature by feature, or (n, 25, 70) or (n, 1750) of taxels, in units of 1/2048. The answers are those of a board for the same
         samples. Of a data set, give the array that `input` names, not times its scale. Raises `Error` for samples over time if the
         model takes those along a path.
 
@@ -217,10 +218,11 @@ class Model:
             "frames": event.sample,
             "path": event.path_sample,
             "taxel-path": event.taxel_path_sample,
+            "taxels": event.taxels_sample,
         }
         sample = by_input[self.input]
         if sample is None:
-            message = f"event: has no samples along its path, expected some for {self.name}"
+            message = f"event: has no {self.input} sample, expected some for {self.name}"
             raise Error(f"{message}: open its source with path_samples=True")
         return str(self.predict(sample[None])[0]) if self._answered(sample[None])[0] else None
 
@@ -277,15 +279,15 @@ class Model:
         return answered(flat, self._native.known(flat))
 
     def _samples(self, X: NDArray[np.int16]) -> NDArray[np.int16]:
-        """Returns samples of either shape, or a table of them, as (n, 700). Refuses those over time if the model takes others."""
+        """Returns samples of either shape, or a table of them, as (n, inputs). Refuses those over time if the model takes a path."""
         table: Any = X
         given = feature_names(table)
         if given is not None:
             check_names(self.name, given, sample_names(self.input))
-        flat = samples(X if given is None else table.to_numpy())
+        flat = samples(X if given is None else table.to_numpy(), self.input)
         # The first numbers along a path are a speed, a direction and products of them, all of which are from -1 to 1.
-        facts = flat.reshape(-1, 10, 70)[:, :4, 0]
-        if self.input != "frames" and ((facts < -2048) | (facts > 2048)).any():
+        facts = flat[:, 0:280:70]
+        if self.input.endswith("path") and ((facts < -2048) | (facts > 2048)).any():
             row = int(((facts < -2048) | (facts > 2048)).any(axis=1).argmax())
             array = {"path": "X_path", "taxel-path": "X_taxel_path"}[self.input]
             event = {"path": "path_sample", "taxel-path": "taxel_path_sample"}[self.input]
@@ -332,9 +334,14 @@ INPUTS = 700
 """Numbers of a sample."""
 
 
+def inputs_of(input: str) -> int:
+    """Returns the numbers of a sample of this input."""
+    return 1750 if input == "taxels" else INPUTS
+
+
 def sample_names(input: str) -> NDArray[np.object_]:
     """Returns the names of a sample's numbers as columns of a table."""
-    return np.array([f"{input}{number}" for number in range(INPUTS)], dtype=object)
+    return np.array([f"{input}{number}" for number in range(inputs_of(input))], dtype=object)
 
 
 def _model_of(content: bytes, name: str) -> Model:
@@ -342,16 +349,17 @@ def _model_of(content: bytes, name: str) -> Model:
     return Model.from_bytes(content, name)
 
 
-def samples(X: Any) -> NDArray[np.int16]:
-    """Returns samples (n, 10, 70) or (n, 700) of int16 as (n, 700)."""
+def samples(X: Any, input: str) -> NDArray[np.int16]:
+    """Returns samples (n, 10, 70) or (n, 700) of int16 as (n, 700), or those of taxels as (n, 1750)."""
+    inputs = inputs_of(input)
     if not isinstance(X, np.ndarray):
         raise TypeError(f"X is a {type(X).__name__}, expected a NumPy array")
     _frames.without_mask("X", X)
-    if X.ndim not in (2, 3) or X.shape[1:] not in ((10, 70), (INPUTS,)):
-        raise Error(f"X: shape {X.shape}, expected (n, 10, 70) or (n, 700)")
+    if X.ndim not in (2, 3) or X.shape[1:] not in ((inputs // 70, 70), (inputs,)):
+        raise Error(f"X: shape {X.shape}, expected (n, {inputs // 70}, 70) or (n, {inputs})")
     if X.dtype != np.int16:
         raise Error(f"X: type {X.dtype}, expected int16 in units of 1/2048, as wstac.dataset gives")
-    return np.ascontiguousarray(X.reshape(len(X), INPUTS))
+    return np.ascontiguousarray(X.reshape(len(X), inputs))
 
 
 def answered(flat: NDArray[np.int16], known: Optional[NDArray[np.bool_]]) -> NDArray[np.bool_]:

@@ -12,16 +12,16 @@ from numpy.typing import NDArray
 
 from ._answers import Event
 from ._estimator import Estimator
-from ._models import INPUTS, sample_names
+from ._models import inputs_of, sample_names
 from ._wstac import Error
 
-_OF_INPUTS = {"path": "path_sample", "taxel-path": "taxel_path_sample", "frames": "sample"}
+_OF_INPUTS = {"path": "path_sample", "taxel-path": "taxel_path_sample", "frames": "sample", "taxels": "taxels_sample"}
 
 
 class EventSamples(Estimator):
     """Turns events into an array of samples, (n, 700), as the first step of a pipeline of scikit-learn.
 
-    `input` says which samples: "path" or "taxel-path" along the path, of events that were made with `path_samples`, or "frames"
+    `input` says which samples: "path" or "taxel-path" along the path, "taxels" (n, 1750) of events that were made with `path_samples`, or "frames"
     over time. An event without such a sample becomes a row of zeros, for which a classifier has no answer.
 
     >>> import wstac
@@ -58,8 +58,8 @@ class EventSamples(Estimator):
             sample = getattr(event, name)
             if sample is None:
                 raise Error(f"X: event {number} has no {name}, expected events that were made with path_samples = True")
-            rows.append(sample.reshape(INPUTS))
-        found = np.stack(rows) if rows else np.zeros((0, INPUTS), np.int16)
+            rows.append(sample.reshape(-1))
+        found = np.stack(rows) if rows else np.zeros((0, inputs_of(self.input)), np.int16)
         # The default for all transformers is set in scikit-learn, if it is loaded.
         sklearn = sys.modules.get("sklearn")
         default = sklearn.get_config()["transform_output"] if sklearn else None

@@ -21,6 +21,8 @@ MOST_CHANGED = 0.005
 """Largest fraction of answers that may differ."""
 UNITS = 2048
 """Units in a feature of 1."""
+TAXELS = 1750
+"""Inputs of samples of taxels."""
 ALONG_PATH = {390: "path", 280: "taxel-path"}
 """Inputs of samples along a path, cut as the command's help says."""
 ONNX = {"lightgbm": ("onnxmltools", "convert_lightgbm"), "sklearn": ("skl2onnx", "convert_sklearn")}
@@ -43,7 +45,7 @@ def save(
     The estimator is one of scikit-learn or a `Pipeline`, of XGBoost, LightGBM or CatBoost; `wstac model --help` lists
     the kinds. Those of scikit-learn need the package skl2onnx, and those of LightGBM onnxmltools. X has samples as the
     estimator takes them, times their scale, best not those of the training: (n, 700), or ten numbers for each of the
-    first frames. `input` is the sample: "frames", "path" or "taxel-path". `labels` are the names of
+    first frames, or (n, 1750) of taxels. `input` is the sample: "frames", "path", "taxel-path" or "taxels". `labels` are the names of
     `estimator.classes_`, which XGBoost numbers.
 
     Raises `Error`, a `ValueError`, if more than 0.5 % of the answers differ; there is no file then. Returns the model.
@@ -60,6 +62,7 @@ def save(
     """
     real, samples = _samples(X)
     width = real.shape[1]
+    default = "taxels" if width == TAXELS else "frames"
     if input is None and width in ALONG_PATH:
         along = f"input={ALONG_PATH[width]!r}"
         frames = f"of the first {width // 10} frames"
@@ -85,7 +88,7 @@ def save(
     fewest, reason = len(expected) + 1, ""
     for content in _contents(estimator, width):
         try:
-            made = _wstac.import_model(kind, content, names, task, input or "frames", samples, note)
+            made = _wstac.import_model(kind, content, names, task, input or default, samples, note)
         except Error as error:
             reason = str(error)
             continue
@@ -117,10 +120,10 @@ def write(model: Model, file: str, force: bool) -> None:
 
 
 def _samples(X: Any) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
-    """Returns samples as real numbers (n, inputs), and as int16 (n, 700)."""
+    """Returns samples as real numbers (n, inputs), and as int16 (n, 700), or (n, 1750) of taxels."""
     real = np.asarray(X, dtype=np.float64)
-    if real.ndim != 2 or not len(real) or real.shape[1] % 10 or not 10 <= real.shape[1] <= 700:
-        raise Error(f"X: shape {real.shape}, expected (n, 700), or ten numbers for each of the first frames")
+    if real.ndim != 2 or not len(real) or real.shape[1] % 10 or real.shape[1] not in (*range(10, 701), TAXELS):
+        raise Error(f"X: shape {real.shape}, expected (n, 700), or ten numbers for each of the first frames, or (n, {TAXELS}) of taxels")
     units = np.rint(real * UNITS)
     # NaN fails both comparisons.
     if not ((np.abs(units + 0.5) < 32769) & (np.abs(real * UNITS - units) < 1e-3)).all():
@@ -128,6 +131,8 @@ def _samples(X: Any) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
             f"X: numbers from {real.min():g} to {real.max():g}, expected samples times their scale; "
             "help: train the estimator on X * scale (scale is 1/2048), and give X * scale here"
         )
+    if real.shape[1] == TAXELS:
+        return real, units.astype(np.int16)
     frames = real.shape[1] // 10
     whole = np.zeros((len(real), 10, 70), np.int16)
     whole[:, :, :frames] = units.reshape(-1, 10, frames)

@@ -39,7 +39,7 @@ pub(super) struct Arguments {
     #[arg(value_name = "SWEEP|RECORDING", value_parser = PathBufValueParser::new().try_map(not_merge))]
     sources: Vec<PathBuf>,
 
-    /// The samples: over time, or along the path of a touch
+    /// The samples: over time (frames, taxels), or along the path of a touch
     ///
     /// For models of any speed, direction and length, use path. Then a sweep is of random slides, with keys of its own.
     /// The default is frames, and without a source path.
@@ -173,7 +173,7 @@ Data sets of recordings have no seed, and two more arrays:
   Their direction is int64. Without such a label, speed is nan and
   direction -1. y_depth is nan if the specimen's name has no depth.
 
-With --input path or taxel-path:
+With --input path, taxel-path or taxels:
   A sweep is of random slides; these are the keys and their defaults:
     specimens = ["Fla0", …]   # the same ten
     slides = 12000            # of all specimens together
@@ -186,8 +186,9 @@ With --input path or taxel-path:
     test = 0.2                # fraction of the sensors for tests
   Without a file the defaults hold, which takes about a minute on two
   processors. Slides have random gains of 0.6 to 1.4, too.
-  X_path or X_taxel_path takes the place of X. It is zero if there is
-  no velocity or too little of the path. Further arrays: length, period
+  X_path, X_taxel_path or X_taxels takes the place of X. A path is zero
+  if there is no velocity or too little of it. X_taxels has the shape
+  (n, 25, 70): taxels row by row, over 70 frames. Further arrays: length, period
   and depth in mm, sensor, measured_speed, measured_direction, split.
   direction is float64. Recordings keep their arrays. With the label
   sensor in all of them, there is an array sensor, too.

@@ -10,6 +10,7 @@ pub(super) enum SampleKind {
     Frames,
     Path,
     TaxelPath,
+    Taxels,
 }
 
 impl From<SampleKind> for Input {
@@ -18,6 +19,7 @@ impl From<SampleKind> for Input {
             SampleKind::Frames => Self::Frames,
             SampleKind::Path => Self::Path,
             SampleKind::TaxelPath => Self::TaxelPath,
+            SampleKind::Taxels => Self::Taxels,
         }
     }
 }

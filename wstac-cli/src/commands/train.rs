@@ -35,7 +35,7 @@ pub(super) struct Arguments {
 
     /// The sample that the model takes
     ///
-    /// path and taxel-path hold for any speed, direction and length; frames holds for those that were trained.
+    /// path and taxel-path hold for any speed, direction and length; frames and taxels hold for those that were trained.
     #[arg(long, value_enum, default_value = "path")]
     input: SampleKind,
 
@@ -189,7 +189,7 @@ fn learn_command(arguments: &Arguments) -> Option<String> {
     // A data set has samples of one input only. Of a recording, 25 taxels tell textures apart best.
     let base = match arguments.input {
         SampleKind::Path if arguments.sets.iter().any(is_set) => "builtin:embedding",
-        SampleKind::Frames if arguments.sets.iter().any(is_set) => return None,
+        SampleKind::Frames | SampleKind::Taxels if arguments.sets.iter().any(is_set) => return None,
         _ => "builtin:taxel-embedding",
     };
     let sets: Vec<String> = arguments.sets.iter().map(|set| set.display().to_string()).collect();

@@ -12,7 +12,7 @@
 
 use super::calibration::Calibration;
 use super::descent;
-use super::file::{BOOSTED, HEADER_HALVES, Header, INPUTS, ModelError, half, long};
+use super::file::{self, BOOSTED, HEADER_HALVES, Header, ModelError, half, long};
 use super::labels::Labels;
 use super::trees::{self, Leaves};
 use super::walk;
@@ -108,9 +108,14 @@ impl<'a> Boosted<'a> {
     /// Returns the class of a sample, either by the fast kernel or by plain code. Each class's score is passed to `give`;
     /// scores of float32 are in units of 2^-16.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool>(&self, sample: &[i16; INPUTS], _all: bool, give: impl FnMut(u8, i64)) -> u8 {
+    pub(super) fn decide<const FAST: bool, const N: usize>(
+        &self,
+        sample: &[i16; N],
+        _all: bool,
+        give: impl FnMut(u8, i64),
+    ) -> u8 {
         if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
-            return self.decide::<false>(sample, false, give);
+            return self.decide::<false, N>(sample, false, give);
         }
         if self.floats {
             let fixed = |score: f32| (score * 65_536.0) as i64;
@@ -125,11 +130,11 @@ impl<'a> Boosted<'a> {
     /// Returns the class with the highest score. `score` computes a score from its start and the place and number of
     /// its trees, and returns it with the place of the trees behind.
     #[inline(always)]
-    fn highest<S: PartialOrd + Copy>(
+    fn highest<S: PartialOrd + Copy, const N: usize>(
         &self,
-        sample: &[i16; INPUTS],
+        sample: &[i16; N],
         of_bits: impl Fn(u32) -> S,
-        score: impl Fn(&Self, S, usize, u16, &[i16; INPUTS]) -> (S, usize),
+        score: impl Fn(&Self, S, usize, u16, &[i16; N]) -> (S, usize),
         fixed: impl Fn(S) -> i64,
         mut give: impl FnMut(u8, i64),
     ) -> u8 {
@@ -156,11 +161,11 @@ impl<'a> Boosted<'a> {
         best
     }
 
-    fn score(&self, mut sum: i32, mut at: usize, trees: u16, sample: &[i16; INPUTS]) -> (i32, usize) {
-        let shift = self.header.shift;
+    fn score<const N: usize>(&self, mut sum: i32, mut at: usize, trees: u16, sample: &[i16; N]) -> (i32, usize) {
+        let (shift, bits) = (self.header.shift, trees::bits_for::<N>(&self.header));
         for _ in 0..trees {
             let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, shift) else { break };
-            let leaf = walk::leaf::<1>(self.words, start, shift, sample);
+            let leaf = walk::leaf::<1, N>(self.words, start, shift, bits, sample);
             // Starts and leaves fit 32 bits together, which has been checked once.
             sum = sum.wrapping_add(i32::from(half(self.words, leaf) as i16));
             at = end;
@@ -168,25 +173,25 @@ impl<'a> Boosted<'a> {
         (sum, at)
     }
 
-    fn float_score(&self, mut sum: f32, mut at: usize, trees: u16, sample: &[i16; INPUTS]) -> (f32, usize) {
-        let shift = self.header.shift;
+    fn float_score<const N: usize>(&self, mut sum: f32, mut at: usize, trees: u16, sample: &[i16; N]) -> (f32, usize) {
+        let (shift, bits) = (self.header.shift, trees::bits_for::<N>(&self.header));
         for _ in 0..trees {
             let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, shift) else { break };
-            sum += f32::from_bits(long(self.words, walk::leaf::<2>(self.words, start, shift, sample)));
+            sum += f32::from_bits(long(self.words, walk::leaf::<2, N>(self.words, start, shift, bits, sample)));
             at = end;
         }
         (sum, at)
     }
 
     #[allow(unsafe_code)]
-    fn score_fast(&self, sum: i32, at: usize, trees: u16, sample: &[i16; INPUTS]) -> (i32, usize) {
+    fn score_fast<const N: usize>(&self, sum: i32, at: usize, trees: u16, sample: &[i16; N]) -> (i32, usize) {
         // SAFETY: the trees have been checked, and so many belong to the score; the shift is 0.
-        unsafe { descent::sum(self.words, at, trees, sum, sample) }
+        unsafe { descent::sum(self.words, at, trees, sum, file::start(sample)) }
     }
 
     #[allow(unsafe_code)]
-    fn float_score_fast(&self, sum: f32, at: usize, trees: u16, sample: &[i16; INPUTS]) -> (f32, usize) {
+    fn float_score_fast<const N: usize>(&self, sum: f32, at: usize, trees: u16, sample: &[i16; N]) -> (f32, usize) {
         // SAFETY: the trees have been checked, and so many belong to the score; the shift is 0.
-        unsafe { descent::sum_floats(self.words, at, trees, sum, sample) }
+        unsafe { descent::sum_floats(self.words, at, trees, sum, file::start(sample)) }
     }
 }

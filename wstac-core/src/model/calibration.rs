@@ -33,7 +33,7 @@
 //! answer's class if there are limits. So a sample that is near the mean of another class than the answer is unknown, too.
 
 use super::dot::Int16;
-use super::file::{Header, INPUTS, ModelError, half, long, part};
+use super::file::{Header, ModelError, half, long, part};
 use super::place::{Place, squared};
 use super::rows::{INT16, Rows, inputs_of};
 use crate::exp::{EXP_ONE, exp_of_negative};
@@ -130,9 +130,9 @@ impl<'a> Calibration<'a> {
 
     /// Returns whether a sample is like those of the training that have this class; `None` if the file does not tell.
     #[inline(never)]
-    pub(super) fn is_known<const FAST: bool>(
+    pub(super) fn is_known<const FAST: bool, const N: usize>(
         &self,
-        sample: &[i16; INPUTS],
+        sample: &[i16; N],
         header: &Header,
         class: u8,
     ) -> Option<bool> {
@@ -141,7 +141,7 @@ impl<'a> Calibration<'a> {
         }
         let mean = self.mean(header, class);
         let mut distance = 0_u32;
-        self.each_number::<FAST>(sample, header, |dimension, at| {
+        self.each_number::<FAST, N>(sample, header, |dimension, at| {
             let mean = i64::from(half(self.words, mean.wrapping_add(dimension)) as i16);
             distance = distance.wrapping_add(squared(at.wrapping_sub(mean)));
         });
@@ -150,9 +150,9 @@ impl<'a> Calibration<'a> {
 
     /// Returns the place of a sample in the projection; `None` without one.
     #[inline(never)]
-    pub(super) fn place<const FAST: bool>(&self, sample: &[i16; INPUTS], header: &Header) -> Option<Place> {
+    pub(super) fn place<const FAST: bool, const N: usize>(&self, sample: &[i16; N], header: &Header) -> Option<Place> {
         let mut place = Place::origin(self.dimensions());
-        self.each_number::<FAST>(sample, header, |dimension, at| {
+        self.each_number::<FAST, N>(sample, header, |dimension, at| {
             place.set(dimension, at.clamp(i16::MIN.into(), i16::MAX.into()) as i16);
         });
         (self.dimensions() > 0).then_some(place)
@@ -194,7 +194,12 @@ impl<'a> Calibration<'a> {
 
     /// Passes every number of a sample's place to `give`, with its dimension.
     #[inline(always)]
-    fn each_number<const FAST: bool>(&self, sample: &[i16; INPUTS], header: &Header, mut give: impl FnMut(usize, i64)) {
+    fn each_number<const FAST: bool, const N: usize>(
+        &self,
+        sample: &[i16; N],
+        header: &Header,
+        mut give: impl FnMut(usize, i64),
+    ) {
         let shift = u32::from(half(self.words, START));
         let dimensions = usize::from(self.dimensions());
         let rows = Rows::checked(self.words.get(ROWS_START / 2..).unwrap_or_default(), dimensions, INT16, false);

@@ -14,12 +14,13 @@
 //! | 8 | classes, 1 to [`MOST_CLASSES`] |
 //! | 9 | low byte, task: 0 unstated, 1 specimen, 2 pattern, 3 depth |
 //! |  | high byte: the fastest slide of the training in 4 mm/s; 0 if its speeds are not stated ([`super::speeds`]) |
-//! | 10 | frames of the sample that it needs, from the first on: 1 to 70; of a path, tens of numbers |
+//! | 10 | frames of the sample that it needs, from the first on: 1 to 70; of a path and of taxels, tens of numbers |
 //! | 11 | trees |
 //! | 12–13 | half at which the labels start |
-//! | 14 | low byte: shift of the trees' lengths and offsets, 0 to 8 |
+//! | 14 | low byte: shift of the trees' lengths and offsets, 0 to 8; from 1 on for trees of taxels |
 //! |  | high byte: the slowest slide of the training in 2 mm/s, at most the fastest |
-//! | 15 | low byte, input: 0 the sample over time; 1 along the path, of ten sums; 2 along the path, of 25 taxels |
+//! | 15 | low byte, input: 0 the sample over time; 1 along the path, of ten sums; 2 along the path, of 25 taxels; |
+//! |  | 3 over time, of 25 taxels |
 //! |  | high byte: 1 if there is a calibration; else 0 |
 //! | 16– | the part of its kind: [`super::linear_svm`], [`super::forest`], [`super::boosted`],
 //! |  | [`super::network`] |
@@ -31,16 +32,18 @@
 //!
 //! Features are counted frame by frame, ten per frame: feature k of frame t is 10 t + k. (Data sets hold 70 frames of
 //! feature 0, then of feature 1 and so on; an importer reorders them.) Numbers along a path have their own order
-//! ([`crate::touch::path_sample`]).
+//! ([`crate::touch::path_sample`]). Of 25 taxels over time, taxel i of frame t is 25 t + i.
 
 use super::speeds::KnownSpeeds;
 use crate::crc;
-use crate::params::{FEATURES, SAMPLE_FRAMES};
+use crate::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 
 /// The most classes that a model may have.
 pub const MOST_CLASSES: usize = 64;
 /// The number of numbers in a sample.
 pub const INPUTS: usize = FEATURES * SAMPLE_FRAMES;
+/// The number of numbers in a sample of 25 taxels over time, the longest one.
+pub const TAXEL_INPUTS: usize = TAXELS * SAMPLE_FRAMES;
 /// The number of halves of the header, before the part that a kind defines.
 pub const HEADER_HALVES: usize = 16;
 /// The largest shift of lengths and offsets.
@@ -169,11 +172,11 @@ const fn range(half: u8) -> &'static str {
         }
         8 => "1 to 64",
         9 => "a task of 0 to 3 in its low byte",
-        10 => "1 to 70",
+        10 => "1 to 70, or to 175 of taxels",
         11 => "as many trees as there are, and none of a linear model or a network",
         12 => "a place within the file",
-        14 => "a shift of 0 to 8, and a slowest speed of at most the fastest",
-        15 => "0 to 2, or 256 to 258 with a calibration",
+        14 => "a shift of 0 to 8, or from 1 on for trees of taxels, and a slowest speed of at most the fastest",
+        15 => "0 to 3, or 256 to 259 with a calibration",
         _ => "0",
     }
 }
@@ -232,6 +235,8 @@ pub enum Input {
     Path,
     /// Light of 25 taxels along the path of a touch ([`crate::touch::path_sample::PathSample::of_taxels`]).
     TaxelPath,
+    /// Light of 25 taxels over 70 frames ([`TaxelRing::numbers`](crate::touch::taxel_ring::TaxelRing::numbers)).
+    Taxels,
 }
 
 impl Input {
@@ -241,7 +246,13 @@ impl Input {
             Self::Frames => 0,
             Self::Path => 1,
             Self::TaxelPath => 2,
+            Self::Taxels => 3,
         }
+    }
+
+    /// Returns how many numbers a sample has.
+    pub const fn numbers(self) -> usize {
+        if let Self::Taxels = self { TAXEL_INPUTS } else { INPUTS }
     }
 
     /// Returns the input's name, as files and messages spell it.
@@ -250,6 +261,7 @@ impl Input {
             Self::Frames => "frames",
             Self::Path => "path",
             Self::TaxelPath => "taxel_path",
+            Self::Taxels => "taxels",
         }
     }
 }
@@ -307,10 +319,6 @@ impl Header {
             3 => Task::Depth,
             _ => return Err(ModelError::Header { half: 9, found: half(words, 9) }),
         };
-        let frames = half(words, 10);
-        if frames == 0 || frames as usize > SAMPLE_FRAMES {
-            return Err(ModelError::Header { half: 10, found: half(words, 10) });
-        }
         let labels = long(words, 12) as usize;
         if labels < HEADER_HALVES || labels > 2 * words.len() {
             return Err(ModelError::Header { half: 12, found: half(words, 12) });
@@ -323,8 +331,13 @@ impl Header {
             0 => Input::Frames,
             1 => Input::Path,
             2 => Input::TaxelPath,
+            3 => Input::Taxels,
             _ => return Err(ModelError::Header { half: 15, found: half(words, 15) }),
         };
+        let frames = half(words, 10);
+        if frames == 0 || frames as usize > input.numbers() / FEATURES {
+            return Err(ModelError::Header { half: 10, found: half(words, 10) });
+        }
         let end = match half(words, 15) >> 8 {
             0 => labels,
             1 => match super::calibration::start(words, labels) {
@@ -362,6 +375,16 @@ impl Header {
 const fn other_start(words: &[u32]) -> ModelError {
     let [name @ .., version] = long(words, 0).to_le_bytes();
     if let b"WSM" = &name { ModelError::Version(version) } else { ModelError::Magic }
+}
+
+/// Returns the first 700 numbers of a sample.
+#[inline(always)]
+pub(super) const fn start<const N: usize>(sample: &[i16; N]) -> &[i16; INPUTS] {
+    const { assert!(N >= INPUTS, "a sample has 700 numbers or more") };
+    match sample.first_chunk() {
+        Some(start) => start,
+        None => &[0; INPUTS],
+    }
 }
 
 /// Returns 16 bits; 0 beyond the end. The checks make sure that later code never reads there, but the compiler cannot

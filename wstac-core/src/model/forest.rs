@@ -13,7 +13,7 @@
 
 use super::calibration::Calibration;
 use super::descent;
-use super::file::{FOREST, HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, half, long};
+use super::file::{self, FOREST, HEADER_HALVES, Header, MOST_CLASSES, ModelError, half, long};
 use super::labels::Labels;
 use super::trees::{self, Leaves};
 use super::walk;
@@ -77,14 +77,14 @@ impl<'a> Forest<'a> {
     /// Returns the class of a sample, either by the fast kernel or by plain code. With `all`, every tree votes, and each
     /// class's votes are passed to `give`.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool>(
+    pub(super) fn decide<const FAST: bool, const N: usize>(
         &self,
-        sample: &[i16; INPUTS],
+        sample: &[i16; N],
         all: bool,
         mut give: impl FnMut(u8, i64),
     ) -> u8 {
         if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
-            return self.decide::<false>(sample, all, give);
+            return self.decide::<false, N>(sample, all, give);
         }
         let mut votes = [0; MOST_CLASSES];
         let classes = usize::from(self.header.classes);
@@ -102,7 +102,7 @@ impl<'a> Forest<'a> {
                         self.words,
                         at,
                         some,
-                        sample,
+                        file::start(sample),
                         &mut votes,
                         self.header.classes,
                         self.unit,
@@ -129,12 +129,18 @@ impl<'a> Forest<'a> {
     }
 
     /// Adds the votes of the next `trees` trees by plain code. Returns where the tree behind them starts.
-    fn vote(&self, votes: &mut [u32; MOST_CLASSES], mut at: usize, trees: u32, sample: &[i16; INPUTS]) -> usize {
+    fn vote<const N: usize>(
+        &self,
+        votes: &mut [u32; MOST_CLASSES],
+        mut at: usize,
+        trees: u32,
+        sample: &[i16; N],
+    ) -> usize {
         let classes = u16::from(self.header.classes);
         for _ in 0..trees {
             let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, self.header.shift) else { break };
             at = end;
-            let leaf = walk::votes(self.words, start, self.header.shift, sample);
+            let leaf = walk::votes(self.words, start, self.header.shift, trees::bits_for::<N>(&self.header), sample);
             if leaf < classes {
                 add(votes, leaf, self.unit);
             } else {

@@ -20,9 +20,7 @@
 //! and for its second otherwise. The class with most votes wins; if there are several, the lowest (as in libsvm).
 
 use super::calibration::Calibration;
-use super::file::{
-    HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, ONE_AGAINST_ONE, ONE_AGAINST_REST, half, part,
-};
+use super::file::{HEADER_HALVES, Header, MOST_CLASSES, ModelError, ONE_AGAINST_ONE, ONE_AGAINST_REST, half, part};
 use super::labels::Labels;
 pub use super::rows::BLOCK;
 use super::rows::{Highest, INT8, INT16, INT32, Rows, inputs_of};
@@ -87,25 +85,25 @@ impl<'a> LinearSvm<'a> {
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
     /// `give`.
     #[inline(always)]
-    pub(super) fn decide<const FAST: bool>(
+    pub(super) fn decide<const FAST: bool, const N: usize>(
         &self,
-        sample: &[i16; INPUTS],
+        sample: &[i16; N],
         _all: bool,
         mut give: impl FnMut(u8, i64),
     ) -> u8 {
         if self.header.kind == ONE_AGAINST_ONE {
-            return self.most_votes::<FAST>(sample, give);
+            return self.most_votes::<FAST, N>(sample, give);
         }
         let mut highest = Highest::new(self.rows.len(), self.header.classes);
-        self.each_sum::<FAST>(sample, |row, sum| highest.push(row, sum, &mut give));
+        self.each_sum::<FAST, N>(sample, |row, sum| highest.push(row, sum, &mut give));
         highest.class()
     }
 
     #[inline(always)]
-    fn most_votes<const FAST: bool>(&self, sample: &[i16; INPUTS], mut give: impl FnMut(u8, i64)) -> u8 {
+    fn most_votes<const FAST: bool, const N: usize>(&self, sample: &[i16; N], mut give: impl FnMut(u8, i64)) -> u8 {
         let mut votes = [0_u8; MOST_CLASSES];
         let (mut first, mut second) = (0, 1);
-        self.each_sum::<FAST>(sample, |_, sum| {
+        self.each_sum::<FAST, N>(sample, |_, sum| {
             let winner = if sum > 0 { first } else { second };
             if let Some(votes) = votes.get_mut(winner) {
                 *votes = votes.wrapping_add(1);
@@ -127,7 +125,7 @@ impl<'a> LinearSvm<'a> {
 
     /// Passes every row's sum to `give` in order.
     #[inline(always)]
-    pub(super) fn each_sum<const FAST: bool>(&self, sample: &[i16; INPUTS], give: impl FnMut(usize, i64)) {
+    pub(super) fn each_sum<const FAST: bool, const N: usize>(&self, sample: &[i16; N], give: impl FnMut(usize, i64)) {
         self.rows.each_sum::<FAST>(inputs_of(sample, self.header.inputs()), give);
     }
 }

@@ -23,7 +23,7 @@ pub mod trees;
 mod walk;
 
 use self::boosted::Boosted;
-use self::file::{Header, INPUTS, Input, MOST_CLASSES, ModelError, Task};
+use self::file::{Header, Input, MOST_CLASSES, ModelError, Task};
 use self::forest::Forest;
 use self::labels::Labels;
 use self::linear_svm::LinearSvm;
@@ -63,28 +63,31 @@ macro_rules! common {
             /// equally good, it is the lowest of them.
             ///
             /// A sample is 700 features in units of 2^-11, frame by frame
-            /// ([`crate::paper::sample::Sample::flat`]).
+            /// ([`crate::paper::sample::Sample::flat`]), or what else the [`input`](Self::input) says.
+            ///
+            /// `N` is [`INPUTS`](file::INPUTS). It is [`TAXEL_INPUTS`](file::TAXEL_INPUTS) for a model of taxels, and may be
+            /// for any model: then its sample is in front. Other samples have an answer without meaning.
             #[inline(always)]
-            pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
-                self.decide::<true>(sample, false, |_, _| {})
+            pub fn classify<const N: usize>(&self, sample: &[i16; N]) -> u8 {
+                self.decide::<true, N>(sample, false, |_, _| {})
             }
 
             /// Returns the class of a sample, and how sure the answer is if the model has a calibration.
             #[inline(always)]
-            pub fn classification(&self, sample: &[i16; INPUTS]) -> Classification {
-                self.calibrated::<true>(sample)
+            pub fn classification<const N: usize>(&self, sample: &[i16; N]) -> Classification {
+                self.calibrated::<true, N>(sample)
             }
 
             /// Returns the classification of a sample, either by fast kernels or by plain code.
             #[inline(always)]
-            pub(crate) fn calibrated<const FAST: bool>(&self, sample: &[i16; INPUTS]) -> Classification {
+            pub(crate) fn calibrated<const FAST: bool, const N: usize>(&self, sample: &[i16; N]) -> Classification {
                 if !self.calibration.is_some() {
-                    let class = self.decide::<FAST>(sample, false, |_, _| {});
+                    let class = self.decide::<FAST, N>(sample, false, |_, _| {});
                     return Classification { class, confidence: None, known: None };
                 }
                 let mut softmax = self.calibration.softmax();
-                let class = self.decide::<FAST>(sample, true, |_, score| softmax.push(score));
-                let known = self.calibration.is_known::<FAST>(sample, &self.header, class);
+                let class = self.decide::<FAST, N>(sample, true, |_, score| softmax.push(score));
+                let known = self.calibration.is_known::<FAST, N>(sample, &self.header, class);
                 Classification { class, confidence: Some(softmax.confidence()), known }
             }
 
@@ -92,13 +95,13 @@ macro_rules! common {
             /// [`labels`](Self::labels); `None` if the model has no calibration.
             ///
             /// The probability of the answer is the [`confidence`](Classification::confidence). All are rounded.
-            pub fn probabilities(&self, sample: &[i16; INPUTS]) -> Option<[u16; MOST_CLASSES]> {
+            pub fn probabilities<const N: usize>(&self, sample: &[i16; N]) -> Option<[u16; MOST_CLASSES]> {
                 if !self.calibration.is_some() {
                     return None;
                 }
                 let (mut softmax, mut probabilities) = (self.calibration.softmax(), [0; MOST_CLASSES]);
-                self.decide::<true>(sample, true, |_, score| softmax.push(score));
-                self.decide::<true>(sample, true, |class, score| {
+                self.decide::<true, N>(sample, true, |_, score| softmax.push(score));
+                self.decide::<true, N>(sample, true, |class, score| {
                     if let Some(place) = probabilities.get_mut(usize::from(class)) {
                         *place = softmax.probability(score);
                     }
@@ -109,8 +112,8 @@ macro_rules! common {
             /// Passes the score of every class to `give`, in their order.
             ///
             /// Scores are what a [`calibration`] makes probabilities of: the page describes them.
-            pub fn each_score(&self, sample: &[i16; INPUTS], give: impl FnMut(u8, i64)) {
-                self.decide::<true>(sample, true, give);
+            pub fn each_score<const N: usize>(&self, sample: &[i16; N], give: impl FnMut(u8, i64)) {
+                self.decide::<true, N>(sample, true, give);
             }
 
             /// Returns whether the model says how sure an answer is.
@@ -125,8 +128,8 @@ macro_rules! common {
 
             /// Returns the place of a sample in the model's projection; `None` if the model does not tell what is
             /// unknown.
-            pub fn place(&self, sample: &[i16; INPUTS]) -> Option<Place> {
-                self.calibration.place::<true>(sample, &self.header)
+            pub fn place<const N: usize>(&self, sample: &[i16; N]) -> Option<Place> {
+                self.calibration.place::<true, N>(sample, &self.header)
             }
 
             /// Returns the place around which the training's samples of a class lie; `None` if the model does not tell
@@ -235,8 +238,10 @@ impl<'a> Model<'a> {
     }
 
     /// Returns the class of a sample: 700 features in units of 2^-11, frame by frame
-    /// ([`crate::paper::sample::Sample::flat`]).
-    pub fn classify(&self, sample: &[i16; INPUTS]) -> u8 {
+    /// ([`crate::paper::sample::Sample::flat`]), or what else the [`input`](Self::input) says.
+    ///
+    /// `N` is that of [`LinearSvm::classify`].
+    pub fn classify<const N: usize>(&self, sample: &[i16; N]) -> u8 {
         match self {
             Self::LinearSvm(model) => model.classify(sample),
             Self::Forest(model) => model.classify(sample),
@@ -246,7 +251,7 @@ impl<'a> Model<'a> {
     }
 
     /// Returns the class of a sample, and how sure the answer is if the model has a calibration.
-    pub fn classification(&self, sample: &[i16; INPUTS]) -> Classification {
+    pub fn classification<const N: usize>(&self, sample: &[i16; N]) -> Classification {
         match self {
             Self::LinearSvm(model) => model.classification(sample),
             Self::Forest(model) => model.classification(sample),
@@ -257,7 +262,7 @@ impl<'a> Model<'a> {
 
     /// Returns the probability of every class in units of 2^-15, for as many classes as there are
     /// [`labels`](Self::labels); `None` if the model has no calibration.
-    pub fn probabilities(&self, sample: &[i16; INPUTS]) -> Option<[u16; MOST_CLASSES]> {
+    pub fn probabilities<const N: usize>(&self, sample: &[i16; N]) -> Option<[u16; MOST_CLASSES]> {
         match self {
             Self::LinearSvm(model) => model.probabilities(sample),
             Self::Forest(model) => model.probabilities(sample),
@@ -269,7 +274,7 @@ impl<'a> Model<'a> {
     /// Passes the score of every class to `give`, in their order.
     ///
     /// Scores are what a [`calibration`] makes probabilities of: the page describes them.
-    pub fn each_score(&self, sample: &[i16; INPUTS], give: impl FnMut(u8, i64)) {
+    pub fn each_score<const N: usize>(&self, sample: &[i16; N], give: impl FnMut(u8, i64)) {
         match self {
             Self::LinearSvm(model) => model.each_score(sample, give),
             Self::Forest(model) => model.each_score(sample, give),
@@ -299,7 +304,7 @@ impl<'a> Model<'a> {
     }
 
     /// Returns the place of a sample in the model's projection; `None` if the model does not tell what is unknown.
-    pub fn place(&self, sample: &[i16; INPUTS]) -> Option<Place> {
+    pub fn place<const N: usize>(&self, sample: &[i16; N]) -> Option<Place> {
         match self {
             Self::LinearSvm(model) => model.place(sample),
             Self::Forest(model) => model.place(sample),

@@ -13,7 +13,7 @@
 //! highest sum wins, as in a linear model with a row for each class.
 
 use super::calibration::Calibration;
-use super::file::{HEADER_HALVES, Header, INPUTS, MOST_CLASSES, ModelError, NETWORK, half, part};
+use super::file::{HEADER_HALVES, Header, MOST_CLASSES, ModelError, NETWORK, half, part};
 use super::labels::Labels;
 use super::rows::{Highest, INT8, INT16, INT32, Rows, inputs_of};
 use crate::params::FEATURES;
@@ -144,14 +144,14 @@ impl<'a> Network<'a> {
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
     /// `give`. It is not inlined, so that scores do not lie on the stack of other kinds of models.
     #[inline(never)]
-    pub(super) fn decide<const FAST: bool>(
+    pub(super) fn decide<const FAST: bool, const N: usize>(
         &self,
-        sample: &[i16; INPUTS],
+        sample: &[i16; N],
         _all: bool,
         mut give: impl FnMut(u8, i64),
     ) -> u8 {
         let mut scores = [0; MOST_CLASSES];
-        let count = self.scores::<FAST>(sample, &mut scores);
+        let count = self.scores::<FAST, N>(sample, &mut scores);
         let mut highest = Highest::new(count, self.header.classes);
         scores.iter().take(count).enumerate().for_each(|(row, &sum)| highest.push(row, sum, &mut give));
         highest.class()
@@ -159,7 +159,7 @@ impl<'a> Network<'a> {
 
     /// Computes all scores, and returns how many there are.
     #[inline(never)]
-    fn scores<const FAST: bool>(&self, sample: &[i16; INPUTS], scores: &mut [i64; MOST_CLASSES]) -> usize {
+    fn scores<const FAST: bool, const N: usize>(&self, sample: &[i16; N], scores: &mut [i64; MOST_CLASSES]) -> usize {
         let (mut one, mut other) = ([0; MOST_VALUES], [0; MOST_VALUES]);
         let (mut values, mut next): (&mut Values, &mut Values) = (&mut one, &mut other);
         let first = inputs_of(sample, self.header.inputs());

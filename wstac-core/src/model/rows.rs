@@ -10,7 +10,7 @@
 //! 2^15, and that of the second. So fast kernels of int16 serve them, and weights have 30 bits and a sign.
 
 use super::dot::{self, Int8, Int16, Weights};
-use super::file::{INPUTS, ModelError, part};
+use super::file::{ModelError, part};
 
 /// The number of rows that are summed together. Each part of the sample is read once for them.
 pub const BLOCK: usize = 2;
@@ -49,7 +49,7 @@ impl<'a> Rows<'a> {
         let (biases, _) = biases.as_chunks::<2>();
         let row_words = if number == INT8 { inputs.div_ceil(4) } else { inputs / 2 };
         let fits_32_bits = match largest(biases, weights, row_words, number == INT8, most_bias) {
-            // 700 products of int16 are below 2^40. With a bias below 2^62 no sum of them overflows; one of 2^46 may be
+            // 1750 products of int16 are below 2^41. With a bias below 2^62 no sum of them overflows; one of 2^46 may be
             // multiplied by 2^15.
             None => return Err(ModelError::Overflow),
             Some(largest) => largest <= i32::MAX as u64,
@@ -146,7 +146,7 @@ impl Highest {
     }
 }
 
-pub(super) fn inputs_of(sample: &[i16; INPUTS], inputs: usize) -> &[i16] {
+pub(super) fn inputs_of<const N: usize>(sample: &[i16; N], inputs: usize) -> &[i16] {
     sample.get(..inputs).unwrap_or_default()
 }
 

@@ -16,8 +16,11 @@
 //! a node with [`SAME`]. A number x of the sample goes left if x ≤ threshold, an int16. A child that is a node and has
 //! no offset follows its parent. Offsets count from their node in units of 2^shift halves. A right child follows the
 //! left subtree, with less than a unit of padding, and so does the next tree. Leaves are one half, or two (float32).
+//!
+//! Features of 25 taxels over time have one more bit ([`FeatureBits`]): the class begins behind it and is below 8. The shift
+//! of such trees is 1 or more.
 
-use super::file::{Header, ModelError, half, long};
+use super::file::{Header, INPUTS, Input, ModelError, half, long};
 
 /// The left child is a leaf.
 pub const LEFT_LEAF: u16 = 1 << 15;
@@ -32,7 +35,45 @@ pub const CLASS_SHIFT: u16 = 10;
 /// The number of classes that fit there.
 pub const MOST_SINGLE: u16 = 16;
 /// The bits of the feature.
-pub const FEATURE: u16 = (1 << 10) - 1;
+pub const FEATURE: u16 = (1 << CLASS_SHIFT) - 1;
+
+/// The bits of a feature in a node, and behind them those of a forest's single leaf.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FeatureBits(u16);
+
+impl FeatureBits {
+    /// Returns the bits in trees of this input.
+    pub const fn of(input: Input) -> Self {
+        Self(if input.numbers() > 1 << CLASS_SHIFT { CLASS_SHIFT + 1 } else { CLASS_SHIFT })
+    }
+
+    /// Returns the mask of the feature.
+    pub const fn feature(self) -> u16 {
+        (1 << self.0) - 1
+    }
+
+    /// Returns the bit at which the class of a forest's single leaf starts.
+    pub const fn class_shift(self) -> u16 {
+        self.0
+    }
+
+    /// Returns the number of classes that fit there.
+    pub const fn most_single(self) -> u16 {
+        (MOST_SINGLE << CLASS_SHIFT) >> self.0
+    }
+
+    /// Returns the class of a forest's single leaf.
+    pub(super) const fn class(self, node: u16) -> u16 {
+        node >> self.0 & (self.most_single() - 1)
+    }
+}
+
+/// Returns the bits in trees of this header, for samples of `N` numbers. Of 700 numbers they are known when compiled.
+#[inline(always)]
+pub(super) const fn bits_for<const N: usize>(header: &Header) -> FeatureBits {
+    FeatureBits::of(if N > INPUTS { header.input } else { Input::Frames })
+}
+
 /// The most right children that wait while a tree is checked, which is at most its depth.
 pub const MOST_PENDING: usize = 256;
 
@@ -68,13 +109,18 @@ pub(super) enum Leaves<'a> {
 
 /// Checks all trees of a file, from the half `at` to the end of the kind's part.
 pub(super) const fn check(words: &[u32], mut at: usize, header: &Header, leaves: Leaves<'_>) -> Result<(), ModelError> {
+    let bits = FeatureBits::of(header.input);
+    // Fast walks are of a shift of 0, and know ten bits only.
+    if bits.0 != CLASS_SHIFT && header.shift == 0 {
+        return Err(ModelError::Header { half: 14, found: half(words, 14) });
+    }
     let mut tree = 0;
     while tree < header.trees {
         let (start, end) = match bounds(words, at, header.end, header.shift) {
             Ok(bounds) => bounds,
             Err(error) => return Err(error),
         };
-        if let Err(error) = check_tree(words, start, end, header.shift, header.inputs(), leaves) {
+        if let Err(error) = check_tree(words, start, end, header, bits, leaves) {
             return Err(error);
         }
         at = end;
@@ -89,31 +135,32 @@ const fn check_tree(
     words: &[u32],
     start: usize,
     end: usize,
-    shift: u8,
-    inputs: usize,
+    header: &Header,
+    bits: FeatureBits,
     leaves: Leaves<'_>,
 ) -> Result<(), ModelError> {
+    let (shift, inputs, feature) = (header.shift, header.inputs(), bits.feature());
     let mut pending = [0_usize; MOST_PENDING];
     let mut count = 0;
     let mut at = start;
     loop {
         let error = Err(ModelError::Node(at as u32));
-        if end - at < 2 || (half(words, at) & FEATURE) as usize >= inputs {
+        if end - at < 2 || (half(words, at) & feature) as usize >= inputs {
             return error;
         }
         let node = half(words, at);
         let size = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
             (false, false) => {
                 let target = at + ((half(words, at + 2) as usize) << shift);
-                if node & !FEATURE != 0 || target <= at || target >= end || count >= MOST_PENDING {
+                if node & !feature != 0 || target <= at || target >= end || count >= MOST_PENDING {
                     return error;
                 }
                 pending[count] = target;
                 count += 1;
                 3
             }
-            (true, true) => leaves.pair(words, at, node),
-            _ => leaves.single(words, at, node),
+            (true, true) => leaves.pair(words, at, node & !feature),
+            _ => leaves.single(words, at, bits.class(node)),
         };
         if size == 0 || end - at < size {
             return error;
@@ -141,8 +188,8 @@ pub(super) const fn is_moderate(high: u16) -> bool {
 
 impl Leaves<'_> {
     /// Returns the number of halves of a node with two valid leaves; 0 if they are not valid.
-    const fn pair(self, words: &[u32], at: usize, node: u16) -> usize {
-        let flags = node & !(LEFT_LEAF | RIGHT_LEAF | FEATURE);
+    const fn pair(self, words: &[u32], at: usize, flags: u16) -> usize {
+        let flags = flags & !(LEFT_LEAF | RIGHT_LEAF);
         let low = half(words, at + 2);
         match (self, flags) {
             (Self::Integers, 0) => 4,
@@ -155,8 +202,7 @@ impl Leaves<'_> {
     }
 
     /// Returns the number of halves of a node with one valid leaf; 0 if it is not valid.
-    const fn single(self, words: &[u32], at: usize, node: u16) -> usize {
-        let class = node >> CLASS_SHIFT & (MOST_SINGLE - 1);
+    const fn single(self, words: &[u32], at: usize, class: u16) -> usize {
         match self {
             Self::Integers if class == 0 => 3,
             Self::Floats if class == 0 && is_moderate(half(words, at + 3)) => 4,

@@ -1,10 +1,10 @@
 //! The plain walk from a tree's root to a leaf. Every access is checked.
 
-use super::file::{INPUTS, half};
-use super::trees::{CLASS_SHIFT, FEATURE, LEFT_LEAF, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
+use super::file::half;
+use super::trees::{FeatureBits, LEFT_LEAF, NARROW, RIGHT_LEAF, SAME};
 
-fn goes_left(words: &[u32], at: usize, sample: &[i16; INPUTS]) -> bool {
-    let value = sample.get(usize::from(half(words, at) & FEATURE)).copied().unwrap_or(0);
+fn goes_left<const N: usize>(words: &[u32], at: usize, bits: FeatureBits, sample: &[i16; N]) -> bool {
+    let value = sample.get(usize::from(half(words, at) & bits.feature())).copied().unwrap_or(0);
     value <= half(words, at + 1) as i16
 }
 
@@ -14,14 +14,20 @@ fn right_child(words: &[u32], at: usize, shift: u8) -> usize {
 }
 
 /// Returns the leaf of a forest's tree: a class, or behind the classes a place in the table of leaves.
-pub(super) fn votes(words: &[u32], mut at: usize, shift: u8, sample: &[i16; INPUTS]) -> u16 {
+pub(super) fn votes<const N: usize>(
+    words: &[u32],
+    mut at: usize,
+    shift: u8,
+    bits: FeatureBits,
+    sample: &[i16; N],
+) -> u16 {
     loop {
-        let (node, left) = (half(words, at), goes_left(words, at, sample));
+        let (node, left) = (half(words, at), goes_left(words, at, bits, sample));
         at = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
             (false, false) if left => at + 3,
             (false, false) => right_child(words, at, shift),
             (true, true) => return pair(words, at, left),
-            (left_leaf, _) if left_leaf == left => return node >> CLASS_SHIFT & (MOST_SINGLE - 1),
+            (left_leaf, _) if left_leaf == left => return bits.class(node),
             _ => at + 2,
         };
     }
@@ -38,9 +44,15 @@ pub(super) fn pair(words: &[u32], at: usize, left: bool) -> u16 {
 }
 
 /// Returns the place of the leaf of a boosted tree, of so many halves.
-pub(super) fn leaf<const LEAF: usize>(words: &[u32], mut at: usize, shift: u8, sample: &[i16; INPUTS]) -> usize {
+pub(super) fn leaf<const LEAF: usize, const N: usize>(
+    words: &[u32],
+    mut at: usize,
+    shift: u8,
+    bits: FeatureBits,
+    sample: &[i16; N],
+) -> usize {
     loop {
-        let (node, left) = (half(words, at), goes_left(words, at, sample));
+        let (node, left) = (half(words, at), goes_left(words, at, bits, sample));
         at = match (node & LEFT_LEAF != 0, node & RIGHT_LEAF != 0) {
             (false, false) if left => at + 3,
             (false, false) => right_child(words, at, shift),

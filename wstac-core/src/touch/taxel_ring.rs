@@ -1,6 +1,9 @@
 //! Light of 25 taxels over the last frames.
 
+use crate::features::FeatureScale;
 use crate::green::GreenChannel;
+use crate::ln::Ln;
+use crate::model::file::TAXEL_INPUTS;
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::taxels::FrameGeometry;
 use crate::touch::crosstalk::{Correction, CorrectionSource};
@@ -230,6 +233,20 @@ impl TaxelRing {
     /// Returns a taxel's light in a frame by its age: 0 is the oldest, 69 the last one; 0 beyond them.
     pub(crate) fn light(&self, frame: usize, taxel: usize) -> u16 {
         self.frames.get(self.place(frame)).and_then(|frame| frame.get(taxel)).copied().unwrap_or(0)
+    }
+
+    /// Returns the logarithms of all light relative to full scale, in units of 2^-11: 25 numbers for each of 70 frames, the
+    /// oldest first. A lost frame has those of the last one before it.
+    ///
+    /// They are what a model of [`Input::Taxels`](crate::model::file::Input::Taxels) takes, if the last frame is that of the
+    /// event's sample. The scale is that of the ring's sums.
+    pub fn numbers<L: Ln>(&self, scale: &FeatureScale<L>) -> [i16; TAXEL_INPUTS] {
+        let shift = self.shift & 31;
+        let mut numbers = [0; TAXEL_INPUTS];
+        for (age, frame) in numbers.as_chunks_mut::<TAXELS>().0.iter_mut().enumerate() {
+            *frame = self.frame(age).map(|light| scale.taxel(u32::from(light) << shift));
+        }
+        numbers
     }
 
     /// Adds lost frames, each equal to the last one.

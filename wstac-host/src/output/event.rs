@@ -1,6 +1,8 @@
 //! Tactile events and their answers.
 
+use wstac_core::features::FeatureScale;
 use wstac_core::law::Answer;
+use wstac_core::model::file::TAXEL_INPUTS;
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::paper::direction::Direction;
 use wstac_core::paper::speed::{self, LitSpan, Speed, SpeedConfig};
@@ -83,13 +85,15 @@ pub struct TactileEvent {
     pub paths: Option<Box<Paths>>,
 }
 
-/// The samples of an event along the path of its touch.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The samples of an event along the path of its touch, and of 25 taxels over time.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Paths {
     /// Of ten sums; `None` for a touch that is no slide, and without a velocity.
     pub sums: Option<PathSample>,
     /// Of 25 taxels; also `None` if a frame of the sample was lost.
     pub taxels: Option<PathSample>,
+    /// Light of 25 taxels over time, frame by frame ([`TaxelRing::numbers`](wstac_core::touch::path_sample::TaxelRing::numbers)); `None` behind a long gap.
+    pub light: Option<[i16; TAXEL_INPUTS]>,
 }
 
 impl TactileEvent {
@@ -97,7 +101,7 @@ impl TactileEvent {
     pub(crate) fn new(event: &Event<'_>, answer: Answer, answering: &Answering<'_>) -> Self {
         let flat = event.sample.flat();
         let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
-        let texture = answering.textures.of_event(event, &answer, answering.motion);
+        let texture = answering.textures.of_event(event, &answer, answering.motion, answering.scale);
         let texture_doubt = answering.textures.doubt(&texture, &answer);
         let begin = event.touch_frame.unwrap_or(event.frame);
         let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(begin, Some(answering.clock));
@@ -127,7 +131,7 @@ impl TactileEvent {
             doubt: answer.doubt,
             sample_reliable: event.reliable,
             sample: sample.copied().map(Box::new),
-            paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, &answer, answering.motion))),
+            paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, &answer, answering))),
         }
     }
 
@@ -220,13 +224,15 @@ fn doubt_of_board(answers: &wstac_core::wire::Answers<'_>) -> Option<Reason> {
 impl Paths {
     /// Returns the samples of an event of this answer, with all numbers that models read. If the law gives no velocity,
     /// it is that by coherence.
-    fn of_event(event: &Event<'_>, answer: &Answer, config: MotionConfig) -> Self {
+    fn of_event(event: &Event<'_>, answer: &Answer, answering: &Answering<'_>) -> Self {
+        let config = answering.motion;
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
         let velocity = if answer.has_texture() { by_law() } else { None };
         let whole = SAMPLE_FRAMES as u8;
         Self {
             sums: velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, whole)),
             taxels: velocity.and_then(|velocity| PathSample::of_touch(event, &velocity, config, whole)),
+            light: event.taxels().map(|ring| ring.numbers(answering.scale)),
         }
     }
 }
@@ -254,6 +260,7 @@ pub(crate) struct Answering<'p> {
     pub(crate) durations: &'p SpeedConfig,
     pub(crate) textures: &'p Textures,
     pub(crate) motion: MotionConfig,
+    pub(crate) scale: &'p FeatureScale,
     pub(crate) clock: &'p FrameClock,
     pub(crate) with_sample: bool,
     pub(crate) with_paths: bool,

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use wstac_core::features::FeatureScale;
 use wstac_core::green::any::Any;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
 use wstac_core::paper::speed::SpeedConfig;
@@ -38,6 +39,8 @@ pub struct Processor {
     law: AnyLaw,
     durations: SpeedConfig,
     motion: MotionConfig,
+    /// The scale of taxels in a sample.
+    scale: FeatureScale,
     readout: ReadoutUsed,
     clock: FrameClock,
     /// Follows motion, if it was asked for.
@@ -194,10 +197,11 @@ impl Processor {
             pipeline.keep_taxels();
         }
         Ok(Self {
-            pipeline,
             taxels: None,
             law,
             durations: config.durations(info.rate).map_err(in_table)?,
+            scale: config.scale_of(pipeline.geometry(), &info.about)?,
+            pipeline,
             motion,
             readout: ReadoutUsed::of(config.readout(info)),
             clock: FrameClock::new(info.rate, info.clock),
@@ -530,9 +534,10 @@ impl Processor {
     }
 
     fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, clock, options, doubts, at_once, slip, .. } = self;
+        let Self { pipeline, textures, law, durations, motion, scale, clock, options, doubts, at_once, slip, .. } =
+            self;
         let (motion, options) = (*motion, *options);
-        (pipeline, Answers { textures, law, durations, motion, clock, options, doubts, at_once, slip })
+        (pipeline, Answers { textures, law, durations, motion, scale, clock, options, doubts, at_once, slip })
     }
 }
 
@@ -542,6 +547,7 @@ struct Answers<'p> {
     law: &'p AnyLaw,
     durations: &'p SpeedConfig,
     motion: MotionConfig,
+    scale: &'p FeatureScale,
     clock: &'p mut FrameClock,
     options: OutputOptions,
     doubts: &'p mut Doubts,
@@ -551,9 +557,9 @@ struct Answers<'p> {
 
 impl Answers<'_> {
     fn event(&self, event: &Event<'_>, answer: Answer) -> Output {
-        let Self { durations, textures, motion, ref clock, options, ref doubts, .. } = *self;
+        let Self { durations, textures, motion, scale, ref clock, options, ref doubts, .. } = *self;
         let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
-        let answering = Answering { durations, textures, motion, clock, with_sample, with_paths };
+        let answering = Answering { durations, textures, motion, scale, clock, with_sample, with_paths };
         let event = TactileEvent::new(event, answer, &answering);
         Output::Event(Box::new(doubts.of(event, motion)))
     }

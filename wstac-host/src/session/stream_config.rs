@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
@@ -180,6 +181,17 @@ impl Config {
     /// `[features]` or `[trigger]` does not fit the geometry.
     pub fn pipeline_of(&self, geometry: FrameGeometry<Any>, about: &str) -> Result<HostPipeline, Error> {
         self.pipeline_from(geometry, about, 0)
+    }
+
+    /// Returns the scale of taxels in a sample.
+    ///
+    /// # Errors
+    /// `[features]` does not fit the geometry.
+    pub(crate) fn scale_of(&self, geometry: &FrameGeometry<Any>, about: &str) -> Result<FeatureScale, Error> {
+        let (pixels, full_scale, frames) = (geometry.pixels(), geometry.full_scale(), geometry.rate().frames_added());
+        let floor = Floor::new(self.features.floor_levels, full_scale);
+        let scale = floor.and_then(|floor| FeatureScale::new(pixels, full_scale, frames, floor));
+        scale.map_err(|error| self.does_not_fit(about, "[features]", error))
     }
 
     /// Builds the pipeline of frames of this geometry. Its feature frames are counted from `first` on.

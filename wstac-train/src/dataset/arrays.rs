@@ -3,6 +3,7 @@
 use std::io::{self, Seek, Write};
 
 use wstac_core::model::file::Input;
+use wstac_core::params::{FEATURES, TAXELS};
 
 use super::npz::{Npz, SCALE};
 use super::sweep::Sweep;
@@ -49,8 +50,14 @@ pub fn array_of(input: Input) -> &'static str {
     match input {
         Input::Path => "X_path",
         Input::TaxelPath => "X_taxel_path",
+        Input::Taxels => "X_taxels",
         _ => "X",
     }
+}
+
+/// Returns the rows of 70 numbers in a sample of an array.
+pub(crate) fn rows_of(array: &str) -> usize {
+    if array == array_of(Input::Taxels) { TAXELS } else { FEATURES }
 }
 
 /// Returns only the name of a specimen, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`, `Rod`.

@@ -10,7 +10,9 @@ mod npy;
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 
 use crc32fast::Hasher;
-use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
+
+use super::arrays::rows_of;
 
 /// The unit of samples, as the array `scale` has it.
 pub const SCALE: f64 = 1.0 / FEATURE_ONE as f64;
@@ -127,7 +129,7 @@ impl<W: Write + Seek> Npz<W> {
         name: &str,
         mut samples: impl ExactSizeIterator<Item = impl AsRef<[i16]>>,
     ) -> io::Result<()> {
-        self.array(name, Dtype::Int16, &[samples.len(), FEATURES, SAMPLE_FRAMES], |out| {
+        self.array(name, Dtype::Int16, &[samples.len(), rows_of(name), SAMPLE_FRAMES], |out| {
             samples.try_for_each(|sample| out.write_all(&bytes_of(sample.as_ref().iter().copied())))
         })
     }

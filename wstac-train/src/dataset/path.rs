@@ -6,12 +6,14 @@ use std::io::{self, Seek, Write};
 use std::ops::Range;
 
 use rayon::prelude::*;
+use wstac_core::error::ConfigError;
+use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{ByWave, EventLaw};
 use wstac_core::layout::Layout;
-use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::model::file::{INPUTS, Input, TAXEL_INPUTS};
 use wstac_core::paper::trigger::TriggerConfig;
-use wstac_core::params::SAMPLE_FRAMES;
+use wstac_core::params::{DEFAULT_FLOOR_LEVELS, FEATURES, SAMPLE_FRAMES};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::crosstalk::Correction;
@@ -76,6 +78,8 @@ pub struct PathSlide {
     pub path: Option<PathSample>,
     /// Of 25 taxels.
     pub taxel_path: Option<PathSample>,
+    /// Light of 25 taxels over time; `None` if there was no event.
+    pub light: Option<Box<[i16; TAXEL_INPUTS]>>,
     /// The speed in mm/s and the direction in degrees by the default law; `None` if there is none.
     pub measured: Option<[f32; 2]>,
     /// Whether the touch slides, so that a host names its texture.
@@ -156,8 +160,16 @@ pub const fn frames_of(input: Input) -> u8 {
     match input {
         Input::Path => 39,
         Input::TaxelPath => 28,
+        Input::Taxels => (TAXEL_INPUTS / FEATURES) as u8,
         _ => SAMPLE_FRAMES as u8,
     }
+}
+
+/// Returns the scale of taxels in a sample, with the floor of a pipeline that has no other.
+fn scale_of(geometry: &FrameGeometry<Gray>) -> Result<FeatureScale, ConfigError> {
+    let (pixels, full_scale) = (geometry.pixels(), geometry.full_scale());
+    let floor = Floor::new(DEFAULT_FLOOR_LEVELS, full_scale)?;
+    FeatureScale::new(pixels, full_scale, geometry.rate().frames_added(), floor)
 }
 
 fn wrong(error: &dyn std::fmt::Display) -> Error {
@@ -179,6 +191,7 @@ impl PathSlide {
     ) -> Result<Self, Error> {
         let rate = script.sensor.rate;
         let geometry = FrameGeometry::new(Gray, layout, rate).map_err(|error| wrong(&error))?;
+        let scale = scale_of(&geometry).map_err(|error| wrong(&error))?;
         let trigger = TriggerConfig::default().one_event_per_touch();
         let mut pipeline =
             Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
@@ -202,34 +215,41 @@ impl PathSlide {
                 frames: event.sample.flat(),
                 path: velocity.and_then(|velocity| PathSample::of_sums(&event, &velocity, config, whole)),
                 taxel_path: velocity.and_then(|velocity| PathSample::of_touch(&event, &velocity, config, whole)),
+                light: event.taxels().map(|ring| Box::new(ring.numbers(&scale))),
                 measured: velocity.map(|velocity| [velocity.mm_s, velocity.degrees]),
                 slides: answer.has_texture(),
                 reliable: answer.reliable,
             });
         }
-        let (frames, path, taxel_path, measured) = ([0; INPUTS], None, None, None);
-        Ok(Self { slide, sensor, frames, path, taxel_path, measured, slides: false, reliable: false })
+        let (frames, path, taxel_path, light, measured) = ([0; INPUTS], None, None, None, None);
+        Ok(Self { slide, sensor, frames, path, taxel_path, light, measured, slides: false, reliable: false })
     }
 
     /// Returns the sample that a model of this input takes; `None` if there is none, or if it shows too little of the
     /// path.
-    pub fn sample(&self, input: Input) -> Option<&[i16; INPUTS]> {
+    pub fn sample(&self, input: Input) -> Option<&[i16]> {
         if input == Input::Frames {
             return self.frames.iter().any(|number| *number != 0).then_some(&self.frames);
+        }
+        if input == Input::Taxels {
+            return self.light.as_deref().map(<[i16; TAXEL_INPUTS]>::as_slice);
         }
         let path = if input == Input::TaxelPath { &self.taxel_path } else { &self.path };
         long_enough(path.as_ref(), input)
     }
 }
 
-/// Returns the sample along a path that a model of this input takes; `None` if there is none, or if it shows too little
+/// Returns the sample other than ten features that a model of this input takes; `None` if there is none, or if it shows too little
 /// of the path.
-pub(super) fn path_sample(paths: &Paths, input: Input) -> Option<&[i16; INPUTS]> {
+pub fn path_sample(paths: &Paths, input: Input) -> Option<&[i16]> {
+    if input == Input::Taxels {
+        return paths.light.as_ref().map(<[i16; TAXEL_INPUTS]>::as_slice);
+    }
     long_enough(if input == Input::TaxelPath { &paths.taxels } else { &paths.sums }.as_ref(), input)
 }
 
-fn long_enough(path: Option<&PathSample>, input: Input) -> Option<&[i16; INPUTS]> {
-    path.filter(|path| path.covers(frames_of(input))).map(PathSample::numbers)
+fn long_enough(path: Option<&PathSample>, input: Input) -> Option<&[i16]> {
+    path.filter(|path| path.covers(frames_of(input))).map(|path| path.numbers().as_slice())
 }
 
 /// A slide in a data set of one input.
@@ -240,7 +260,7 @@ pub struct PathRow {
     /// Its sensor.
     pub sensor: u32,
     /// Its sample; `None` if there is none, or if it shows too little of the path.
-    pub sample: Option<Box<[i16; INPUTS]>>,
+    pub sample: Option<Box<[i16]>>,
     /// The measured speed in mm/s and direction in degrees; `None` if there is none.
     pub measured: Option<[f32; 2]>,
     /// Whether the event and its motion are reliable.
@@ -250,7 +270,7 @@ pub struct PathRow {
 impl PathRow {
     /// Returns the row of a slide in a data set of this input.
     pub fn of(slide: &PathSlide, input: Input) -> Self {
-        let sample = slide.sample(input).map(|sample| Box::new(*sample));
+        let sample = slide.sample(input).map(Box::from);
         let PathSlide { slide, sensor, measured, reliable, .. } = *slide;
         Self { slide, sensor, sample, measured, reliable }
     }
@@ -267,7 +287,7 @@ pub fn write_split(
     is_for_tests: impl Fn(u32) -> bool,
 ) -> io::Result<()> {
     let mut npz = Npz::new(file);
-    let zeros = [0; INPUTS];
+    let zeros = vec![0; input.numbers()];
     let name = super::arrays::array_of(input);
     npz.samples(name, slides.iter().map(|slide| in_set_order(slide.sample.as_deref().unwrap_or(&zeros))))?;
     npz.number("scale", SCALE)?;
@@ -293,7 +313,6 @@ pub fn write_split(
 mod tests {
     use wstac_core::model::Model;
     use wstac_core::model::file::Task;
-    use wstac_core::params::FEATURES;
 
     use super::*;
     use crate::model::eval::answers;

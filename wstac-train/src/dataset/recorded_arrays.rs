@@ -2,7 +2,7 @@
 
 use std::io::{self, Seek, Write};
 
-use wstac_core::model::file::{INPUTS, Input};
+use wstac_core::model::file::Input;
 
 use super::arrays::array_of;
 use super::npz::{Npz, SCALE};
@@ -11,7 +11,7 @@ use crate::model::trained::in_set_order;
 
 /// Writes all samples with their recordings' labels; for each recording, `tests` holds whether it is for tests.
 ///
-/// The samples are those of one input. Along a path they are `paths`, one for each event, and zeros if it has none.
+/// The samples are those of one input. Other than ten features they are `paths`, one for each event, and zeros if it has none.
 ///
 /// # Errors
 /// The file cannot be written.
@@ -20,7 +20,7 @@ pub fn write(
     recordings: &[Recording],
     tests: &[bool],
     input: Input,
-    paths: &[Option<&[i16; INPUTS]>],
+    paths: &[Option<&[i16]>],
 ) -> io::Result<()> {
     let all: Vec<_> = recordings
         .iter()
@@ -31,7 +31,8 @@ pub fn write(
     if input == Input::Frames {
         npz.samples(array_of(input), all.iter().map(|(_, _, (_, sample, _))| sample.as_flattened()))?;
     } else {
-        npz.samples(array_of(input), paths.iter().map(|path| in_set_order(path.unwrap_or(&[0; INPUTS]))))?;
+        let zeros = vec![0; input.numbers()];
+        npz.samples(array_of(input), paths.iter().map(|path| in_set_order(path.unwrap_or(&zeros))))?;
     }
     npz.number("scale", SCALE)?;
     npz.strings("y_specimen", all.iter().map(|(recording, ..)| recording.specimen.clone()))?;

@@ -4,7 +4,7 @@
 
 use std::path::{Path, PathBuf};
 
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, Task};
 use wstac_core::rate::FrameRate;
 
 use super::path::path_sample;
@@ -89,16 +89,19 @@ impl Recording {
 
     /// Returns the samples along the path that a model of this input takes, one for each event; `None` for an event
     /// without one, and for all unless they were read ([`read_paths`]).
-    pub fn path_samples(&self, input: Input) -> Vec<Option<&[i16; INPUTS]>> {
+    pub fn path_samples(&self, input: Input) -> Vec<Option<&[i16]>> {
         let none = self.samples.iter().skip(self.paths.len()).map(|_| None);
         self.paths.iter().map(|paths| path_sample(paths, input)).chain(none).collect()
     }
 
     /// Returns the sample of an event that a model of this input takes, frame by frame as it does; `None` without one.
-    pub fn sample(&self, event: usize, input: Input) -> Option<[i16; INPUTS]> {
+    pub fn sample(&self, event: usize, input: Input) -> Option<Vec<i16>> {
         match input {
-            Input::Frames => self.samples.get(event)?.1.as_flattened().try_into().ok().map(in_file_order),
-            _ => path_sample(self.paths.get(event)?, input).copied(),
+            Input::Frames => {
+                let sample = self.samples.get(event)?.1.as_flattened();
+                Some(in_file_order(sample)[..sample.len()].to_vec())
+            }
+            _ => path_sample(self.paths.get(event)?, input).map(<[i16]>::to_vec),
         }
     }
 

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::INPUTS;
+use wstac_core::model::file::TAXEL_INPUTS;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 
@@ -26,14 +26,14 @@ pub(super) const USE_SCALE: &str = "help: train it on X * scale (scale is 1/2048
 /// The samples of a data set with its labels, and its name.
 pub(super) struct CheckSet {
     name: String,
-    samples: Vec<[i16; INPUTS]>,
+    samples: Vec<Vec<i16>>,
     truth: Option<Truth>,
 }
 
 impl CheckSet {
     /// Takes samples without a file.
-    pub(super) fn of(mut samples: Vec<[i16; INPUTS]>) -> Option<Self> {
-        samples.retain(is_sample);
+    pub(super) fn of(mut samples: Vec<Vec<i16>>) -> Option<Self> {
+        samples.retain(|sample| is_sample(sample));
         (!samples.is_empty()).then(|| Self { name: "X".into(), samples, truth: None })
     }
 
@@ -44,7 +44,7 @@ impl CheckSet {
         let mut rows = Vec::new();
         each_sample(&npz, array, 1..=MOST_KEPT, |sample| {
             rows.push(is_sample(sample));
-            samples.extend(is_sample(sample).then_some(*sample));
+            samples.extend(is_sample(sample).then(|| sample.to_vec()));
         })?;
         if samples.is_empty() {
             let message = format_args!("{array} has only zeros, expected samples to compare answers on");
@@ -124,7 +124,7 @@ impl CheckSet {
         let (Kind::Network(network), Some(truth)) = (&trained.kind, &self.truth) else { return Ok(()) };
         let is_right = |number: u16, class: usize| usize::from(truth.of_class.get(class) == Some(&number));
         let right: usize = truth.numbers.iter().zip(answers).map(|(&number, &class)| is_right(number, class)).sum();
-        let unscaled = |sample: &[i16; INPUTS]| {
+        let unscaled = |sample: &Vec<i16>| {
             let x: Vec<f64> = features(sample, trained.inputs).map(|x| x * f64::from(FEATURE_ONE)).collect();
             highest(network.sums(&x).last().map_or(&[], Vec::as_slice), trained.labels.len()).0
         };
@@ -224,7 +224,7 @@ fn of_float32(trained: &Trained) -> Option<&Linear> {
 /// Returns a warning if float32 numbers move scores of usual features by the margin of a training; otherwise no text.
 pub(super) fn float32_warning(trained: &Trained) -> String {
     let rows = of_float32(trained).map_or(&[][..], |linear| &linear.rows);
-    let spread = |row: &Row| blurred(row, &[USUAL_UNITS; INPUTS], trained.inputs).1.sqrt();
+    let spread = |row: &Row| blurred(row, &[USUAL_UNITS; TAXEL_INPUTS], trained.inputs).1.sqrt();
     let moved = rows.iter().filter(|row| spread(row) >= MARGIN).count();
     if moved == 0 {
         return String::new();
@@ -261,19 +261,19 @@ pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
     if trained.labels.len() < 2 || !is_fixed {
         return Ok(());
     }
-    let label = trained.labels.get(decide(trained, &[-2048; INPUTS]).0).map_or("", String::as_str);
+    let label = trained.labels.get(decide(trained, &[-2048; TAXEL_INPUTS]).0).map_or("", String::as_str);
     Err(format!("names every sample {label:?}, expected a model whose answer depends on its sample; {USE_SCALE}"))
 }
 
 /// Returns the features of a sample that a model takes, in the order of its inputs.
-fn features(sample: &[i16; INPUTS], inputs: usize) -> impl Iterator<Item = f64> {
+fn features(sample: &[i16], inputs: usize) -> impl Iterator<Item = f64> {
     let frames = inputs / FEATURES;
     let rows = sample.chunks(SAMPLE_FRAMES).flat_map(move |row| row.iter().take(frames));
     rows.map(|&units| f64::from(units) / f64::from(FEATURE_ONE))
 }
 
 /// Returns a sum, and its variance by the rounding of its numbers to float32.
-fn blurred(row: &Row, sample: &[i16; INPUTS], inputs: usize) -> (f64, f64) {
+fn blurred(row: &Row, sample: &[i16], inputs: usize) -> (f64, f64) {
     // Rounding is off by up to 2^-24 of a number, evenly.
     let add = |sums: (f64, f64), product: f64| (sums.0 + product, sums.1 + (product * 0.42 / 16_777_216.0).powi(2));
     let products = row.weights.iter().zip(features(sample, inputs)).map(|(weight, x)| weight * x);
@@ -282,7 +282,7 @@ fn blurred(row: &Row, sample: &[i16; INPUTS], inputs: usize) -> (f64, f64) {
 
 /// Returns the class of a trained model, and for weighted sums by how much it wins: its score over the next, or its
 /// closest pair.
-fn decide(trained: &Trained, sample: &[i16; INPUTS]) -> (usize, Option<f64>) {
+fn decide(trained: &Trained, sample: &[i16]) -> (usize, Option<f64>) {
     let (classes, x) = (trained.labels.len(), features(sample, trained.inputs).collect::<Vec<f64>>());
     match &trained.kind {
         Kind::Linear(linear) => {
@@ -353,7 +353,7 @@ fn highest(sums: &[f64], classes: usize) -> (usize, f64) {
 
 #[cfg(test)]
 mod tests {
-    use wstac_core::model::file::Input;
+    use wstac_core::model::file::{INPUTS, Input};
 
     use super::super::trained::{Boosted, Score, guess_task};
     use super::super::write::{Options, Weights, write};
@@ -377,10 +377,11 @@ mod tests {
         let (task, input, inputs) = (guess_task(&labels), Input::Frames, INPUTS);
         let model = Trained { labels, task, input, inputs, speeds: None, kind, remarks: Vec::new(), mean: None };
         let sample = |number: usize| {
-            std::array::from_fn(|input| match input {
+            let number_of = |input: usize| match input {
                 0 => -4096,
                 _ => 100 * i16::from(input / 70 % 3 == number % 3),
-            })
+            };
+            (0..INPUTS).map(number_of).collect()
         };
         (model, CheckSet { name: "set.npz".into(), samples: (0..300).map(sample).collect(), truth: None })
     }
@@ -452,7 +453,7 @@ mod tests {
         assert!(set.graded(&one).unwrap_err().contains("which chance may reach"));
         set.truth.as_mut().unwrap().numbers.fill(1);
         assert_eq!(set.graded(&one).unwrap(), "; 300 of 300 answers are right (100.0 %)");
-        assert!(CheckSet::of(vec![[0; INPUTS]; 2]).is_none());
+        assert!(CheckSet::of(vec![vec![0; INPUTS]; 2]).is_none());
         // Two samples are too few to ask for more.
         set.truth.as_mut().unwrap().numbers = vec![0, 1];
         assert!(set.graded(&[0, 1]).is_ok());

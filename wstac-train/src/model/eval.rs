@@ -4,13 +4,14 @@ use std::collections::HashMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use wstac_core::model::file::{INPUTS, Task};
+use wstac_core::model::file::Task;
 use wstac_core::model::{Classification, Model};
-use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
-use super::trained::in_file_order;
+use super::trained::{in_file_order, padded};
 pub use crate::dataset::arrays::array_of;
+use crate::dataset::arrays::rows_of;
 use crate::dataset::recordings::Recording;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -19,8 +20,8 @@ use wstac_host::plural::counted;
 const MOST_SAMPLES: u64 = 1 << 24;
 /// Largest number of samples that are in memory at a time.
 pub(crate) const MOST_KEPT: u64 = 1 << 18;
-/// Bytes of memory that a sample takes at most, with what is computed of it.
-const BYTES_KEPT: usize = 8 * size_of::<[i16; INPUTS]>();
+/// Bytes of memory that a number of a sample takes at most, with what is computed of it.
+const BYTES_KEPT: usize = 8 * size_of::<i16>();
 /// Most bytes of the labels of a data set, or of its other texts.
 const MOST_TEXT: usize = 8 << 20;
 /// Largest number of different labels.
@@ -158,7 +159,7 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
     for recording in recordings {
         for number in 0..recording.samples.len() {
             let sample = recording.sample(number, model.input());
-            found.push(model.classification(&sample.unwrap_or([0; INPUTS])));
+            found.push(model.classification(&padded(sample.as_deref().unwrap_or_default())));
             has_sample.push(sample.is_some());
             truth.push(Ok(recording.label(task)));
         }
@@ -177,11 +178,11 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
 ///
 /// # Errors
 /// The file cannot be used; the message names the part.
-pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<[i16; INPUTS]>, Option<Truth>), Error> {
+pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<Vec<i16>>, Option<Truth>), Error> {
     let npz = Npz::open(path)?;
     let array = array_of(model.input());
     let mut samples = Vec::with_capacity(kept(&npz, array, 0)?);
-    each_sample(&npz, array, 0..=MOST_KEPT, |sample| samples.push(in_file_order(sample)))?;
+    each_sample(&npz, array, 0..=MOST_KEPT, |sample| samples.push(in_file_order(sample)[..sample.len()].to_vec()))?;
     let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
     Ok((samples, truth))
 }
@@ -205,14 +206,14 @@ fn classifications(model: &Model, npz: &Npz) -> Result<(Vec<Classification>, Vec
 }
 
 /// Returns whether a row holds a sample. One of zeros holds none.
-pub fn is_sample(row: &[i16; INPUTS]) -> bool {
+pub fn is_sample(row: &[i16]) -> bool {
     row.iter().any(|number| *number != 0)
 }
 
 /// Returns the number of samples of an array that are all kept in memory, of which there is enough.
 pub(crate) fn kept(npz: &Npz, name: &str, least: u64) -> Result<usize, Error> {
     let n = opened(npz, name, &(least..=MOST_KEPT))?.1 as usize;
-    let bytes = n.saturating_mul(BYTES_KEPT);
+    let bytes = n.saturating_mul(BYTES_KEPT * SAMPLE_FRAMES * rows_of(name));
     let mut room = Vec::<u8>::new();
     // The room is asked for, although nothing is written to it.
     std::hint::black_box(&mut room).try_reserve_exact(bytes).map_err(|_| {
@@ -229,11 +230,11 @@ pub(crate) fn each_sample(
     npz: &Npz,
     name: &str,
     expected: RangeInclusive<u64>,
-    mut give: impl FnMut(&[i16; INPUTS]),
+    mut give: impl FnMut(&[i16]),
 ) -> Result<(), Error> {
     let (mut array, n) = opened(npz, name, &expected)?;
-    let mut bytes = [0; 2 * INPUTS];
-    let mut sample = [0; INPUTS];
+    let inputs = SAMPLE_FRAMES * rows_of(name);
+    let (mut bytes, mut sample) = (vec![0; 2 * inputs], vec![0; inputs]);
     for _ in 0..n {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
         sample.iter_mut().zip(bytes.as_chunks().0).for_each(|(number, bytes)| *number = i16::from_le_bytes(*bytes));
@@ -247,6 +248,7 @@ fn input_of(array: &str) -> &'static str {
     match array {
         "X_path" => "path",
         "X_taxel_path" => "taxel-path",
+        "X_taxels" => "taxels",
         _ => "frames",
     }
 }
@@ -259,10 +261,15 @@ fn opened(npz: &Npz, name: &str, expected: &RangeInclusive<u64>) -> Result<(Arra
         return Err(npz.error(name, format_args!("is missing, found {found}; {help}")));
     }
     let array = npz.array(name)?;
+    let rows = rows_of(name) as u64;
+    let inputs = rows * SAMPLE_FRAMES as u64;
     let n = match array.shape[..] {
-        [n, features, frames] if features == FEATURES as u64 && frames == SAMPLE_FRAMES as u64 => n,
-        [n, inputs] if inputs == INPUTS as u64 => n,
-        _ => return Err(npz.error(name, format_args!("shape {:?}, expected (n, 10, 70) or (n, 700)", array.shape))),
+        [n, features, frames] if [features, frames] == [rows, SAMPLE_FRAMES as u64] => n,
+        [n, found] if found == inputs => n,
+        _ => {
+            let found = &array.shape;
+            return Err(npz.error(name, format_args!("shape {found:?}, expected (n, {rows}, 70) or (n, {inputs})")));
+        }
     };
     if array.descr != "<i2" {
         let message = format!("type {}, expected <i2: int16 in units of 1/2048, as wstac dataset writes", array.descr);

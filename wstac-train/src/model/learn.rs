@@ -8,11 +8,10 @@
 
 use wstac_core::learned::{Center, expected_far, nearest};
 use wstac_core::model::Model;
-use wstac_core::model::file::INPUTS;
 use wstac_core::model::place::{PLACE_ONE, Place};
 
 use super::calibrate::{self, KnownRegion, LabeledSamples, Limits, Projection, Scored};
-use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task};
+use super::trained::{Kind, Linear, Row, Trained, file_order, guess_task, padded};
 use super::write::{Options, write};
 use wstac_host::plural::counted;
 
@@ -48,7 +47,7 @@ pub fn learn(base: &[u32], slides: &LabeledSamples, facts: &str) -> Result<Learn
     let mut names: Vec<(String, Vec<Place>)> = slides.names.iter().map(|name| (name.clone(), Vec::new())).collect();
     for (numbers, &label) in slides.numbers.iter().zip(&slides.labels) {
         if let Some((_, places)) = names.get_mut(usize::from(label)) {
-            places.extend(base.place(numbers));
+            places.extend(base.place(&padded(numbers)));
         }
     }
     names.retain(|(_, places)| !places.is_empty());
@@ -175,13 +174,13 @@ fn found_unknown(places: &[Vec<Place>], limits: &[u32]) -> f64 {
 }
 
 /// Returns the size of a unit of the model's scores in units of those that are left out.
-fn unit(words: &[u32], base: &Model, means: &[Vec<f64>], samples: &[[i16; INPUTS]]) -> Result<f64, String> {
+fn unit(words: &[u32], base: &Model, means: &[Vec<f64>], samples: &[Vec<i16>]) -> Result<f64, String> {
     let model = Model::from_words(words).map_err(|error| error.to_string())?;
     let (mut real, mut raw) = (0.0, 0.0);
     for numbers in samples {
-        let place = base.place(numbers).map_or_else(Vec::new, |place| reals(&place));
+        let place = base.place(&padded(numbers)).map_or_else(Vec::new, |place| reals(&place));
         let mut scores = Vec::new();
-        model.each_score(numbers, |_, score| scores.push(score as f64));
+        model.each_score(&padded(numbers), |_, score| scores.push(score as f64));
         for (mean, found) in means.iter().zip(&scores).skip(1) {
             real += ((score(&place, mean) - score(&place, &means[0])) * UNITS).abs();
             raw += (found - scores[0]).abs();
@@ -197,7 +196,7 @@ mod tests {
     #[test]
     fn samples_of_one_name_are_one_texture() {
         let of = |name: &str, number| LabeledSamples {
-            numbers: vec![[number; INPUTS]; 2],
+            numbers: vec![vec![number; 700]; 2],
             labels: vec![0, 0],
             names: vec![name.into()],
         };

@@ -23,12 +23,12 @@ mod xgboost;
 use std::path::{Path, PathBuf};
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, Task};
 use wstac_core::model::speeds::KnownSpeeds;
 
 use check::CheckSet;
 use inline::Source;
-use trained::{Kind, Trained};
+use trained::{Kind, Trained, input_for};
 use write::{Options, Weights, Written, write};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::file_bytes;
@@ -56,7 +56,7 @@ pub struct Import {
     /// answers must be right than by chance.
     pub check: Option<PathBuf>,
     /// Only for [`import_bytes`]: samples instead of `check`, in the order of data sets.
-    pub samples: Option<Vec<[i16; INPUTS]>>,
+    pub samples: Option<Vec<Vec<i16>>>,
 }
 
 /// Reads a trained model from its trainer's file and writes it as a model file.
@@ -97,7 +97,8 @@ fn made(
     }
     let inputs = model.inputs;
     let given = set.map(|set| set.mean(inputs)).or(model.mean);
-    model.mean = given.or_else(|| (model.input == Input::Frames).then(|| vec![USUAL_MEAN; inputs]));
+    model.mean =
+        given.or_else(|| (matches!(model.input, Input::Frames | Input::Taxels)).then(|| vec![USUAL_MEAN; inputs]));
     let mut facts = serde_json::json!({ "file": name, "trainer": tool });
     if let Some(note) = &wanted.note {
         facts["note"] = note.as_str().into();
@@ -145,7 +146,13 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
     let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
-    model.input = wanted.input;
+    model.input = if wanted.input == Input::Frames { input_for(model.inputs) } else { wanted.input };
+    if (model.input == Input::Taxels) != (input_for(model.inputs) == Input::Taxels) {
+        let (inputs, taxels) = (model.inputs, Input::Taxels.numbers());
+        return Err(format!(
+            "{inputs} inputs, expected {taxels} with --input taxels, and at most 700 with another input"
+        ));
+    }
     model.speeds = wanted.speeds;
     check_labels(&model)?;
     Ok((model, tool))

@@ -1,11 +1,12 @@
 //! A trained model as its trainer saved it: every reader produces it and the writer takes it.
 //!
 //! Inputs are in the order of data sets: input n k + t is feature k of frame t, of n frames. Features are the natural
-//! logarithms that a trainer sees, so an integer x of a sample is x / 2048.
+//! logarithms that a trainer sees, so an integer x of a sample is x / 2048. Of 25 taxels over time, input 70 i + t is taxel i
+//! of frame t.
 
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, TAXEL_INPUTS, Task};
 use wstac_core::model::speeds::KnownSpeeds;
-use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 
 /// Largest number of nodes in all trees together: they take far more memory here than in a file.
 pub const MOST_NODES: usize = 1 << 24;
@@ -19,7 +20,7 @@ pub struct Trained {
     pub task: Task,
     /// The sample that it takes.
     pub input: Input,
-    /// Number of inputs in its training: ten for each frame.
+    /// Number of inputs in its training: ten for each frame, or 1,750 of taxels.
     pub inputs: usize,
     /// The speeds of the slides that it was trained on; `None` if they are not known.
     pub speeds: Option<KnownSpeeds>,
@@ -174,37 +175,61 @@ pub enum Node<L> {
     Leaf(L),
 }
 
-/// Returns the number of frames for a number of inputs.
+/// Returns the number of frames for a number of inputs: of taxels, the tens of inputs, as in a model file.
 ///
 /// # Errors
-/// There are not ten inputs for each of 1 to 70 frames.
+/// There are not ten inputs for each of 1 to 70 frames, nor 1,750.
 pub fn frames(inputs: usize) -> Result<usize, String> {
-    if inputs == 0 || !inputs.is_multiple_of(FEATURES) || inputs > FEATURES * SAMPLE_FRAMES {
+    if inputs == 0 || !inputs.is_multiple_of(FEATURES) || inputs > FEATURES * SAMPLE_FRAMES && inputs != TAXEL_INPUTS {
         return Err(format!(
-            "{inputs} inputs, expected 700, or ten for each of the first frames: of X, X_path or X_taxel_path, which \
-             wstac dataset writes with --input frames, path or taxel-path"
+            "{inputs} inputs, expected 700, or ten for each of the first frames, or 1750: of X, X_path or X_taxel_path, or \
+             X_taxels, which wstac dataset writes with --input frames, path, taxel-path or taxels"
         ));
     }
     Ok(inputs / FEATURES)
 }
 
-/// Returns the position of a data set's input in a model file, which is ordered frame by frame.
+/// Returns the input that a number of inputs is for, if it is that of taxels or of ten features.
+pub(crate) const fn input_for(inputs: usize) -> Input {
+    if inputs == TAXEL_INPUTS { Input::Taxels } else { Input::Frames }
+}
+
+/// Returns the position of a data set's input in a model file, which is ordered frame by frame. More than 70 frames are the
+/// tens of inputs of taxels.
 pub fn file_order(input: usize, frames: usize) -> usize {
+    if frames > SAMPLE_FRAMES {
+        return TAXELS * (input % SAMPLE_FRAMES) + input / SAMPLE_FRAMES;
+    }
     FEATURES * (input % frames) + input / frames
 }
 
-/// Returns a sample in the order of a model file; it is in that of a data set: feature after feature, of 70 frames each.
-pub fn in_file_order(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
-    let mut ordered = [0; INPUTS];
+/// Returns a sample in the order of a model file, with zeros behind it; it is in that of a data set: feature after feature,
+/// of 70 frames each.
+pub fn in_file_order(sample: &[i16]) -> [i16; TAXEL_INPUTS] {
+    let mut ordered = [0; TAXEL_INPUTS];
     for (input, &number) in sample.iter().enumerate() {
-        ordered[file_order(input, SAMPLE_FRAMES)] = number;
+        if let Some(place) = ordered.get_mut(file_order(input, frames_in(sample))) {
+            *place = number;
+        }
     }
     ordered
 }
 
 /// Returns a sample in the order of a data set; it is in that of a model file: frame after frame.
-pub fn in_set_order(sample: &[i16; INPUTS]) -> [i16; INPUTS] {
-    std::array::from_fn(|input| sample[file_order(input, SAMPLE_FRAMES)])
+pub fn in_set_order(sample: &[i16]) -> Vec<i16> {
+    (0..sample.len()).map(|input| sample[file_order(input, frames_in(sample))]).collect()
+}
+
+/// Returns the frames of a whole sample, for [`file_order`].
+fn frames_in(sample: &[i16]) -> usize {
+    sample.len() / FEATURES
+}
+
+/// Returns a sample in the order of a model file with zeros behind it, as models take it.
+pub fn padded(sample: &[i16]) -> [i16; TAXEL_INPUTS] {
+    let mut padded = [0; TAXEL_INPUTS];
+    padded.iter_mut().zip(sample).for_each(|(place, number)| *place = *number);
+    padded
 }
 
 /// Returns the most likely task for classes of these names.

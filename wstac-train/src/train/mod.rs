@@ -22,7 +22,7 @@ mod set;
 mod split;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{INPUTS, Input, MOST_CLASSES, Task};
+use wstac_core::model::file::{Input, MOST_CLASSES, Task};
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
@@ -181,13 +181,13 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     let kept = aside.clone().unwrap_or_default();
     let (kept, fitted): (Vec<_>, Vec<_>) = usable.iter().copied().partition(|slide| kept.contains(&slide.group));
     // A set holds feature after feature, of 70 frames each. The model reads the first frames of each.
-    let numbers = |sample: &[i16; INPUTS]| -> Vec<f32> {
-        let read = sample.chunks(SAMPLE_FRAMES).flat_map(|feature| &feature[..frames]);
+    let numbers = |sample: &[i16]| -> Vec<f32> {
+        let read = sample.chunks(SAMPLE_FRAMES).flat_map(|feature| feature.iter().take(frames));
         read.map(|number| f32::from(*number) / FEATURE_ONE as f32).collect()
     };
     let classes: Vec<u8> = fitted.iter().map(|slide| class_of(slide) as u8).collect();
     // Not more memory than they take.
-    let mut all: Vec<f32> = Vec::with_capacity(fitted.len() * INPUTS);
+    let mut all: Vec<f32> = Vec::with_capacity(fitted.len() * options.input.numbers());
     all.extend(fitted.iter().filter_map(|slide| slide.numbers.as_deref()).flat_map(numbers));
     let inputs = frames * SAMPLE_FEATURES;
     let samples = Samples { inputs, numbers: &all, classes: &classes, count: labels.len() };
@@ -267,7 +267,7 @@ fn of_file(slides: &[&LabeledSlide], labels: &[String]) -> LabeledSamples {
     for slide in slides {
         let label = labels.iter().position(|label| *label == slide.label);
         if let (Some(numbers), Some(label)) = (slide.in_file_order(), label) {
-            samples.numbers.push(numbers);
+            samples.numbers.push(numbers[..slide.numbers.as_ref().map_or(0, Vec::len)].to_vec());
             samples.labels.push(label as u16);
         }
     }

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use wstac_core::model::file::{INPUTS, Input, Task};
+use wstac_core::model::file::{Input, TAXEL_INPUTS, Task};
 use wstac_host::error::{Error, ErrorKind};
 
 use super::TrainOptions;
@@ -18,7 +18,7 @@ use crate::model::trained::{in_file_order, in_set_order};
 #[derive(Clone, Debug)]
 pub struct LabeledSlide {
     /// Its sample, feature after feature as data sets have it; `None` if it has none of the wanted input.
-    pub numbers: Option<Box<[i16; INPUTS]>>,
+    pub numbers: Option<Vec<i16>>,
     /// The right answer.
     pub label: String,
     /// Its sensor or recording: slides of one group are never split.
@@ -31,7 +31,7 @@ pub struct LabeledSlide {
 
 impl LabeledSlide {
     /// Returns the sample frame after frame, as a model file takes it.
-    pub(super) fn in_file_order(&self) -> Option<[i16; INPUTS]> {
+    pub(super) fn in_file_order(&self) -> Option<[i16; TAXEL_INPUTS]> {
         self.numbers.as_deref().map(in_file_order)
     }
 }
@@ -86,7 +86,7 @@ impl TrainingSet {
         let labeled = |slide: &PathSlide| {
             let specimen = &slide.slide.specimen;
             LabeledSlide {
-                numbers: slide.sample(options.input).map(|sample| Box::new(in_set_order(sample))),
+                numbers: slide.sample(options.input).map(in_set_order),
                 label: match options.task {
                     Task::Pattern => specimen.pattern.name().to_owned(),
                     Task::Depth => specimen.depth_mm.to_string(),
@@ -122,7 +122,7 @@ impl TrainingSet {
                 _ => format!("recording {}", recording.name),
             };
             for event in 0..recording.samples.len() {
-                let numbers = recording.sample(event, options.input).map(|sample| Box::new(in_set_order(&sample)));
+                let numbers = recording.sample(event, options.input).map(|sample| in_set_order(&sample));
                 let (label, group) = (label.clone(), group.clone());
                 let speed_mm_s = recording.speed_mm_s;
                 set.slides.push(LabeledSlide { numbers, label, group, speed_mm_s, is_test: None });
@@ -185,10 +185,10 @@ impl TrainingSet {
 }
 
 /// Reads the samples of a data set. One that is zero throughout is none.
-fn samples(npz: &Npz, name: &str) -> Result<Vec<Option<Box<[i16; INPUTS]>>>, Error> {
+fn samples(npz: &Npz, name: &str) -> Result<Vec<Option<Vec<i16>>>, Error> {
     let mut samples = Vec::with_capacity(kept(npz, name, 1)?);
     each_sample(npz, name, 1..=MOST_KEPT, |sample| {
-        samples.push(is_sample(sample).then(|| Box::new(*sample)));
+        samples.push(is_sample(sample).then(|| sample.to_vec()));
     })?;
     Ok(samples)
 }

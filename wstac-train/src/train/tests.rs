@@ -3,7 +3,7 @@ use crate::dataset::path::{PathRow, PathSlide, write_split};
 use crate::dataset::random::RandomSweep;
 
 fn slide(label: &str, group: &str, is_test: Option<bool>, number: i16) -> LabeledSlide {
-    let mut numbers = Box::new([0; INPUTS]);
+    let mut numbers = vec![0; 700];
     numbers[..39].fill(if label == "Saw3" { 900 } else { -900 });
     numbers[70..100].fill(number);
     LabeledSlide { numbers: Some(numbers), label: label.into(), group: group.into(), speed_mm_s: None, is_test }

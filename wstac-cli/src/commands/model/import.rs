@@ -57,7 +57,7 @@ pub(super) struct Arguments {
     ///
     /// path and taxel-path are light along the path of a touch, of ten sums and of 25 taxels: the arrays X_path and
     /// X_taxel_path of a data set. A model with as many inputs as those of path (390) or taxel-path (280) needs this
-    /// option.
+    /// option. A model of 1750 inputs is one of taxels, the array X_taxels.
     #[arg(long, value_enum)]
     input: Option<SampleKind>,
 
@@ -170,7 +170,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 /// Returns a note if a model takes fewer numbers of a path than are usual.
 fn shorter(input: Input, inputs: usize) -> Option<String> {
     let usual = FEATURES * usize::from(frames_of(input));
-    (input != Input::Frames && inputs != usual).then(|| {
+    (input.steps().is_some() && inputs != usual).then(|| {
         format!("{inputs} inputs: taken as the first {inputs} numbers of {}, of which {usual} are usual", input.name())
     })
 }

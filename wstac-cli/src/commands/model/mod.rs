@@ -59,7 +59,8 @@ With scikit-learn, for any speed, direction and length:
     open("forest.onnx", "wb").write(onnx.SerializeToString())
   wstac model import forest.onnx -o forest.wsm --input path
   wstac model eval forest.wsm test.npz
-  With --input taxel-path, take X_taxel_path[own, :, :28].
+  With --input taxel-path, take X_taxel_path[own, :, :28]; with
+  --input taxels all of X_taxels, 1750 inputs.
 
 Over time, for the speeds and directions of the training only:
   Leave out --input, and take X of shape (n, 10, 70): 700 inputs.

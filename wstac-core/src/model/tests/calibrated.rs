@@ -154,10 +154,10 @@ fn every_kind_says_how_sure_it_is() {
                 assert_eq!(model.classify(&sample), found.class);
                 assert_eq!(plain.classification(&sample), Classification { confidence: None, known: None, ..found });
                 let slowly = match &model {
-                    Model::LinearSvm(model) => model.calibrated::<false>(&sample),
-                    Model::Forest(model) => model.calibrated::<false>(&sample),
-                    Model::Boosted(model) => model.calibrated::<false>(&sample),
-                    Model::Network(model) => model.calibrated::<false>(&sample),
+                    Model::LinearSvm(model) => model.calibrated::<false, _>(&sample),
+                    Model::Forest(model) => model.calibrated::<false, _>(&sample),
+                    Model::Boosted(model) => model.calibrated::<false, _>(&sample),
+                    Model::Network(model) => model.calibrated::<false, _>(&sample),
                 };
                 assert_eq!(slowly, found, "{kind} {seed}");
                 let probabilities = model.probabilities(&sample).unwrap();

@@ -24,7 +24,7 @@ fn forest_of(classes: u16, trees: &[Vec<u16>], shift: u16) -> Vec<u32> {
 fn both_answer(words: &[u32], sample: &[i16; INPUTS]) -> u8 {
     let forest = Forest::from_words(words).unwrap();
     let class = forest.classify(sample);
-    assert_eq!(class, forest.decide::<false>(sample, false, |_, _| {}));
+    assert_eq!(class, forest.decide::<false, _>(sample, false, |_, _| {}));
     class
 }
 
@@ -85,7 +85,7 @@ fn sums_at_the_limits_are_exact() {
         let model = LinearSvm::from_words(&words).unwrap();
         for x in [i16::MIN, i16::MAX] {
             let mut sums = vec![];
-            model.each_sum::<true>(&[x; INPUTS], |_, sum| sums.push(sum));
+            model.each_sum::<true, _>(&[x; INPUTS], |_, sum| sums.push(sum));
             let sum = 700 * each * i64::from(x);
             assert_eq!(sums, [sum, sum - 1, sum + 1], "{number} {weight}");
             assert_eq!(model.classify(&[x; INPUTS]), 2);

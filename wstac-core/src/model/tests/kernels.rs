@@ -9,10 +9,10 @@ use super::*;
 /// Returns a model's answer by plain code.
 fn plainly(model: &Model<'_>, sample: &[i16; INPUTS]) -> u8 {
     match model {
-        Model::LinearSvm(model) => model.decide::<false>(sample, false, |_, _| {}),
-        Model::Forest(model) => model.decide::<false>(sample, false, |_, _| {}),
-        Model::Boosted(model) => model.decide::<false>(sample, false, |_, _| {}),
-        Model::Network(model) => model.decide::<false>(sample, false, |_, _| {}),
+        Model::LinearSvm(model) => model.decide::<false, _>(sample, false, |_, _| {}),
+        Model::Forest(model) => model.decide::<false, _>(sample, false, |_, _| {}),
+        Model::Boosted(model) => model.decide::<false, _>(sample, false, |_, _| {}),
+        Model::Network(model) => model.decide::<false, _>(sample, false, |_, _| {}),
     }
 }
 

@@ -186,7 +186,7 @@ impl Input {
     /// Returns the distance of two steps in mm, and the numbers of each; `None` for a sample over time.
     pub const fn steps(self) -> Option<(f32, usize)> {
         match self {
-            Self::Frames => None,
+            Self::Frames | Self::Taxels => None,
             Self::Path => Some((BY_ROWS.step_mm, BY_ROWS.numbers())),
             Self::TaxelPath => Some((BY_TAXELS.step_mm, BY_TAXELS.numbers())),
         }

@@ -1,6 +1,5 @@
 //! Linear discriminant analysis: the projection in which samples of one texture lie close together.
 
-use wstac_core::model::file::INPUTS;
 use wstac_core::params::FEATURE_ONE;
 use wstac_host::plural::counted;
 
@@ -24,7 +23,7 @@ pub struct Projection {
 
 impl Projection {
     /// Returns the place of a sample.
-    pub fn place(&self, sample: &[i16; INPUTS]) -> Vec<f64> {
+    pub fn place(&self, sample: &[i16]) -> Vec<f64> {
         let one = f64::from(FEATURE_ONE);
         let of = |(weights, bias): (&Vec<f64>, &f64)| {
             bias + weights.iter().zip(sample).map(|(weight, &x)| weight * f64::from(x) / one).sum::<f64>()
@@ -77,7 +76,7 @@ impl Projection {
 }
 
 /// Returns a sample's inputs in units of 1.
-fn reals(sample: &[i16; INPUTS], inputs: usize) -> impl Iterator<Item = f64> {
+fn reals(sample: &[i16], inputs: usize) -> impl Iterator<Item = f64> {
     sample.iter().take(inputs).map(|&x| f64::from(x) / f64::from(FEATURE_ONE))
 }
 
@@ -238,6 +237,8 @@ fn rotate(matrix: &mut [Vec<f64>], p: usize, q: usize, c: f64, s: f64) {
 
 #[cfg(test)]
 mod tests {
+    use wstac_core::model::file::INPUTS;
+
     use super::*;
 
     /// Returns samples of three labels. Input 1 is noise of all, twice as large in input 2; labels differ in inputs 0
@@ -251,7 +252,7 @@ mod tests {
         };
         for k in 0..600_u16 {
             let label = k % 3;
-            let mut sample = [0; INPUTS];
+            let mut sample = vec![0; INPUTS];
             let shared = noise();
             sample[0] = (noise() / 4 + 900 * i32::from(label == 1)) as i16;
             sample[1] = shared as i16;
@@ -315,15 +316,17 @@ mod tests {
 
     #[test]
     fn too_little_is_refused() {
-        let one = LabeledSamples { numbers: vec![[0; INPUTS]; 3], labels: vec![0, 0, 0], ..LabeledSamples::default() };
+        let one =
+            LabeledSamples { numbers: vec![vec![0; INPUTS]; 3], labels: vec![0, 0, 0], ..LabeledSamples::default() };
         assert!(Projection::of(&one, 10, 2).unwrap_err().contains("3 samples of 1 label,"));
-        let each = LabeledSamples { numbers: vec![[0; INPUTS]; 2], labels: vec![0, 1], ..LabeledSamples::default() };
+        let each =
+            LabeledSamples { numbers: vec![vec![0; INPUTS]; 2], labels: vec![0, 1], ..LabeledSamples::default() };
         assert!(Projection::of(&each, 10, 2).is_err());
         // Constant inputs have no covariance, and equal means no direction.
         let labels = vec![0, 0, 1, 1];
-        let constant = LabeledSamples { numbers: vec![[7; INPUTS]; 4], labels, ..LabeledSamples::default() };
+        let constant = LabeledSamples { numbers: vec![vec![7; INPUTS]; 4], labels, ..LabeledSamples::default() };
         assert!(Projection::of(&constant, 10, 2).unwrap_err().contains("samples of each label are all equal"));
-        let numbers = [0, 2, 0, 2].map(|x| [x; INPUTS]).to_vec();
+        let numbers = [0, 2, 0, 2].map(|x| vec![x; INPUTS]).to_vec();
         let same = LabeledSamples { numbers, ..constant };
         assert!(Projection::of(&same, 10, 2).unwrap_err().contains("means are all equal"));
     }

@@ -11,12 +11,13 @@ use std::path::Path;
 
 use wstac_core::model::Model;
 use wstac_core::model::calibration::{CONFIDENCE_ONE, MOST_DIMENSIONS};
-use wstac_core::model::file::{INPUTS, Input, crc};
+use wstac_core::model::file::{Input, crc};
 use wstac_core::params::FEATURE_ONE;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 
 use super::eval;
+use super::trained::padded;
 use crate::dataset::recordings::Recording;
 pub(super) use factor::Scored;
 pub use lda::Projection;
@@ -30,7 +31,7 @@ const FLAG: u32 = 1 << 24;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LabeledSamples {
     /// The numbers of each sample, in the order of a model file: frame by frame.
-    pub numbers: Vec<[i16; INPUTS]>,
+    pub numbers: Vec<Vec<i16>>,
     /// The number of each sample's label. For [`calibrate`] it is that of the model's class.
     pub labels: Vec<u16>,
     /// The labels' names.
@@ -89,7 +90,7 @@ impl LabeledSamples {
         let mut samples = Self::default();
         for recording in recordings {
             let events = 0..recording.samples.len();
-            let found: Vec<[i16; INPUTS]> = events.filter_map(|event| recording.sample(event, input)).collect();
+            let found: Vec<Vec<i16>> = events.filter_map(|event| recording.sample(event, input)).collect();
             let labels = vec![0; found.len()];
             samples.append(Self { numbers: found, labels, names: vec![recording.specimen.clone()] });
         }
@@ -118,7 +119,7 @@ impl LabeledSamples {
     fn of_classes(&self, classes: usize) -> Self {
         let known = |label: &&u16| usize::from(**label) < classes;
         let both = self.numbers.iter().zip(&self.labels).filter(|(_, label)| known(label));
-        let (numbers, labels) = both.map(|(numbers, &label)| (*numbers, label)).unzip();
+        let (numbers, labels) = both.map(|(numbers, &label)| (numbers.clone(), label)).unzip();
         Self { numbers, labels, names: self.names.iter().take(classes).cloned().collect() }
     }
 }
@@ -181,7 +182,7 @@ impl Quality {
         let mut answers = Vec::with_capacity(samples.numbers.len());
         let (mut right, mut known) = (0, 0);
         for (numbers, &label) in samples.numbers.iter().zip(&samples.labels) {
-            let found = model.classification(numbers);
+            let found = model.classification(&padded(numbers));
             let is_right = u16::from(found.class) == label;
             let confidence = f64::from(found.confidence.unwrap_or(0)) / f64::from(CONFIDENCE_ONE);
             answers.push((confidence, is_right));
@@ -257,7 +258,7 @@ pub fn calibrate_with(
     let mut scored = Scored::default();
     for (numbers, &label) in held_out.numbers.iter().zip(&held_out.labels) {
         let mut scores = Vec::with_capacity(classes);
-        model.each_score(numbers, |_, score| scores.push(score));
+        model.each_score(&padded(numbers), |_, score| scores.push(score));
         scored.scores.push(scores);
         scored.truth.push(usize::from(label));
     }
@@ -282,8 +283,8 @@ pub fn calibrate_with(
             *sum /= *count as f64;
         }
     }
-    let distance = |numbers: &[i16; INPUTS]| {
-        let class = usize::from(model.classify(numbers));
+    let distance = |numbers: &Vec<i16>| {
+        let class = usize::from(model.classify(&padded(numbers)));
         projection.place(numbers).iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
     };
     let mut distances: Vec<f64> = held_out.numbers.iter().map(distance).collect();

@@ -11,6 +11,8 @@ mod tree;
 
 use std::fmt::Write;
 
+use wstac_core::model::file::Input;
+
 use super::integers::Part;
 use super::trained::{Kind, Trained, frames};
 use super::write::{Options, boosted::sums, forest::votes};
@@ -33,6 +35,9 @@ pub struct Source {
 pub fn source(model: &Trained, file: &str, tool: &str, options: Options) -> Result<Source, String> {
     let classes = super::write::classes(model)?;
     let frames = frames(model.inputs)?;
+    if model.input == Input::Taxels {
+        return Err("takes 1750 numbers, and Rust code 700: use the table (--backend table)".into());
+    }
     let (body, exactness, trees) = match &model.kind {
         Kind::Linear(_) | Kind::Network(_) => {
             return Err(

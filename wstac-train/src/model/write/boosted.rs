@@ -2,7 +2,7 @@
 
 use super::super::exact;
 use super::super::integers::{Part, integers};
-use super::super::trained::{Boosted, Tree};
+use super::super::trained::{Boosted, Tree, input_for};
 use super::layout::{LeafSize, lay_out};
 use super::{Body, Leaves, push_long};
 
@@ -78,7 +78,7 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leave
     }
     let trees: Vec<Vec<Part>> = sums.scores.into_iter().flat_map(|(_, trees)| trees).collect();
     let (number, size) = if sums.short { (2, LeafSize::Half) } else { (3, LeafSize::TwoHalves) };
-    let (tree_halves, shift) = lay_out(&trees, size)?;
+    let (tree_halves, shift) = lay_out(&trees, size, input_for(inputs))?;
     halves.extend(tree_halves);
     let (count, exactness) = (trees.len() as u16, sums.exactness);
     Ok(Body { kind: 4, number, trees: count, shift, halves, exactness, score_bound: 0.0 })

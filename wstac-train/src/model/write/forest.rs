@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use super::super::integers::{Part, integers};
-use super::super::trained::Tree;
+use super::super::trained::{Tree, input_for};
 use super::layout::{LeafSize, lay_out};
 use super::{Body, push_long};
 
@@ -79,7 +79,7 @@ pub(in crate::model) fn votes(trees: &[Tree<Leaf>], classes: usize, inputs: usiz
 
 pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Result<Body, String> {
     let votes = votes(trees, classes, inputs)?;
-    let (tree_halves, shift) = lay_out(&votes.trees, LeafSize::Votes { classes: classes as u16 })?;
+    let (tree_halves, shift) = lay_out(&votes.trees, LeafSize::Votes { classes: classes as u16 }, input_for(inputs))?;
     let mut halves = Vec::new();
     push_long(&mut halves, votes.unit);
     push_long(&mut halves, super::length(votes.table.len())?);

@@ -1,7 +1,8 @@
 //! The layout of trees in the file: preorder, leaves in their parents, offsets only if both children are nodes.
 
+use wstac_core::model::file::Input;
 use wstac_core::model::file::MOST_SHIFT;
-use wstac_core::model::trees::{CLASS_SHIFT, LEFT_LEAF, MOST_PENDING, MOST_SINGLE, NARROW, RIGHT_LEAF, SAME};
+use wstac_core::model::trees::{FeatureBits, LEFT_LEAF, MOST_PENDING, NARROW, RIGHT_LEAF, SAME};
 
 use super::super::integers::Part;
 use super::push_long;
@@ -18,11 +19,14 @@ pub(super) enum LeafSize {
 }
 
 /// Returns all trees and the smallest sufficient shift of lengths and offsets.
-pub(super) fn lay_out(trees: &[Vec<Part>], leaves: LeafSize) -> Result<(Vec<u16>, u8), String> {
-    'shifts: for shift in 0..=MOST_SHIFT as u8 {
+pub(super) fn lay_out(trees: &[Vec<Part>], leaves: LeafSize, input: Input) -> Result<(Vec<u16>, u8), String> {
+    let bits = FeatureBits::of(input);
+    // Fast walks, which a shift of 0 allows, know ten bits of a feature.
+    let least = u8::from(bits != FeatureBits::of(Input::Frames));
+    'shifts: for shift in least..=MOST_SHIFT as u8 {
         let mut halves = Vec::new();
         for (number, tree) in trees.iter().enumerate() {
-            let mut nodes = match nodes(tree, leaves, shift) {
+            let mut nodes = match nodes(tree, leaves, shift, bits) {
                 Ok(nodes) => nodes,
                 Err(Unfit::Offset) => continue 'shifts,
                 Err(Unfit::Depth) => {
@@ -48,7 +52,7 @@ enum Unfit {
 }
 
 /// Returns a tree's nodes; the root is the first part.
-fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> {
+fn nodes(tree: &[Part], leaves: LeafSize, shift: u8, bits: FeatureBits) -> Result<Vec<u16>, Unfit> {
     let mut halves = Vec::new();
     // Nodes to come, and the position of the parent that needs their offset.
     let mut waiting = vec![(0, None)];
@@ -63,7 +67,7 @@ fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> 
         let (input, threshold, left, right) = match *part {
             // A leaf that is not stored in its parent: a tree of its own, or one that does not fit there.
             Part::Leaf(leaf) => {
-                push_same(&mut halves, leaf, leaves);
+                push_same(&mut halves, leaf, leaves, bits);
                 continue;
             }
             Part::Split { input, threshold, left, right } => (input, threshold, left, right),
@@ -74,11 +78,11 @@ fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> 
         };
         let mut both = [leaf(left), leaf(right)];
         if let (LeafSize::Votes { classes }, [Some(leaf), None] | [None, Some(leaf)]) = (leaves, both)
-            && leaf >= u32::from(classes.min(MOST_SINGLE))
+            && leaf >= u32::from(classes.min(bits.most_single()))
         {
             both = [None; 2];
         }
-        split(&mut halves, input, threshold, both, leaves);
+        split(&mut halves, input, threshold, both, leaves, bits);
         match both {
             [None, None] => waiting.extend([(right, Some(place)), (left, None)]),
             [Some(_), None] => waiting.push((right, None)),
@@ -93,15 +97,15 @@ fn nodes(tree: &[Part], leaves: LeafSize, shift: u8) -> Result<Vec<u16>, Unfit> 
 }
 
 /// Appends a node that ends in a leaf for every sample.
-fn push_same(halves: &mut Vec<u16>, leaf: u32, size: LeafSize) {
+fn push_same(halves: &mut Vec<u16>, leaf: u32, size: LeafSize, bits: FeatureBits) {
     match size {
         LeafSize::Votes { .. } => halves.extend([LEFT_LEAF | RIGHT_LEAF | SAME, leaf as u16]),
-        LeafSize::Half | LeafSize::TwoHalves => split(halves, 0, 0, [Some(leaf), Some(leaf)], size),
+        LeafSize::Half | LeafSize::TwoHalves => split(halves, 0, 0, [Some(leaf), Some(leaf)], size, bits),
     }
 }
 
 /// Appends one node.
-fn split(halves: &mut Vec<u16>, input: u16, threshold: i16, both: [Option<u32>; 2], size: LeafSize) {
+fn split(halves: &mut Vec<u16>, input: u16, threshold: i16, both: [Option<u32>; 2], size: LeafSize, bits: FeatureBits) {
     let [left, right] = both;
     let mut node = input;
     node |= if left.is_some() { LEFT_LEAF } else { 0 } | if right.is_some() { RIGHT_LEAF } else { 0 };
@@ -113,7 +117,7 @@ fn split(halves: &mut Vec<u16>, input: u16, threshold: i16, both: [Option<u32>; 
             halves.extend([node | NARROW, threshold as u16, left as u16 | (right as u16) << 8]);
         }
         (LeafSize::Votes { .. }, [Some(leaf), None] | [None, Some(leaf)]) => {
-            halves.extend([node | (leaf as u16) << CLASS_SHIFT, threshold as u16]);
+            halves.extend([node | (leaf as u16) << bits.class_shift(), threshold as u16]);
         }
         _ => {
             halves.extend([node, threshold as u16]);

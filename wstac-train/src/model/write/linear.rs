@@ -3,7 +3,7 @@
 //! For pairs of classes only signs count, so each row has its own scale.
 
 use wstac_core::model::linear_svm::BLOCK;
-use wstac_core::params::FEATURES;
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 
 use super::super::check::USE_SCALE;
 use super::super::trained::{Linear, Row, ends, file_order};
@@ -214,7 +214,7 @@ pub(super) fn corrected(row: &Row, integers: &[f64], scale: f64, mean: Option<&[
 pub(super) fn rounded(row: &Row, scale: f64, full: f64, frames: usize, carries: bool) -> Vec<f64> {
     let mut left = 0.0;
     let whole = |(input, weight): (usize, &f64)| {
-        let wanted = weight * scale + if carries && input % frames > 0 { left } else { 0.0 };
+        let wanted = weight * scale + if carries && input % frames.min(SAMPLE_FRAMES) > 0 { left } else { 0.0 };
         let whole = wanted.round().clamp(-full, full);
         left = wanted - whole;
         whole
