@@ -153,8 +153,12 @@ class XGBoost(Imported):
         after = self.answers(self.written(saved), samples=samples)[0]
         self.report("another order of trees", before == after)
         model["tree_info"] = [(number + 1) % 10 for number in model["tree_info"]]
+        parameters = saved["learner"]["learner_model_param"]
+        starts = json.loads(parameters["base_score"])
+        parameters["base_score"] = json.dumps(starts[-1:] + starts[:-1])
         moved = self.answers(self.written(saved), samples=samples)[0]
-        self.assertTrue((moved.astype(int) == (before.astype(int) + 1) % 10).mean() > 0.9)
+        # Of equal scores the first class wins, which is another one then.
+        self.assertGreater((moved.astype(int) == (before.astype(int) + 1) % 10).mean(), 0.99)
 
     def test_the_value_of_a_leaf_is_in_split_conditions(self):
         """`base_weights`, which also has numbers for leaves, is not read."""
@@ -238,10 +242,11 @@ class Forests(Imported):
         doubles.
         """
         for y, zipmap in [(LABELS[self.y], True), (self.y + 5, False), (LABELS[self.y // 5], "columns"), (self.y // 5, True)]:
-            model = RandomForestClassifier(7, max_depth=6, random_state=1)
+            # Of few trees votes are often equal.
+            model = RandomForestClassifier(31, max_depth=6, random_state=1)
             name = f"{y.dtype}, {len(set(y))} classes, zipmap {zipmap}"
             self.forest(name, model, y, count=200, options={"zipmap": zipmap})
-        model = RandomForestClassifier(7, max_depth=6, random_state=1)
+        model = RandomForestClassifier(31, max_depth=6, random_state=1)
         self.forest("oldest operators", model, self.y, count=200, target_opset={"": 11, "ai.onnx.ml": 1})
         self.forest("version 3", model, self.y, count=200, target_opset={"": 15, "ai.onnx.ml": 3})
         for zipmap, y in [(True, LABELS[self.y // 5]), (False, self.y // 5)]:

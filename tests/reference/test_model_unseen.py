@@ -118,7 +118,7 @@ class Unseen(Imported):
     def test_models_by_chance(self):
         for seed in range(FIRST, FIRST + COUNT):
             with self.subTest(seed=seed):
-                type(self).random = numpy.random.default_rng(seed)
+                self.chance(seed)
                 self.data(int(self.random.choice([2, 2, 3, 4, 10, 10, 17])), noise=self.random.choice([800, 2500, 6000]))
                 inputs = int(self.random.choice([700, 700, 10, 350]))
                 kind = self.random.integers(7)
@@ -129,7 +129,7 @@ class Unseen(Imported):
                     self.draw_boosted(inputs)
                 else:
                     self.draw_linear()
-        self.assertLessEqual(self.little, max(1, COUNT // 20))
+        self.assertLessEqual(self.little, max(1, COUNT // 5))
 
 
 if __name__ == "__main__":

@@ -130,7 +130,9 @@ impl CheckSet {
         };
         let raw = self.samples.iter().map(unscaled).zip(&truth.numbers).map(|(class, &number)| is_right(number, class));
         let raw: usize = raw.sum();
-        if raw * 100 <= right * 100 + 2 * answers.len() {
+        // Without its scale, biases hardly count: right answers of a good network change by up to 3 %, of one that was
+        // trained without it by 7 % or more.
+        if raw * 100 <= right * 100 + 5 * answers.len() {
             return Ok(());
         }
         Err(format!(
@@ -248,9 +250,16 @@ pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
     }
     let Kind::Linear(Linear { pairs, rows }) = &trained.kind else { return Ok(()) };
     let is_fixed = if *pairs || rows.len() == 1 {
-        rows.iter()
-            .map(|row| ends(row.bias, row.weights.iter().map(|&weight| (weight, RANGE))))
-            .all(|(least, most)| least > 0.0 || most <= 0.0)
+        // The first class of a row always wins, or the second.
+        let always = |row: &Row| {
+            let (least, most) = ends(row.bias, row.weights.iter().map(|&weight| (weight, RANGE)));
+            [least > 0.0, most <= 0.0]
+        };
+        let wins: Vec<[bool; 2]> = rows.iter().map(always).collect();
+        let classes = trained.labels.len();
+        let of = |class| pairs_of(classes).zip(&wins).filter(move |(pair, _)| pair.contains(&class));
+        let is_beaten = |class| of(class).any(|(pair, wins)| !wins[usize::from(pair[1] == class)]);
+        wins.iter().all(|wins| wins[0] || wins[1]) || *pairs && !(0..classes).all(is_beaten)
     } else {
         let least = |row: &Row, other: &Row| {
             let weights = row.weights.iter().zip(&other.weights).map(|(weight, other)| (weight - other, RANGE));
@@ -327,11 +336,15 @@ fn best(scores: &[f64]) -> usize {
     (0..scores.len()).rev().max_by(|&a, &b| scores[a].total_cmp(&scores[b])).unwrap_or(0)
 }
 
+/// Iterates over the pairs of classes in the order of their sums.
+fn pairs_of(classes: usize) -> impl Iterator<Item = [usize; 2]> {
+    (0..classes).flat_map(move |first| (first + 1..classes).map(move |second| [first, second]))
+}
+
 fn decide_sums(linear: &Linear, classes: usize, x: &[f64]) -> (usize, f64) {
     let sums: Vec<f64> = linear.rows.iter().map(|row| row.sum(x)).collect();
     if linear.pairs {
-        let pairs =
-            || (0..classes).flat_map(|first| (first + 1..classes).map(move |second| [first, second])).zip(&sums);
+        let pairs = || pairs_of(classes).zip(&sums);
         let mut votes = vec![0.0; classes];
         pairs().for_each(|(pair, &sum)| votes[pair[usize::from(sum <= 0.0)]] += 1.0);
         let class = best(&votes);
@@ -475,8 +488,12 @@ mod tests {
             }
             let error = check_varies(&model).unwrap_err();
             assert!(error.starts_with("names every sample \"1\", expected "), "{error}");
+            // Of pairs, class 1 still wins both of its own.
             let Kind::Linear(linear) = &mut model.kind else { unreachable!() };
             linear.rows[1].weights[5] = 10.0;
+            assert_eq!(check_varies(&model).is_ok(), !pairs);
+            let Kind::Linear(linear) = &mut model.kind else { unreachable!() };
+            linear.rows[2].weights[5] = 10.0;
             assert_eq!(check_varies(&model), Ok(()));
         }
     }
