@@ -57,10 +57,12 @@ def of_wstac(root: Path, command: Path) -> Package:
     for shell, to in completions.items():
         (package.share / to).parent.mkdir(parents=True)
         (package.share / to).write_text(run(command, "completions", shell), encoding="utf-8")
-    pages = package.share / "man/man1"
-    pages.mkdir(parents=True)
+    pages = package.share / "man"
     run(command, "man", pages)
-    run("gzip", "-9n", *sorted(pages.iterdir()))
+    for page in sorted(pages.iterdir()):
+        section = pages / f"man{page.suffix[1:]}"
+        section.mkdir(exist_ok=True)
+        run("gzip", "-9n", page.rename(section / page.name))
     package.install(ROOT / "wstac-plot/font/OFL.txt", "usr/share/doc/wstac/licenses/font-arimo.txt")
     return package
 

@@ -63,8 +63,8 @@ def debian_package(command: Path) -> Path:
         fail(f"{made} is another one when it is built again")
     with subprocess.Popen(["dpkg-deb", "--fsys-tarfile", made], stdout=subprocess.PIPE) as unpacked:
         with tarfile.open(fileobj=unpacked.stdout, mode="r|") as archive:
-            pages = [gzip.decompress(archive.extractfile(file).read()) for file in archive if "/man1/" in file.name and file.isfile()]
-    if not pages or not all(pages):
+            pages = [gzip.decompress(archive.extractfile(file).read()) for file in archive if re.search(r"/man[157]/", file.name) and file.isfile()]
+    if len(pages) < 20 or not all(pages):
         fail(f"{made} has no man pages, or empty ones")
     say(f"package: {made.name}, {made.stat().st_size} bytes, needs {run('dpkg-deb', '-f', made, 'Depends').strip()}")
     return made

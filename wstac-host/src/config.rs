@@ -407,7 +407,7 @@ mod tests {
         config.law_of(&StreamInfo::new("", size, PixelFormat::Gray, FrameRate::NOMINAL)).unwrap()
     }
 
-    /// The configuration as `wstac run --help` prints it.
+    /// The configuration as `wstac help config` prints it.
     const DOCUMENTED: &str = DEFAULT_CONFIGURATION;
 
     #[test]

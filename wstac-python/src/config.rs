@@ -9,7 +9,7 @@ use crate::{Error, refused, waiting};
 
 /// The configuration of `wstac run --config`, which says how frames become features and events.
 ///
-/// A text in TOML, all keys of which have defaults; unknown keys are errors. `wstac run --help` describes them.
+/// A text in TOML, all keys of which have defaults; unknown keys are errors. `wstac help config` describes them.
 ///
 /// >>> import wstac
 /// >>> "window = 7" in wstac.Config("[trigger]\nwindow = 7").toml

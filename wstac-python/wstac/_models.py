@@ -34,7 +34,7 @@ def as_json(what: str, table: Mapping[str, Any]) -> str:
 class Config:
     """How frames become features and events: the configuration of `wstac run --config`.
 
-    A text in TOML, or tables of keys; all of them have defaults, and unknown ones are errors. `wstac run --help` describes them.
+    A text in TOML, or tables of keys; all of them have defaults, and unknown ones are errors. `wstac help config` describes them.
 
     >>> import wstac
     >>> wstac.Config({"trigger": {"window": 7}}) == wstac.Config("[trigger]\\nwindow = 7")

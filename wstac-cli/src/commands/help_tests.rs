@@ -2,7 +2,11 @@
 
 use clap::{Command, CommandFactory};
 
+use serde_json::Value;
+
 use super::Arguments;
+use super::topics::Topic;
+use wstac_host::config::Config;
 
 /// Columns of a terminal.
 const WIDTH: usize = 80;
@@ -152,7 +156,8 @@ fn json_examples_are_split_between_members_only() {
 #[test]
 fn lines_that_man_pages_keep_fit_80_columns() {
     for (name, command) in commands(Arguments::command()) {
-        let more = command.get_after_long_help().map(ToString::to_string).unwrap_or_default();
+        let more = command.get_after_long_help().or(command.get_after_help()).map(ToString::to_string);
+        let more = more.unwrap_or_default();
         for line in more.lines() {
             // A man page leaves out the indentation below a heading.
             let kept = line.strip_prefix("  ").unwrap_or(line);
@@ -187,4 +192,61 @@ fn what_the_checks_look_for_is_found() {
     ] {
         assert_eq!(split_objects(text).len(), count, "{text}");
     }
+}
+
+#[test]
+fn the_help_of_run_is_short_and_every_topic_can_be_found() {
+    let command = commands(Arguments::command().term_width(WIDTH));
+    let of = |name: &str| &command.iter().find(|(known, _)| known == name).unwrap().1;
+    let [help, _] = helps(of("wstac run"));
+    assert!(help.lines().count() <= 120, "{help}");
+    let all = helps(of("wstac"))[1].clone();
+    let topics: Vec<_> = of("wstac").get_subcommands().filter(|below| below.is_hide_set()).collect();
+    assert_eq!(topics.len(), 4);
+    for name in topics.iter().map(|topic| topic.get_name()).chain(["scene"]) {
+        assert!(all.contains(&format!("wstac help {name}\n")), "{name}: {all}");
+        assert!(help.contains(&format!("wstac help {name}")), "{name}: {help}");
+    }
+    // A summary has whole keys, each below its table.
+    assert!(help.contains("  [trigger]\n  margin = 0.2 ") && !help.contains("[green]"), "{help}");
+}
+
+#[test]
+fn every_key_of_the_configuration_is_in_its_help() {
+    let text = Topic::Config.text();
+    let mut keys = 0;
+    for table in ["layout", "green", "features", "trigger", "sensor", "speed", "direction"] {
+        assert!(text.contains(&format!("\n  [{table}]\n")), "{table}: {text}");
+        // The error for a key that is not known names all that are.
+        let error = Config::parse(&format!("[{table}]\nno_such_key = 1")).unwrap_err().to_string();
+        let (_, known) = error.split_once("expected").unwrap();
+        for key in known.split('`').skip(1).step_by(2) {
+            assert!(text.contains(&format!("{key} = ")), "[{table}] {key}: {text}");
+            keys += 1;
+        }
+    }
+    assert!(keys >= 20, "{keys}");
+}
+
+#[test]
+fn every_field_of_the_json_lines_is_in_its_help() {
+    let text = Topic::Json.text();
+    let schema: Value = serde_json::from_str(wstac_host::record::RECORD_SCHEMA).unwrap();
+    let mut fields = 0;
+    for rule in schema["allOf"].as_array().unwrap() {
+        let kind = rule["if"]["properties"]["kind"]["const"].as_str().unwrap();
+        // Only recordings have these.
+        if ["lost", "sum", "clock"].contains(&kind) {
+            continue;
+        }
+        for name in rule["then"]["propertyNames"]["enum"].as_array().into_iter().flatten() {
+            let has_line = |line: &str| line.strip_prefix(&format!("  {} ", name.as_str().unwrap())).is_some();
+            assert!(text.lines().any(has_line), "{kind}: {name}");
+            fields += 1;
+        }
+    }
+    assert!(fields >= 90, "{fields}");
+    // A unit, and whether it is always there.
+    assert!(text.contains("\n  time_s [s]  event?, motion, contact_end\n"), "{text}");
+    assert!(text.contains("\n    speed.sd? [mm/s]\n"), "{text}");
 }

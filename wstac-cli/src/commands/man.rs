@@ -9,6 +9,7 @@ use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 
 use super::output::Stop;
+use super::topics::Topic;
 use wstac_host::atomic_write::atomic_write;
 use wstac_host::error::Error;
 
@@ -34,21 +35,29 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 fn write_pages(command: Command, folder: &Path) -> Result<(), Error> {
     let failed = |error: io::Error| Error::io(folder.display(), error);
     fs::create_dir_all(folder).map_err(failed)?;
-    for below in command.get_subcommands().filter(|below| !below.is_hide_set()) {
+    for below in command.get_subcommands() {
         write_pages(below.clone(), folder)?;
     }
     let (name, page) = page(command).map_err(failed)?;
     atomic_write(&folder.join(name), page)
 }
 
-/// Returns the name and the content of a command's page.
+/// Returns the name and the content of a command's or topic's page.
 fn page(mut command: Command) -> io::Result<(String, Vec<u8>)> {
     // The generator would run the lines of tables and examples together.
-    let more = command.get_after_long_help().map(|help| as_it_stands(&help.to_string()));
+    let more = command.get_after_long_help().or(command.get_after_help()).map(|help| as_it_stands(&help.to_string()));
     command = command.after_help(None::<&str>).after_long_help(None::<&str>);
-    let man = Man::new(command).source(concat!("wstac ", env!("CARGO_PKG_VERSION"))).manual("WSTac");
+    // Only topics are no commands of the list.
+    let is_topic = command.is_hide_set();
+    let section = if is_topic { Topic::section(command.get_name()) } else { "1" };
+    let man = Man::new(command).source(concat!("wstac ", env!("CARGO_PKG_VERSION"))).manual("WSTac").section(section);
     let mut page = Vec::new();
-    man.render(&mut page)?;
+    if is_topic {
+        man.render_title(&mut page)?;
+        man.render_name_section(&mut page)?;
+    } else {
+        man.render(&mut page)?;
+    }
     if let Some(more) = more {
         more.to_writer(&mut page)?;
     }
@@ -94,13 +103,18 @@ mod tests {
         command.build();
         let folder = std::env::temp_dir().join(format!("wstac-man-{}", std::process::id()));
         write_pages(command.clone(), &folder).unwrap();
-        for name in command.get_subcommands().map(Command::get_name) {
-            let page = fs::read_to_string(folder.join(format!("wstac-{name}.1"))).unwrap();
+        for below in command.get_subcommands() {
+            let name = below.get_name();
+            let section = if below.is_hide_set() { Topic::section(name) } else { "1" };
+            let page = fs::read_to_string(folder.join(format!("wstac-{name}.{section}"))).unwrap();
             assert!(page.contains(&format!("wstac\\-{}", name.replace('-', "\\-"))), "{page}");
         }
         assert!(folder.join("wstac-model-import.1").is_file());
         let run = fs::read_to_string(folder.join("wstac-run.1")).unwrap();
         assert!(run.contains("\n.SH SOURCES\n.nf\n/dev/videoN "), "{run}");
+        // A topic is no command: its page has no synopsis.
+        let config = fs::read_to_string(folder.join("wstac-config.5")).unwrap();
+        assert!(config.contains("margin = 0.2") && !config.contains("SYNOPSIS"), "{config}");
         fs::remove_dir_all(&folder).unwrap();
     }
 }

@@ -26,6 +26,7 @@ mod scene;
 mod serve;
 pub(crate) mod signals;
 mod source_arguments;
+mod topics;
 mod trade;
 mod train;
 mod units;
@@ -71,8 +72,6 @@ Start here:
       find the whiskers in the picture and write a configuration
   wstac run /dev/video0 --config wstac.toml
       print the events of a USB camera
-  wstac run --help
-      list every key of the configuration file with its default
   wstac run /dev/video0 --model builtin
       name textures, too
 
@@ -106,6 +105,18 @@ Figures and budgets:
   wstac trade --budget 'M4F<60000,flash<64K'
       choose the most accurate configuration that a board can afford
 
+References:
+  wstac help sources
+      describe every source, faults of cameras, and recovery
+  wstac help answers
+      say what each answer means
+  wstac help config
+      list every key of the configuration file with its default
+  wstac help json
+      list every field of the JSON lines; records in files and tables
+  wstac help scene
+      list every key of a scene with its default
+
 Exit codes (docs/EXIT.md has those of single commands):
   0      done. Ctrl-C is a proper end of run, record, monitor and serve,
          and so is a reader that closes the output.
@@ -138,6 +149,8 @@ enum Command {
     Trade(trade::Arguments),
     Completions(completions::Arguments),
     Man(man::Arguments),
+    #[command(flatten)]
+    Topic(topics::Topic),
 }
 
 /// Runs the command line of this process. docs/EXIT.md lists the exit codes.
@@ -171,6 +184,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Trade(arguments) => trade::run(&arguments),
         Command::Completions(arguments) => completions::run(&arguments),
         Command::Man(arguments) => man::run(&arguments),
+        Command::Topic(topic) => topics::run(topic),
     };
     // The buffer of standard output is written. If it cannot be, a message says so.
     let result = result.and_then(|()| Ok(std::io::stdout().flush()?));

@@ -57,7 +57,7 @@ pub(super) struct Arguments {
 }
 
 const HELP: &str = r#"Output:
-  Records are exactly those of wstac run (see wstac run --help). Standard
+  Records are exactly those of wstac run (see wstac help json). Standard
   error reports what the board is, gaps ("3 messages lost"), damaged
   messages, silence, and the state of its camera. If a serial device
   disappears, the program waits for it. Other ports end at their end. A

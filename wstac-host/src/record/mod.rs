@@ -44,6 +44,7 @@ pub(crate) use reader::{RecordingReader, damaged};
 pub use recorder::Recorder;
 pub(crate) use recorder::{ClockLine, check_frame_bytes};
 pub use recover::{Recovered, recover};
+pub use schema::RECORD as RECORD_SCHEMA;
 pub use shared::{RecordedSensor, SharedRecording};
 pub(crate) use sums::sound_metadata;
 pub use walk::Unread;

@@ -7,8 +7,8 @@
 
 use std::sync::LazyLock;
 
-/// The schema for people.
-const RECORD: &str = include_str!("schema/record.json");
+/// The JSON Schema of the records that `wstac run --json` prints and that recordings have.
+pub const RECORD: &str = include_str!("schema/record.json");
 
 /// Returns the schema `wstac.Record` as recordings have it: without indentation.
 pub(super) fn record() -> &'static [u8] {

@@ -177,6 +177,7 @@ specimen to radius. Other touches: any number of [[touch]] tables.
   by = 45                # angle in degrees
   rate = 90              # degrees per second
   pivot = [0, 0]         # mm to the right, mm up
+  hold = 0.2             # time in which it rests before it turns in s
   [[touch]]
   kind = "hold"          # a press whose hold is 5 by default
   [[touch]]
@@ -230,5 +231,13 @@ mod tests {
         let scene = SceneConfig::from_toml("help", &text).unwrap();
         let kinds: Vec<_> = scene.touches.iter().map(wstac_scene::Touch::kind).collect();
         assert_eq!(kinds, ["slide", "press", "twist", "hold", "poke"]);
+        // What the help states of a touch is its default, except for what a twist must have.
+        for key in ["overlap = 3 ", "approach = ", "hold = 0.2 ", "tilt = ", "direction = ", "pivot = "] {
+            let found = text.lines().filter(|line| line.starts_with(&format!("  {key}"))).count();
+            assert_eq!(found, if key.starts_with("hold") { 2 } else { 1 }, "{key}");
+            let without = text.lines().filter(|line| !line.starts_with(&format!("  {key}")));
+            let without = SceneConfig::from_toml("help", &without.collect::<Vec<_>>().join("\n")).unwrap();
+            assert_eq!(without, scene, "{key}");
+        }
     }
 }
