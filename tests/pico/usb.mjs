@@ -5,7 +5,7 @@
 // Times after the device is there: until the reset ends, from there to the first request, and until a program opens the port.
 const RESET = 50e6, RECOVERY = 10e6, OPENS = 100e6;
 // Of the controller (RP2040 data sheet, 4.1.4): the pull-up, a buffer that is available, and its data toggle.
-const PULL_UP = 1 << 16, AVAILABLE = 1 << 10, TOGGLE = 1 << 13, BUFFERS = 0x80;
+const PULL_UP = 1 << 16, AVAILABLE = 1 << 10, TOGGLE = 1 << 13, BUFFERS = 0x80, LAST = 0xfc;
 const ADDRESS = 7, PACKET = 64, DEVICE = 1, CONFIGURATION = 2;
 
 const setup = (type, request, value, index, length) =>
@@ -25,14 +25,15 @@ export class UsbHost {
     Object.assign(this, { usb, clock, take, isOpen: false, isConfigured: false, held: null, waits: false, toggle: 0 });
     this.outgoing = [];
     usb.onUSBEnabled = () => this.plug();
-    usb.onEndpointRead = (endpoint) => this.wanted(endpoint);
     usb.onEndpointWrite = (endpoint, bytes) => this.arrived(endpoint, bytes);
     usb.onResetReceived = () => this.after(RECOVERY, () => this.enumerate());
     const update = usb.DPRAMUpdated.bind(usb);
-    // A packet stays in its buffer until somebody reads.
     usb.DPRAMUpdated = (offset, value) => {
-      const endpoint = (offset - BUFFERS) / 8;
-      if (!(value & AVAILABLE) || !this.isConfigured || endpoint !== this.ends[1]) return update(offset, value);
+      if (!(value & AVAILABLE) || offset < BUFFERS || offset > LAST) return update(offset, value);
+      // A buffer is empty until something arrives.
+      if (offset & 4) return this.wanted((offset - 4 - BUFFERS) / 8);
+      // A packet stays in its buffer until somebody reads.
+      if (!this.isConfigured || offset - BUFFERS !== 8 * this.ends[1]) return update(offset, value);
       this.held = () => {
         this.held = null;
         if (((value & TOGGLE) !== 0) !== (this.toggle === 1)) this.problems.add('a packet has the wrong data toggle');
@@ -120,13 +121,22 @@ export class UsbHost {
     if (endpoint === 0) {
       const bytes = this.control.left ?? [];
       this.control.left = null;
-      this.usb.endpointReadDone(0, Uint8Array.from(bytes));
+      this.give(0, bytes);
       // A request for bytes ends with an empty packet to the device.
       if (this.control.length > 0) this.after(1e6, () => this.control.then(this.control.got));
     } else if (endpoint === this.ends?.[0]) {
       this.waits = this.outgoing.length === 0;
-      if (!this.waits) this.usb.endpointReadDone(endpoint, Uint8Array.from(this.outgoing.splice(0, PACKET)));
+      if (!this.waits) this.give(endpoint, this.outgoing.splice(0, PACKET));
     }
+  }
+
+  /** Gives a packet to the device, whose buffer was empty. */
+  give(endpoint, bytes) {
+    this.after(1e4, () => {
+      const at = BUFFERS + 4 + 8 * endpoint, view = this.usb.rp2040.usbDPRAMView;
+      view.setUint32(at, view.getUint32(at, true) & ~AVAILABLE, true);
+      this.usb.finishRead(endpoint, Uint8Array.from(bytes));
+    });
   }
 
   /** A packet of the device has arrived. */

@@ -110,6 +110,7 @@ async fn send<D: Driver<'static>>(sender: &mut Sender<'static, D>) -> ! {
 /// Takes requests. A host that sends more than there is room for has to wait.
 async fn receive<D: Driver<'static>>(mut receiver: Receiver<'static, D>) -> ! {
     let mut packet = [0; PACKET];
+    receiver.wait_connection().await;
     loop {
         while !serial::takes(PACKET) {
             Timer::after(FULL).await;
