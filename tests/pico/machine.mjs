@@ -1,4 +1,4 @@
-// A Raspberry Pi Pico in rp2040js, with an HM01B0 at its pins and a host at its serial line.
+// A Raspberry Pi Pico in rp2040js, with an HM01B0 at its pins and a host at its serial line: at its USB, or its UART.
 //
 // The emulator is used as it is, but for this:
 // - The machines of the PIO are stepped with the camera's pins, as often as they can do something.
@@ -12,6 +12,7 @@ import fs from 'node:fs';
 import { RP2040 } from 'rp2040js';
 import { Flash } from './flash.mjs';
 import { Hm01b0 } from './sensor.mjs';
+import { UsbHost } from './usb.mjs';
 
 // The wires of wstac-fw/README.md.
 const DATA = 6, PCLK = 14, HREF = 15, VSYNC = 16, CLOCK = 21, SDA = 4, SCL = 5, SENDS = 0, EVENTS = 25, TROUBLE = 22;
@@ -75,6 +76,7 @@ export class Board {
     this.clip = clip;
     this.faults = faults;
     this.sensor = new Hm01b0();
+    this.usb = new UsbHost();
     this.sent = [];
     this.requests = [];
     // What the host sends, and when its next byte comes.
@@ -113,6 +115,7 @@ export class Board {
     mcu.sram.set(boot, LOADER - RAM);
     [core.SP, core.LR, core.PC] = [LOADER, 0, LOADER];
     mcu.uart[0].onByte = (byte) => mcu.gpio[SENDS].functionSelect === UART && this.sent.push(byte);
+    this.usb.connect(mcu, (bytes) => this.sent.push(...bytes));
     const dog = mcu.peripherals[0x40058];
     dog.onWatchdogTrigger = () => {
       // What the watchdog resets is chosen by WDSEL (RP2040 data sheet, 2.13.5): nothing until the program has chosen.
@@ -235,7 +238,9 @@ export class Board {
 
   tick(nanos) {
     this.now += nanos;
-    if (this.incoming.length > 0 && this.now >= this.nextByte) {
+    if (this.usb.isOpen) {
+      if (this.incoming.length > 0) this.usb.send(this.incoming.splice(0));
+    } else if (this.incoming.length > 0 && this.now >= this.nextByte && this.mcu.gpio[SENDS].functionSelect === UART) {
       this.mcu.uart[0].feedByte(this.incoming.shift());
       this.nextByte = this.now + BYTE;
     }

@@ -137,12 +137,13 @@ mod kept {
     #[unsafe(link_section = ".uninit.crash_record")]
     static mut FLUSH: [MaybeUninit<u64>; 2] = [const { MaybeUninit::uninit() }; 2];
 
-    /// Counts this start, and returns the record with the text of the last run if there is one. It stays until
-    /// [`erase`].
-    pub fn begin() -> CrashRecord {
-        let record = kept().started();
+    /// Counts this start. The text of the last run, or that it hung, stays until [`erase`].
+    pub fn begin(hung: bool) {
+        let mut record = kept().started();
+        if hung && record.text().is_none() {
+            record.add("the program hung, and the watchdog ended it");
+        }
         keep(record);
-        record
     }
 
     /// Erases the text, because it was sent.
@@ -150,8 +151,9 @@ mod kept {
         keep(kept().without_text());
     }
 
+    /// Returns the record.
     #[allow(unsafe_code)]
-    fn kept() -> CrashRecord {
+    pub fn kept() -> CrashRecord {
         // SAFETY: any bytes are a record, because it consists of numbers. No other code writes to it now: the handlers
         // do not return, and all others run one after another.
         unsafe { addr_of!(KEPT).cast::<CrashRecord>().read_volatile() }
@@ -226,7 +228,7 @@ mod kept {
 }
 
 #[cfg(feature = "node")]
-pub use kept::{begin, erase};
+pub use kept::{begin, erase, kept};
 
 #[cfg(test)]
 mod tests {

@@ -50,3 +50,5 @@ pub mod setup;
 pub mod stack;
 pub mod stripes;
 pub mod textures;
+#[cfg(feature = "usb")]
+mod usb;

@@ -6,7 +6,7 @@ use embedded_hal::digital::{OutputPin, PinState};
 use embedded_io::{Read, ReadReady, Write};
 #[cfg(feature = "settings")]
 use wstac_core::wire::LONGEST_REQUEST;
-use wstac_core::wire::{self, Decoder, Fault, FrameNumbers, FramePart, Message, Request};
+use wstac_core::wire::{self, Bootloader, Decoder, Fault, FrameNumbers, FramePart, Message, Request};
 
 use crate::picture;
 use crate::reader::Publisher;
@@ -51,6 +51,9 @@ impl Told {
     }
 }
 
+/// A boot loader, and the function that starts it.
+pub type EnterBootloader = (Bootloader, fn() -> !);
+
 /// A serial line with a queue for what is sent. Neither reading nor writing waits if it is asked first.
 pub trait Line: Read + ReadReady + Write {
     /// Returns how many more bytes can be queued.
@@ -58,6 +61,16 @@ pub trait Line: Read + ReadReady + Write {
 
     /// Returns whether all bytes have left the queue.
     fn is_drained(&self) -> bool;
+
+    /// Returns whether somebody may read: bytes of a line that is not open are discarded.
+    fn is_open(&self) -> bool {
+        true
+    }
+
+    /// Returns the board's boot loader, if it takes programs over USB.
+    fn bootloader(&self) -> Option<EnterBootloader> {
+        None
+    }
 }
 
 /// The serial line with messages on it, and the light that shows a fault.
@@ -67,12 +80,38 @@ pub struct Link<S, T> {
     decoder: Decoder<LONGEST_REQUEST>,
     trouble: T,
     events: u32,
+    was_open: bool,
+    is_leaving: bool,
 }
 
 impl<S: Line, T: OutputPin> Link<S, T> {
     /// Creates the link on this line; `trouble` is the light.
     pub fn new(serial: S, trouble: T) -> Self {
-        Self { serial, sequence: 0, decoder: Decoder::new(), trouble, events: 0 }
+        let was_open = serial.is_open();
+        Self { serial, sequence: 0, decoder: Decoder::new(), trouble, events: 0, was_open, is_leaving: false }
+    }
+
+    /// Returns whether somebody may read.
+    pub fn is_open(&self) -> bool {
+        self.serial.is_open()
+    }
+
+    /// Returns true once when a host has opened the line since the last call.
+    pub fn is_newly_open(&mut self) -> bool {
+        let is_open = self.is_open();
+        !mem::replace(&mut self.was_open, is_open) && is_open
+    }
+
+    /// Says whether the board has a boot loader. If it has one, it is to be started when that was sent.
+    pub fn leave(&mut self) {
+        let found = self.serial.bootloader();
+        self.is_leaving |= found.is_some();
+        self.send(&Message::Bootloader(found.map(|(kind, _)| kind)));
+    }
+
+    /// Returns what starts the boot loader, if that was asked for.
+    pub fn leaving(&self) -> Option<fn() -> !> {
+        self.serial.bootloader().filter(|_| self.is_leaving).map(|(_, enter)| enter)
     }
 
     /// Returns the number of events that were sent.

@@ -43,8 +43,8 @@ const BUS_FAILURES: u32 = 30;
 /// The microseconds after which the watchdog restarts a program that hangs. The longest self-test, with a second try,
 /// takes three seconds.
 pub const HANGS: u32 = 4_000_000;
-/// The cycles for the last two bytes of the line.
-const LAST_BYTES: u32 = 20_000;
+/// The cycles for the last two bytes of the line, or for a host to fetch the last packet.
+const LAST_BYTES: u32 = 200_000;
 /// The time between two attempts to find a sensor.
 const TRY_AGAIN: Duration = Duration::from_millis(250);
 /// The time after its reset in which every sensor answers.
@@ -203,9 +203,10 @@ fn introduce<B: Board, const WIDTH: usize, const STRIPES: usize>(
         reader.set_id(id);
     }
     reader.hello(node.line);
-    let (is_told, restarts) = tell_last_run(node.hung, node.line);
+    crash_record::begin(node.hung);
+    let is_told = !tell_last_run(node.line);
     let telemetry = reader.telemetry_mut();
-    (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
+    (telemetry.restarts, telemetry.overruns) = (Some(crash_record::kept().restarts()), Some(0));
     (reader, is_told)
 }
 
@@ -288,12 +289,13 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             return;
         }
         let Self { reader, store, line, .. } = self;
-        if !self.is_told && line.is_drained() {
+        restart_if_wanted(*store, line);
+        let asked = answer_requests(reader, *store, line);
+        // A host that has just opened the line was told now.
+        if !self.is_told && line.is_open() && line.is_drained() {
             self.is_told = true;
             crash_record::erase();
         }
-        restart_if_wanted(*store, line);
-        let asked = answer_requests(reader, *store, line);
         if asked.hello && self.absent != Told::None {
             self.absent = Told::Again;
         }
@@ -593,7 +595,11 @@ fn answer_requests(
     store: &mut impl SettingsStore,
     line: &mut Link<impl Line, impl OutputPin>,
 ) -> Asked {
-    let mut asked = Asked::default();
+    let mut asked = Asked { hello: line.is_newly_open(), picture: false };
+    if asked.hello {
+        reader.hello(line);
+        tell_last_run(line);
+    }
     while let Some(request) = line.request() {
         reader.answer(request, line);
         store.answer(request, line);
@@ -601,35 +607,34 @@ fn answer_requests(
             Request::Hello => asked.hello = true,
             Request::Picture => asked.picture = true,
             Request::Time { host_us } => line.time(host_us, Instant::now().as_micros()),
+            Request::Bootloader => line.leave(),
             _ => {}
         }
     }
     asked
 }
 
-/// Starts again if other settings are kept, and the host has been told.
+/// Starts again if other settings are kept, or the boot loader if that was asked for, and the host has been told.
 fn restart_if_wanted(store: &impl SettingsStore, line: &Link<impl Line, impl OutputPin>) {
-    if store.wants_restart() && line.is_drained() {
+    let leaving = line.leaving();
+    if (store.wants_restart() || leaving.is_some()) && line.is_drained() {
         cortex_m::asm::delay(LAST_BYTES);
-        restart();
+        leaving.map_or_else(restart, |enter| enter());
     }
 }
 
-/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent, and the number of
-/// restarts.
-fn tell_last_run(hung: bool, line: &mut Link<impl Line, impl OutputPin>) -> (bool, u32) {
-    let mut record = crash_record::begin();
-    let restarts = record.restarts();
+/// Reports why the program restarted, if a text of that is kept. Returns whether there is one.
+// It is not inlined, so that the record does not lie on the stack of a function that runs for ever.
+#[inline(never)]
+fn tell_last_run(line: &mut Link<impl Line, impl OutputPin>) -> bool {
+    let mut record = crash_record::kept();
     let is_kept = record.text().is_some();
-    if hung && !is_kept {
-        record.add("the program hung, and the watchdog ended it");
-    }
-    if record.text().is_some() {
+    if is_kept {
         record.add("; restart ");
-        record.add_number(restarts, 10);
+        record.add_number(record.restarts(), 10);
         line.fault(Fault::LastRun(Text::new(record.text().unwrap_or_default())));
     }
-    (!is_kept, restarts)
+    is_kept
 }
 
 /// Frees the bus if the sensor holds it.

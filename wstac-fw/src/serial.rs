@@ -1,5 +1,5 @@
 //! A serial line with queues. It sends bytes from a queue, and receives requests into one. The interrupt of a board's
-//! own peripheral moves them: `h743::usart`, `rp::uart`.
+//! own peripheral moves them (`h743::usart`, `rp::uart`), or the task of its USB (`usb`).
 //!
 //! Sending never waits. A message without room is left out, and its number in the sequence tells the host.
 
@@ -10,7 +10,7 @@ use embassy_sync::blocking_mutex::CriticalSectionMutex;
 use embedded_io::{ErrorType, Read, ReadReady, Write};
 use heapless::Deque;
 
-use crate::link::Line;
+use crate::link::{EnterBootloader, Line};
 use crate::node::CHANGED;
 
 /// The size of the queue of bytes to be sent: two of the longest messages.
@@ -28,15 +28,31 @@ struct Queues {
 }
 
 /// The serial line.
-pub struct Serial {
-    /// Enables the interrupt that takes the next byte.
-    begin: fn(),
+pub struct Serial(&'static Peripheral);
+
+/// The peripheral behind a serial line.
+pub(crate) struct Peripheral {
+    /// Lets it take the bytes to be sent.
+    pub begin: fn(),
+    /// Returns whether a host has opened the line.
+    pub is_open: fn() -> bool,
+    /// Returns whether it has sent all bytes that it took.
+    pub is_sent: fn() -> bool,
+    /// The board's boot loader, if it takes programs over USB.
+    pub bootloader: Option<EnterBootloader>,
+}
+
+impl Peripheral {
+    /// Creates one that is always open, of a board without such a boot loader.
+    pub(crate) const fn always_open(begin: fn()) -> Self {
+        Self { begin, is_open: || true, is_sent: || true, bootloader: None }
+    }
 }
 
 impl Serial {
-    /// Creates the line of a peripheral that is set up. `begin` enables the interrupt that takes the bytes to be sent.
-    pub(crate) fn new(begin: fn()) -> Self {
-        Self { begin }
+    /// Creates the line of a peripheral that is set up.
+    pub(crate) fn new(peripheral: &'static Peripheral) -> Self {
+        Self(peripheral)
     }
 }
 
@@ -51,9 +67,29 @@ pub(crate) fn arrived(byte: u8) {
     CHANGED.signal(());
 }
 
+/// Forgets the bytes to be sent.
+#[cfg(feature = "usb")]
+pub(crate) fn discard() {
+    QUEUES.lock(|queues| queues.borrow_mut().out.clear());
+}
+
+/// Returns whether so many more bytes that arrive have room.
+#[cfg(feature = "usb")]
+pub(crate) fn takes(count: usize) -> bool {
+    QUEUES.lock(|queues| IN - queues.borrow().received.len() >= count)
+}
+
 impl Line for Serial {
     fn is_drained(&self) -> bool {
-        QUEUES.lock(|queues| queues.borrow().out.is_empty())
+        QUEUES.lock(|queues| queues.borrow().out.is_empty()) && (self.0.is_sent)()
+    }
+
+    fn is_open(&self) -> bool {
+        (self.0.is_open)()
+    }
+
+    fn bootloader(&self) -> Option<EnterBootloader> {
+        self.0.bootloader
     }
 
     fn room(&self) -> usize {
@@ -75,7 +111,7 @@ impl Write for Serial {
             out.extend(bytes.iter().take(fit).copied());
             fit
         });
-        (self.begin)();
+        (self.0.begin)();
         Ok(fit)
     }
 

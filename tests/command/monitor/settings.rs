@@ -10,7 +10,7 @@ use serde_json::Value;
 use wstac_core::features::Floor;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::trigger::TriggerConfig;
-use wstac_core::wire::{Decoder, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse};
+use wstac_core::wire::{Bootloader, Decoder, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse};
 use wstac_tests::command::{printed, run, said};
 use wstac_tests::folder::Folder;
 
@@ -186,4 +186,26 @@ fn a_port_without_such_a_board_is_refused() {
     let done = run(&["board", path(&file)]);
     assert_eq!(done.status.code(), Some(1));
     assert!(said(&done).contains("does not answer, expected a board whose settings can be set"), "{}", said(&done));
+}
+
+#[test]
+fn a_board_starts_its_boot_loader_or_says_that_it_has_none() {
+    let started = |answer: Option<Option<Bootloader>>| {
+        let mut serves = serves();
+        let board = Board::that(move |request, sent| match request {
+            // An older firmware does not know this request.
+            Request::Bootloader => answer.into_iter().for_each(|found| sent.push(&Message::Bootloader(found))),
+            other => serves(other, sent),
+        });
+        board.run(&["--bootloader"])
+    };
+    for (kind, advice) in [(Bootloader::Uf2, "a drive now: copy the .uf2"), (Bootloader::Dfu, "waits for: dfu-util ")] {
+        let done = started(Some(Some(kind)));
+        assert!(done.status.success() && said(&done).contains(advice), "{}", said(&done));
+    }
+    for (answer, words) in [(Some(None), "has no boot loader that takes"), (None, "does not know of a boot loader; help:")] {
+        let done = started(answer);
+        assert_eq!(done.status.code(), Some(1));
+        assert!(said(&done).contains(words), "{}", said(&done));
+    }
 }

@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use serde::Serialize;
 use wstac_core::wire::{
-    BoardModel, LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, Settings, TextureName,
+    BoardModel, Bootloader, LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, Settings, TextureName,
 };
 
 use super::output::{Stop, note};
@@ -21,7 +21,7 @@ use wstac_host::monitor::models::{built_in_name, kind_name};
 use wstac_host::monitor::settings::{SettableBoard, settings_of};
 use wstac_host::visible::OneLine;
 
-/// Show and set layout, trigger, exposure and model of a board; teach textures
+/// Show and set layout, trigger, exposure and model of a board; teach textures; start its boot loader
 ///
 /// The board checks settings, keeps them over resets and starts again. Everything else of a configuration is compiled
 /// into its firmware. A board whose firmware has the feature learn learns textures from slides. One
@@ -65,6 +65,12 @@ pub(super) struct Arguments {
     /// Return to what is compiled in; forget all textures and the model
     #[arg(long, conflicts_with_all = ["set", "exposure"])]
     forget: bool,
+
+    /// Start the boot loader, which takes a new program over USB
+    ///
+    /// A Raspberry Pi Pico becomes a drive for a .uf2 file, and an OpenMV Cam H7 waits for dfu-util.
+    #[arg(long, conflicts_with_all = ["set", "exposure", "forget", "learn", "unlearn", "model", "forget_model", "json"])]
+    bootloader: bool,
 
     /// Print one JSON object instead of TOML
     #[arg(long)]
@@ -121,6 +127,7 @@ Examples:
   wstac board /dev/ttyACM0 --exposure 240
   wstac board /dev/ttyACM0 --learn carpet
   wstac board /dev/ttyACM0 --model builtin
+  wstac board /dev/ttyACM0 --bootloader
   wstac board /dev/ttyACM0
 "#;
 
@@ -180,6 +187,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         model.model()?;
     }
     let mut board = SettableBoard::open(&arguments.port, arguments.baud)?;
+    if arguments.bootloader {
+        note(match board.start_bootloader()? {
+            Bootloader::Uf2 => "the board is a drive now: copy the .uf2 file to it",
+            Bootloader::Dfu => "the board waits for: dfu-util -d 37c5:9204 -a FIRMWARE --reset -D FILE.dfu",
+            _ => "the board's boot loader waits for a program",
+        });
+        return Ok(());
+    }
     if let Some(file) = &model {
         send_model(&mut board, file)?;
     } else if arguments.forget_model {

@@ -161,10 +161,23 @@ pub enum Message<'a> {
     NoModel(Never),
     /// A held part begins to slip. A board without the memory for it sends none.
     Slip(Slip),
+    /// The answer to [`Request::Bootloader`]: the boot loader that the board starts now, or `None` if it has none.
+    Bootloader(Option<Bootloader>),
+}
+
+/// A boot loader that takes a new program over USB.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum Bootloader {
+    /// It is a drive for UF2 files.
+    Uf2,
+    /// It speaks DFU.
+    Dfu,
 }
 
 /// The content of a message whose feature is missing: it has no value, so such a message is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[expect(clippy::exhaustive_enums, reason = "it has no value")]
 pub enum Never {}
 
@@ -538,7 +551,7 @@ pub enum Request {
         /// The host's time.
         host_us: u64,
     },
-    // These come last: without the feature they have no number.
+    // Each has its number also where a feature is missing, since the last request has one for all.
     /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
     #[cfg(feature = "settings")]
     Settings,
@@ -575,6 +588,41 @@ pub enum Request {
     /// Asks the board to forget the models that were sent, and to use the one that is compiled in.
     #[cfg(feature = "models")]
     ForgetModel,
+    #[cfg(not(feature = "settings"))]
+    #[doc(hidden)]
+    NoSettings(Never),
+    #[cfg(not(feature = "settings"))]
+    #[doc(hidden)]
+    NoSet(Never),
+    #[cfg(not(feature = "settings"))]
+    #[doc(hidden)]
+    NoForget(Never),
+    #[cfg(not(feature = "learn"))]
+    #[doc(hidden)]
+    NoTextures(Never),
+    #[cfg(not(feature = "learn"))]
+    #[doc(hidden)]
+    NoLearn(Never),
+    #[cfg(not(feature = "learn"))]
+    #[doc(hidden)]
+    NoStopLearning(Never),
+    #[cfg(not(feature = "learn"))]
+    #[doc(hidden)]
+    NoForgetTexture(Never),
+    #[cfg(not(feature = "models"))]
+    #[doc(hidden)]
+    NoModel(Never),
+    #[cfg(not(feature = "models"))]
+    #[doc(hidden)]
+    NoSendModel(Never),
+    #[cfg(not(feature = "models"))]
+    #[doc(hidden)]
+    NoModelPiece(Never),
+    #[cfg(not(feature = "models"))]
+    #[doc(hidden)]
+    NoForgetModel(Never),
+    /// Asks the board to start its boot loader, which takes a new program over USB. Every board with the node answers.
+    Bootloader,
 }
 
 /// The number of frames of a sample in one message.

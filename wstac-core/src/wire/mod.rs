@@ -66,7 +66,7 @@
 //! newest layout of model files that the board reads. [`Answers`] ends with the reason why
 //! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that a held
 //! part begins to slip. [`Fault::SensorDiffers`] says what a camera sends instead of what it is set to; before, that
-//! was a [`Fault::SensorRefuses`].
+//! was a [`Fault::SensorRefuses`]. [`Request::Bootloader`] starts a board's boot loader, and [`Message::Bootloader`] says which.
 
 mod decoder;
 mod frame;
@@ -91,7 +91,7 @@ pub use learned::{
     TextureName,
 };
 pub use message::{
-    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, Request, SAMPLE_PART,
+    Answers, Bootloader, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, Request, SAMPLE_PART,
     Telemetry, TextureAnswer, Wanted, sample_parts,
 };
 #[cfg(feature = "models")]

@@ -127,7 +127,7 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         // The host's own time comes back as it was sent.
         Message::Time { board_us, .. } => number(*board_us),
         // The parts, which are counted where a picture is put together, show whether it is possible.
-        Message::PictureEnd(_) => Ok(()),
+        Message::PictureEnd(_) | Message::Bootloader(_) => Ok(()),
         // Settings check themselves as they are read.
         #[cfg(feature = "settings")]
         Message::Settings(_) | Message::Set(_) => Ok(()),

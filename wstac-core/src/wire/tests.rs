@@ -161,6 +161,7 @@ fn messages() -> Vec<Message<'static>> {
     #[cfg(feature = "models")]
     all.extend(models::tests::messages());
     all.extend([Message::Slip(Slip::new(LAST, LAST, 0, 0.4)), Message::Fault(sends_another_rate())]);
+    all.extend([None, Some(Bootloader::Uf2), Some(Bootloader::Dfu)].map(Message::Bootloader));
     all
 }
 
@@ -190,6 +191,14 @@ fn received(decoder: &mut Decoder, bytes: &[u8]) -> Vec<Found> {
 #[expect(clippy::unnecessary_wraps, reason = "it is compared with what is found")]
 fn arrived(message: &Message, lost: u16) -> Found {
     Ok((std::format!("{message:?}"), lost))
+}
+
+#[test]
+fn a_boot_loader_has_its_numbers_whatever_the_features() {
+    let number = |bytes: &[u8]| bytes[4];
+    let mut buffer = [0; LONGEST];
+    assert_eq!(number(encode(&Message::Bootloader(None), 1, &mut buffer)), 22);
+    assert_eq!(number(encode(&Request::Bootloader, 1, &mut buffer)), 19);
 }
 
 #[test]

@@ -16,7 +16,7 @@ const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let (p, has_crystal) = h743::start(CRYSTAL);
+    let (p, has_crystal) = h743::start(CRYSTAL, false);
     let wiring = Wiring {
         // D0 to D7, VSYNC, HREF, PCLK.
         camera: CameraPins::new(p.PC6, p.PC7, p.PC8, p.PC9, p.PE4, p.PD3, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),

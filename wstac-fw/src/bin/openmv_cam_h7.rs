@@ -1,4 +1,4 @@
-//! The firmware of an OpenMV Cam H7 with its OV7725. Events go out of P4, at 3.3 V. It runs behind the camera's
+//! The firmware of an OpenMV Cam H7 with its OV7725. Events go out of its USB. It runs behind the camera's
 //! bootloader, which stays as it is.
 #![no_std]
 #![no_main]
@@ -8,15 +8,26 @@ use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
-use wstac_fw::h743::{self, CameraPins, Crystal, Irqs, Light, SensorBus, SensorPower, Wiring};
+#[cfg(feature = "usb")]
+use embassy_stm32::{bind_interrupts, peripherals::USB_OTG_FS, usb::InterruptHandler};
+#[cfg(not(feature = "usb"))]
+use wstac_fw::h743::Irqs;
+use wstac_fw::h743::{self, CameraPins, Crystal, Light, SensorBus, SensorPower, Wiring};
 
 /// The crystal of 12 MHz.
 const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
+#[cfg(not(feature = "usb"))]
 const BAUD: u32 = 115_200;
+#[cfg(feature = "usb")]
+bind_interrupts!(
+    struct UsbIrqs {
+        OTG_FS => InterruptHandler<USB_OTG_FS>;
+    }
+);
 
 #[embassy_executor::main]
-async fn main(_spawner: Spawner) {
-    let (p, has_crystal) = h743::start(CRYSTAL);
+async fn main(spawner: Spawner) {
+    let (p, has_crystal) = h743::start(CRYSTAL, cfg!(feature = "usb"));
     let wiring = Wiring {
         // D0 to D7, VSYNC, HREF, PCLK.
         camera: CameraPins::new(p.PC6, p.PC7, p.PE0, p.PE1, p.PE4, p.PB6, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),
@@ -24,6 +35,9 @@ async fn main(_spawner: Spawner) {
         stream: p.DMA1_CH0,
         clock: (p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), p.PA10.into()))),
+        #[cfg(feature = "usb")]
+        line: h743::usb(p.USB_OTG_FS, UsbIrqs, (p.PA12, p.PA11), spawner),
+        #[cfg(not(feature = "usb"))]
         line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
         // Green and red of the colored light, which shine while their pins are low.
         events: Light::new(p.PC1.into(), Level::Low),

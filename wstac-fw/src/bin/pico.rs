@@ -1,5 +1,5 @@
-//! The firmware of a Raspberry Pi Pico or Pico 2 with an HM01B0: frames in stripes by the PIO, events out of the serial
-//! line. The wiring is in `README.md`.
+//! The firmware of a Raspberry Pi Pico or Pico 2 with an HM01B0: frames in stripes by the PIO, events out of its
+//! USB. The wiring is in `README.md`.
 #![no_std]
 #![no_main]
 #![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
@@ -7,7 +7,9 @@
 use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_rp::gpio::{Level, Output};
-use wstac_fw::rp::{self, RpBus, RpIrqs, RpWiring};
+#[cfg(not(feature = "usb"))]
+use wstac_fw::rp::RpIrqs;
+use wstac_fw::rp::{self, RpBus, RpWiring};
 use wstac_fw::stripes::pio::Wires;
 
 /// The data wires of the camera, from GP6 upwards: 1 unless `WSTAC_DATA_WIRES` says 4 or 8.
@@ -20,10 +22,11 @@ const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
         _ => panic!("WSTAC_DATA_WIRES: expected 1, 4 or 8"),
     },
 };
+#[cfg(not(feature = "usb"))]
 const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+async fn main(spawner: Spawner) {
     let p = rp::start();
     rp::sensor_clock(p.PIN_21);
     let wiring = RpWiring {
@@ -32,6 +35,9 @@ async fn main(_spawner: Spawner) {
         channels: (p.DMA_CH0, p.DMA_CH1),
         // Clock and data.
         bus: RpBus::new(p.I2C0, p.PIN_5, p.PIN_4),
+        #[cfg(feature = "usb")]
+        line: rp::usb(p.USB, spawner),
+        #[cfg(not(feature = "usb"))]
         line: rp::uart0(p.UART0, RpIrqs, p.PIN_0, p.PIN_1, BAUD),
         events: Output::new(p.PIN_25, Level::Low),
         trouble: Output::new(p.PIN_22, Level::Low),

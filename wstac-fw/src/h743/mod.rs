@@ -10,11 +10,15 @@ mod flash;
 mod start;
 mod thermometer;
 mod usart;
+#[cfg(feature = "usb")]
+mod usb;
 
 pub use bus::{SensorBus, SensorPower};
 pub use start::{Crystal, start};
 pub use thermometer::ChipThermometer;
 pub use usart::usart3;
+#[cfg(feature = "usb")]
+pub use usb::usb;
 
 use core::convert::Infallible;
 use core::mem::MaybeUninit;

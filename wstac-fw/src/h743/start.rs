@@ -3,7 +3,8 @@
 use cortex_m::peripheral::{MPU, NVIC};
 use embassy_stm32::pac::{PWR, RCC, SYSCFG};
 use embassy_stm32::rcc::{
-    APBPrescaler, HSIPrescaler, Hse, HseMode, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale,
+    APBPrescaler, HSIPrescaler, Hse, HseMode, Hsi48Config, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale,
+    mux,
 };
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
@@ -64,11 +65,12 @@ impl Crystal {
     }
 }
 
-/// Starts the chip. Returns its peripherals, and whether the board's clock runs; if not, the chip's own is used.
-pub fn start(crystal: Crystal) -> (Peripherals, bool) {
+/// Starts the chip, and the clock of its USB if that is used. Returns its peripherals, and whether the board's clock runs; if
+/// not, the chip's own is used.
+pub fn start(crystal: Crystal, has_usb: bool) -> (Peripherals, bool) {
     take_over();
     let has_crystal = has_hse(crystal.mode);
-    let peripherals = embassy_stm32::init(clocks(has_crystal.then_some(crystal)));
+    let peripherals = embassy_stm32::init(clocks(has_crystal.then_some(crystal), has_usb));
     enable_caches();
     (peripherals, has_crystal)
 }
@@ -150,10 +152,14 @@ fn has_hse(mode: HseMode) -> bool {
 ///
 /// The camera interface needs 2.5 times the pixel clock of 24 MHz, which is 60 MHz; 72 MHz leaves it some. The PLL's
 /// range for a reference of more than 2 MHz begins at 192 MHz; 576 MHz gives 72 MHz and 24 MHz.
-fn clocks(crystal: Option<Crystal>) -> Config {
+fn clocks(crystal: Option<Crystal>, has_usb: bool) -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
-    rcc.hsi48 = None;
+    // USB needs 48 MHz within 0.25 %: the chip's oscillator, which follows the host's frames.
+    rcc.hsi48 = has_usb.then_some(Hsi48Config { sync_from_usb: true });
+    if has_usb {
+        rcc.mux.usbsel = mux::Usbsel::HSI48;
+    }
     let (source, prediv, mul) = if let Some(Crystal { hertz, mode, divide, multiply }) = crystal {
         rcc.hsi = None;
         rcc.hse = Some(Hse { freq: Hertz(hertz), mode });

@@ -6,7 +6,7 @@ use embassy_stm32::pac::USART3;
 use embassy_stm32::usart::{RxPin, TxPin};
 use embassy_stm32::{Peri, peripherals, rcc};
 
-use crate::serial::{self, Serial};
+use crate::serial::{self, Peripheral, Serial};
 
 /// Handles the interrupt of USART3.
 pub struct UsartInterrupts;
@@ -51,8 +51,10 @@ pub fn usart3(
     unsafe {
         typelevel::USART3::enable();
     }
-    Serial::new(|| USART3.cr1().modify(|w| w.set_txeie(true)))
+    Serial::new(&PERIPHERAL)
 }
+
+static PERIPHERAL: Peripheral = Peripheral::always_open(|| USART3.cr1().modify(|w| w.set_txeie(true)));
 
 fn serve() {
     let state = USART3.isr().read();

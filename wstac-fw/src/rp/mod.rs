@@ -5,10 +5,14 @@ mod bus;
 mod flash;
 mod thermometer;
 mod uart;
+#[cfg(feature = "usb")]
+mod usb;
 
 pub use bus::RpBus;
 pub use thermometer::RpThermometer;
 pub use uart::{UartInterrupts, uart0};
+#[cfg(feature = "usb")]
+pub use usb::usb;
 
 use embassy_rp::clocks::{ClockConfig, Gpout, GpoutPin, GpoutSrc};
 use embassy_rp::config::Config;

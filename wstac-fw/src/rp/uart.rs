@@ -5,7 +5,7 @@ use embassy_rp::pac::UART0;
 use embassy_rp::uart::{Config, RxPin, TxPin, Uart};
 use embassy_rp::{Peri, peripherals};
 
-use crate::serial::{self, Serial};
+use crate::serial::{self, Peripheral, Serial};
 
 /// Handles the interrupt of UART0.
 pub struct UartInterrupts;
@@ -41,15 +41,17 @@ pub fn uart0(
     unsafe {
         typelevel::UART0_IRQ::enable();
     }
-    // The interrupt comes when the transmitter's queue gets emptier, and not because it is empty. So the first bytes are
-    // written at once.
-    Serial::new(|| {
-        critical_section::with(|_| {
-            UART0.uartimsc().modify(|w| w.set_txim(true));
-            fill();
-        });
-    })
+    Serial::new(&PERIPHERAL)
 }
+
+/// The interrupt comes when the transmitter's queue gets emptier, and not because it is empty. So the first bytes are
+/// written at once.
+static PERIPHERAL: Peripheral = Peripheral::always_open(|| {
+    critical_section::with(|_| {
+        UART0.uartimsc().modify(|w| w.set_txim(true));
+        fill();
+    });
+});
 
 fn serve() {
     UART0.uarticr().write(|w| {

@@ -1,5 +1,6 @@
 //! The settings of a board: asked for, set, and read back.
 
+use std::cell::Cell;
 use std::ffi::OsStr;
 use std::time::{Duration, Instant};
 
@@ -9,7 +10,9 @@ use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, YcbcrMethod};
 use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::Layout;
-use wstac_core::wire::{DecodeError, Decoder, LONGEST, Message, Request, Settings, SettingsInUse, VERSION, encode};
+use wstac_core::wire::{
+    Bootloader, DecodeError, Decoder, LONGEST, Message, Request, Settings, SettingsInUse, VERSION, encode,
+};
 
 use super::port::{Got, Port};
 use crate::config::Config;
@@ -76,6 +79,25 @@ impl SettableBoard {
     /// As those of [`SettableBoard::set`].
     pub fn forget(&mut self) -> Result<(), Error> {
         self.change(&Request::Forget, |found| !found.set)
+    }
+
+    /// Lets the board start its boot loader, which takes a new program over USB, and returns its kind.
+    ///
+    /// # Errors
+    /// The board has none, or its firmware does not know this request. The port cannot be read.
+    pub fn start_bootloader(&mut self) -> Result<Bootloader, Error> {
+        // An older firmware only answers the second request. One that has just been opened may say hello before.
+        let has_waited = Cell::new(false);
+        let found = self.ask(&[Request::Bootloader, Request::Hello], |message| match message {
+            Message::Bootloader(found) => Some(Ok(*found)),
+            Message::Hello(_) => has_waited.replace(true).then_some(Err("does not know of a boot loader")),
+            _ => None,
+        })?;
+        let found = found.and_then(|found| found.ok_or("has no boot loader that takes programs over USB"));
+        found.map_err(|what| {
+            let message = format!("{what}; help: flash it as wstac-fw/README.md says for this board");
+            Error::new(ErrorKind::Unsupported, self.name(), message)
+        })
     }
 
     fn change(&mut self, request: &Request, is_done: impl Fn(&SettingsInUse) -> bool) -> Result<(), Error> {

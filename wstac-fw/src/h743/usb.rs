@@ -1,0 +1,56 @@
+//! The USB of full speed at PA11 and PA12 as the serial line.
+
+use embassy_executor::Spawner;
+use embassy_stm32::interrupt::typelevel::{Binding, OTG_FS};
+use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
+use embassy_stm32::usb::{Config, Driver, InterruptHandler};
+use embassy_stm32::Peri;
+use wstac_core::wire::Bootloader;
+
+use crate::restart::restart;
+use crate::serial::{Peripheral, Serial};
+use crate::usb;
+
+/// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a program.
+const MAGIC: *mut u32 = 0x2001_FFFC as *mut u32;
+const STAY: u32 = 0xB007_10AD;
+
+static PERIPHERAL: Peripheral = usb::peripheral(Some((Bootloader::Dfu, || {
+    cortex_m::interrupt::disable();
+    // SAFETY: the memory is there, and nothing runs any more that uses it.
+    #[allow(unsafe_code)]
+    unsafe {
+        MAGIC.write_volatile(STAY);
+    }
+    cortex_m::asm::dsb();
+    restart()
+})));
+
+/// The numbers of STMicroelectronics for a serial line over USB: a product with a name of its own needs numbers of its own.
+const VENDOR: u16 = 0x0483;
+const PRODUCT: u16 = 0x5740;
+/// The bytes for packets that arrive: those of the control endpoint and of the line.
+const ARRIVING: usize = 128;
+
+/// Starts the line of a board with OpenMV's boot loader.
+pub fn usb(
+    otg: Peri<'static, USB_OTG_FS>,
+    interrupts: impl Binding<OTG_FS, InterruptHandler<USB_OTG_FS>> + 'static,
+    data: (Peri<'static, PA12>, Peri<'static, PA11>),
+    spawner: Spawner,
+) -> Serial {
+    let arriving = cortex_m::singleton!(: [u8; ARRIVING] = [0; ARRIVING]);
+    let Some(arriving) = arriving else { panic!("USB is started once") };
+    // A camera on a cable has no other supply: there is no VBUS to watch.
+    let mut config = Config::default();
+    config.vbus_detection = false;
+    if let Ok(task) = serve(Driver::new_fs(otg, interrupts, data.0, data.1, arriving, config)) {
+        spawner.spawn(task);
+    }
+    Serial::new(&PERIPHERAL)
+}
+
+#[embassy_executor::task]
+async fn serve(driver: Driver<'static, USB_OTG_FS>) -> ! {
+    usb::run(driver, VENDOR, PRODUCT).await
+}

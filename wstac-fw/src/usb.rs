@@ -1,0 +1,123 @@
+//! USB as the serial line: one CDC-ACM port, which every system knows without a driver.
+//!
+//! What is written while no host has opened the port (DTR) is discarded, as on a wire without a reader. A host that opens
+//! it late gets the description. One that stops reading fills the queue, and messages without room are left out.
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_futures::join::join3;
+use embassy_futures::select::select;
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
+use embassy_time::{Duration, Timer};
+use embassy_usb::class::cdc_acm::{CdcAcmClass, ControlChanged, Receiver, Sender, State, USB_CLASS_CDC};
+use embassy_usb::driver::Driver;
+use embassy_usb::{Builder, Config};
+
+use crate::link::EnterBootloader;
+use crate::node::CHANGED;
+use crate::serial::{self, Peripheral};
+
+/// The bytes of a packet of full speed.
+const PACKET: usize = 64;
+/// The time between two looks at a queue without room for a packet.
+const FULL: Duration = Duration::from_millis(1);
+
+/// Whether a host has opened the port.
+static IS_OPEN: AtomicBool = AtomicBool::new(false);
+/// Whether a packet that left the queue waits for the host.
+static IS_HELD: AtomicBool = AtomicBool::new(false);
+/// The signal that the queue has bytes.
+static WRITTEN: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
+struct Buffers {
+    state: State<'static>,
+    configuration: [u8; PACKET],
+    bos: [u8; 16],
+    control: [u8; PACKET],
+}
+
+/// Returns the peripheral of a board with this boot loader.
+pub(crate) const fn peripheral(bootloader: Option<EnterBootloader>) -> Peripheral {
+    Peripheral {
+        begin: || if IS_OPEN.load(Ordering::Relaxed) { WRITTEN.signal(()) } else { serial::discard() },
+        is_open: || IS_OPEN.load(Ordering::Relaxed),
+        is_sent: || !IS_HELD.load(Ordering::Relaxed),
+        bootloader,
+    }
+}
+
+/// Serves a host for ever, as the device with these numbers.
+///
+/// # Panics
+/// Panics at a second call.
+pub(crate) async fn run(driver: impl Driver<'static>, vendor: u16, product: u16) -> ! {
+    let new = Buffers { state: State::new(), configuration: [0; PACKET], bos: [0; 16], control: [0; PACKET] };
+    let Some(buffers) = cortex_m::singleton!(: Buffers = new) else { panic!("USB is started once") };
+    let Buffers { state, configuration, bos, control } = buffers;
+    let mut config = Config::new(vendor, product);
+    (config.manufacturer, config.product) = (Some("WSTac"), Some("WSTac tactile sensor"));
+    (config.composite_with_iads, config.max_power) = (false, 250);
+    (config.device_class, config.device_sub_class, config.device_protocol) = (USB_CLASS_CDC, 0, 0);
+    let mut builder = Builder::new(driver, config, configuration, bos, &mut [], control);
+    let class = CdcAcmClass::new(&mut builder, state, PACKET as u16);
+    let mut device = builder.build();
+    let (mut sender, receiver, control) = class.split_with_control();
+    join3(device.run(), serve(&mut sender, &control), receive(receiver)).await.0
+}
+
+/// Sends while a host has the port open.
+async fn serve<D: Driver<'static>>(sender: &mut Sender<'static, D>, control: &ControlChanged<'static>) -> ! {
+    loop {
+        until(control, true).await;
+        serial::discard();
+        IS_OPEN.store(true, Ordering::Relaxed);
+        // The board says what it is.
+        CHANGED.signal(());
+        select(until(control, false), send(sender)).await;
+        IS_OPEN.store(false, Ordering::Relaxed);
+        IS_HELD.store(false, Ordering::Relaxed);
+    }
+}
+
+async fn until(control: &ControlChanged<'static>, is_open: bool) {
+    while control.dtr() != is_open {
+        control.control_changed().await;
+    }
+}
+
+async fn send<D: Driver<'static>>(sender: &mut Sender<'static, D>) -> ! {
+    let mut packet = [0; PACKET];
+    let mut was_full = false;
+    loop {
+        let mut count = 0;
+        for (place, byte) in packet.iter_mut().zip(core::iter::from_fn(serial::next)) {
+            *place = byte;
+            count += 1;
+        }
+        IS_HELD.store(count > 0, Ordering::Relaxed);
+        // A host takes bytes at the end of a transfer: after a full packet, that is a shorter one, of 0 bytes if there are none.
+        if count == 0 && !was_full {
+            WRITTEN.wait().await;
+        } else if sender.write_packet(packet.get(..count).unwrap_or_default()).await.is_ok() {
+            was_full = count == PACKET;
+        } else {
+            sender.wait_connection().await;
+        }
+    }
+}
+
+/// Takes requests. A host that sends more than there is room for has to wait.
+async fn receive<D: Driver<'static>>(mut receiver: Receiver<'static, D>) -> ! {
+    let mut packet = [0; PACKET];
+    receiver.wait_connection().await;
+    loop {
+        while !serial::takes(PACKET) {
+            Timer::after(FULL).await;
+        }
+        match receiver.read_packet(&mut packet).await {
+            Ok(count) => packet.iter().take(count).copied().for_each(serial::arrived),
+            Err(_) => receiver.wait_connection().await,
+        }
+    }
+}
