@@ -1,10 +1,10 @@
 //! The USB of full speed at PA11 and PA12 as the serial line.
 
 use embassy_executor::Spawner;
+use embassy_stm32::Peri;
 use embassy_stm32::interrupt::typelevel::{Binding, OTG_FS};
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{Config, Driver, InterruptHandler};
-use embassy_stm32::Peri;
 use wstac_core::wire::Bootloader;
 
 use crate::restart::restart;
