@@ -33,6 +33,9 @@ const PRODUCT: u16 = 0x5740;
 const ARRIVING: usize = 128;
 
 /// Starts the line of a board with OpenMV's boot loader.
+///
+/// # Panics
+/// Panics at a second call.
 pub fn usb(
     otg: Peri<'static, USB_OTG_FS>,
     interrupts: impl Binding<OTG_FS, InterruptHandler<USB_OTG_FS>> + 'static,
