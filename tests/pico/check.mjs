@@ -1,9 +1,10 @@
 // Checks the program of the Raspberry Pi Pico in rp2040js: its events and features are those of `wstac run` on the same
 // frames, whatever happens to the camera.
 //
-//     node check.mjs WSTAC ONE FOUR EIGHT [TAKING COMPILED SENT]
+//     node check.mjs WSTAC ONE FOUR EIGHT UF2 [TAKING COMPILED SENT]
 //
-// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires. TAKING, for 8 of them, has
+// WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires: that for 8 has its line at USB,
+// and UF2 is its image. TAKING, for 8 of them, has
 // the model COMPILED compiled in, learns textures, and takes models over the link: SENT is one. `ci/boards pico` installs what it
 // needs and builds the programs.
 
@@ -27,11 +28,12 @@ import {
   same,
 } from './host.mjs';
 import { exposure, settings } from './settings.mjs';
+import { bootloader, late, reopened, unread } from './usb_check.mjs';
 import { FEATURES, HELLO, request } from './wire.mjs';
 
-const [, , wstac, one, four, eight, taking, compiled, sent, ...more] = process.argv;
-if (!eight || Boolean(taking) !== Boolean(sent) || more.length > 0) {
-  console.error('usage: node check.mjs WSTAC ONE FOUR EIGHT [TAKING COMPILED SENT]');
+const [, , wstac, one, four, eight, uf2, taking, compiled, sent, ...more] = process.argv;
+if (!uf2 || Boolean(taking) !== Boolean(sent) || more.length > 0) {
+  console.error('usage: node check.mjs WSTAC ONE FOUR EIGHT UF2 [TAKING COMPILED SENT]');
   process.exit(2);
 }
 const host = new Host(wstac);
@@ -49,6 +51,7 @@ function plain(name, program) {
   const readout = (239_000 * board.sensor.period(24e6)) / board.sensor.lines();
   if (Math.abs(readout - READOUT_MS) > 1e-6) problems.push(`rows are read in ${readout} ms, expected ${READOUT_MS}`);
   if (board.resets) problems.push(`the chip restarted ${board.resets} times`);
+  problems.push(...board.usb.problems);
   say(name, problems);
   host.budget('pico', program, sent, (board.instructions - board.instructionsBefore) / frames.length);
 }
@@ -103,7 +106,8 @@ function never(name, program, prepare, reason) {
   // The next attempt to set it up ends about a second later.
   until(65);
   ofLine(Buffer.from(board.sent));
-  const isTold = same(told(), [reason, reason]);
+  // Three times if USB is opened while the fault is found.
+  const isTold = same(told(), [reason, reason]) || same(told(), [reason, reason, reason]);
   const problems = isTold ? [] : [`the host is told ${JSON.stringify(told())}, expected ${reason} twice`];
   if (board.began !== null) problems.push('frames are used');
   say(name, problems);
@@ -232,9 +236,9 @@ faulty(
   [GONE, BACK],
 );
 start('data line held low', eight, (board) => (board.sensor.holds = 5), [], 1);
-// In the identity, at the reset, and in the settings.
+// In the identity, at the reset, and in the settings. Nobody has opened USB so early.
 for (const at of [0, 1, 3, 5, 8, 40]) {
-  start(`no acknowledge at step ${at}`, eight, (board) => (board.sensor.nackAfter = at), [GONE]);
+  start(`no acknowledge at step ${at}`, four, (board) => (board.sensor.nackAfter = at), [GONE]);
 }
 never('no sensor', eight, (board) => (board.sensor.present = false), GONE);
 never(
@@ -281,7 +285,7 @@ never('pixels of 6 bits', eight, (board) => (board.sensor.slips = { 0x3011: 0x71
 drift('the rate changes by 4 %', eight);
 const hard = 'hard fault at 0x20000100, called from 0x[0-9A-F]+';
 crash('hard fault', eight, (board) => board.crash(), hard);
-crash('hard fault, and a reset before it is reported', eight, (board) => board.crash(), hard, { again: true });
+crash('hard fault, and a reset before it is reported', four, (board) => board.crash(), hard, { again: true });
 crash('panic', eight, (board) => board.panic(), 'panic at \\S*/src/lib\\.rs:\\d+: explicit panic');
 crash('interrupt without a handler', eight, (board) => board.interrupt(30), 'an interrupt without a handler: 30');
 early('hard fault before the watchdog is set', eight);
@@ -294,6 +298,11 @@ crash(
 );
 pulls('pulled inputs', one, four, eight);
 lights('lights', eight);
+late('USB: a host opens the port late', host, eight);
+unread('USB: a host that does not read', host, eight);
+reopened('USB: the port is closed and opened, and the cable unplugged and plugged', host, eight);
+bootloader('USB: the boot loader', host, eight, four);
+start('the UF2 file', uf2, () => {}, []);
 settings('settings', host, eight);
 exposure('an exposure that does not fit in a frame', host, eight);
 if (taking) {

@@ -12,7 +12,7 @@ const SSI = 0x18000, CACHE = 0x14000;
 // Places in the ROM: pointers that programs look for, and what they point to here.
 const TABLE_AT = 0x14, LOOKUP_AT = 0x18, TABLE = 0x40, LOOKUP = 0x80, FIRST = 0xa0;
 // The codes of the functions.
-const NAMES = ['C4', 'IF', 'EX', 'RE', 'RP', 'FC', 'CX'];
+const NAMES = ['C4', 'IF', 'EX', 'RE', 'RP', 'FC', 'CX', 'UB'];
 const BREAK = 0xbe00, RETURN = 0x4770;
 
 /** The power fails while the flash is written. */
@@ -136,6 +136,18 @@ export class Flash {
   CX() {
     this.check(this.step === 'flushed', 'the flash is read again before the cache is flushed');
     this.mcu.peripherals[SSI].spictlr0 = 0x0300_0218;
+  }
+
+  /** Starts the boot loader for USB, whose drive is no part of this. */
+  UB() {
+    const { core, usbCtrl, sram } = this.mcu;
+    const [light, disabled] = core.registers;
+    this.check(light === 0 && disabled === 0, 'the boot loader is started without its drive');
+    this.boots = true;
+    usbCtrl.sieCtrl = 0;
+    // A loop.
+    sram.set([0xfe, 0xe7]);
+    core.PC = RAM;
   }
 
   /** Returns how many of these bytes change before the power fails. */

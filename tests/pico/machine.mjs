@@ -55,9 +55,18 @@ function functions(file) {
   return found;
 }
 
-/** Returns the parts of a program that are flashed. */
+/** Returns the parts of a program that are flashed, of an ELF or a UF2 file (UF2 1.0 for the RP2040). */
 function parts(file) {
   const elf = fs.readFileSync(file);
+  if (file.endsWith('.uf2')) {
+    return Array.from({ length: elf.length / 512 }, (_, number) => {
+      const block = elf.subarray(512 * number, 512 * (number + 1));
+      const words = [0, 4, 8, 16, 20, 24, 28, 508].map((at) => block.readUInt32LE(at));
+      const expected = [0x0a324655, 0x9e5d5157, 0x2000, 256, number, elf.length / 512, 0xe48bff56, 0x0ab16f30];
+      if (words.some((word, k) => word !== expected[k])) throw new Error(`${file}: block ${number} is not one of an RP2040`);
+      return [block.readUInt32LE(12), block.subarray(32, 288)];
+    });
+  }
   const [table, size, count] = [elf.readUInt32LE(28), elf.readUInt16LE(42), elf.readUInt16LE(44)];
   const found = [];
   for (let at = table; at < table + size * count; at += size) {
@@ -72,7 +81,7 @@ export class Board {
   constructor(program, clip, faults = {}, flash = new Flash()) {
     this.flash = flash;
     for (const [place, bytes] of parts(program)) flash.bytes.set(bytes, place - FLASH);
-    this.functions = functions(program);
+    this.functions = program.endsWith('.uf2') ? {} : functions(program);
     this.clip = clip;
     this.faults = faults;
     this.sensor = new Hm01b0();

@@ -1,5 +1,5 @@
 """Builds the files that people install, for every machine, in target/files: static programs in archives and in Debian
-packages, and Python wheels, and the sums of all.
+packages, Python wheels, the firmware of boards with USB, and the sums of all.
 
     build.py
 """
@@ -14,7 +14,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from common import FILES, MACHINES, ROOT, TARGET, commit_time, run, say, version
+from common import BOARDS, FILES, MACHINES, ROOT, TARGET, commit_time, run, say, version
 
 LICENSES = ROOT / "wstac-python/wstac/licenses"
 # What is in an archive of a program, besides it, its licenses and the texts of the repository: of the package's files.
@@ -87,6 +87,16 @@ def pack(machine: str, name: str, variables: dict[str, str]) -> None:
         run("tar", "-C", root, *order, "-czf", FILES / f"{top}-{machine}-linux.tar.gz", top)
 
 
+def firmware(variables: dict[str, str]) -> None:
+    """Builds the programs of boards with USB, and writes them as files for their boot loaders."""
+    for name, (chip, target, features, program) in BOARDS.items():
+        options = ("--quiet", "--locked", "--release", "--no-default-features", "--features", f"{features},settings,usb")
+        tool = (ROOT / "ci/tool", "thumb", target, "build", *options, "--bin", program)
+        run(*tool, cwd=ROOT / "wstac-fw", env={**variables, "CARGO_PROFILE_RELEASE_STRIP": "false"})
+        file = FILES / f"wstac-fw-{version()}-{name}"
+        run("python3", "tests/release/images.py", chip, TARGET / target / "release" / program, file)
+
+
 def main() -> None:
     variables = settings()
     shutil.rmtree(FILES, ignore_errors=True)
@@ -96,6 +106,7 @@ def main() -> None:
     for machine in MACHINES:
         for name in REST:
             pack(machine, name, variables)
+    firmware(variables)
     sums = [f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n" for file in sorted(FILES.iterdir())]
     (FILES / "SHA256SUMS").write_text("".join(sums))
 

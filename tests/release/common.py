@@ -19,6 +19,13 @@ FILES = TARGET / "files"
 MACHINES = ("x86_64", "aarch64")
 AS_ROOT = [] if os.geteuid() == 0 else ["sudo"]
 
+# The firmware of boards with USB: its file, and its chip, target, feature and program.
+BOARDS = {
+    "pico.uf2": ("rp2040", "thumbv6m-none-eabi", "rp2040", "pico"),
+    "pico2.uf2": ("rp2350", "thumbv8m.main-none-eabihf", "rp2350", "pico"),
+    "openmv_cam_h7.dfu": ("openmv", "thumbv7em-none-eabihf", "h743", "openmv_cam_h7"),
+}
+
 
 def fail(message: str) -> NoReturn:
     sys.exit(f"ci/release: {message}")

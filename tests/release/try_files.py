@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import filecmp
 import re
+import struct
 import subprocess
 from pathlib import Path
 from zipfile import ZipFile
 
-from common import AS_ROOT, FILES, MACHINES, ROOT, TARGET, CleanRoot, demo_is_that_of_the_readme, fail, folder, run, say, timed, version
+from common import AS_ROOT, BOARDS, FILES, MACHINES, ROOT, TARGET, CleanRoot, demo_is_that_of_the_readme, fail, folder, run, say, timed, version
 
 # What Python prints of an event and a data set: numbers in full.
 PYTHON_SAYS = """
@@ -194,6 +195,30 @@ def foreign_python(folder: Path) -> Path:
     return away
 
 
+def boards(at: Path) -> None:
+    """Reads the firmware's files back with other programs: they have the bytes that objcopy makes of the programs."""
+    for name, (_, target, _, program) in BOARDS.items():
+        file, flat = FILES / f"wstac-fw-{version()}-{name}", at / "flat"
+        run("arm-none-eabi-objcopy", "-O", "binary", TARGET / target / "release" / program, flat)
+        data, expected = file.read_bytes(), flat.read_bytes()
+        if file.suffix == ".dfu":
+            said = run("dfu-suffix", "-c", file)
+            if not re.search(r"Product ID:\s*0x9204\s*Vendor ID:\s*0x37C5", said):
+                fail(f"dfu-suffix says of {file.name}: {said}")
+            found = data[:-16]
+        else:
+            # A board takes blocks of its family alone.
+            blocks = [data[at : at + 512] for at in range(0, len(data), 512)]
+            family = {"pico.uf2": "56ff8be4", "pico2.uf2": "59ff8be4"}[name]
+            own = [block for block in blocks if block[28:32].hex() == family]
+            if any(struct.unpack_from("<I", block, 12)[0] != 0x10000000 + 256 * number for number, block in enumerate(own)):
+                fail(f"{file.name} has gaps")
+            found = b"".join(block[32:288] for block in own)
+        if found[: len(expected)] != expected or any(found[len(expected) :]):
+            fail(f"{file.name} has other bytes than its program")
+    say(f"release: {', '.join(BOARDS)}: the programs")
+
+
 def as_in_readme(stated_version: str) -> None:
     """Checks that each archive and wheel has a line in the README, and a size in its range."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -219,6 +244,7 @@ def main() -> None:
         root = CleanRoot(at / "root", "python3,python3-venv")
         tried.packages(root)
         tried.wheels(root)
+        boards(at)
     say("release: sizes in bytes")
     for file in sorted(FILES.iterdir()):
         if file.name != "SHA256SUMS":

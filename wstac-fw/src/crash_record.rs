@@ -153,6 +153,7 @@ mod kept {
 
     /// Returns the record.
     #[allow(unsafe_code)]
+    #[inline(never)]
     pub fn kept() -> CrashRecord {
         // SAFETY: any bytes are a record, because it consists of numbers. No other code writes to it now: the handlers
         // do not return, and all others run one after another.

@@ -204,9 +204,9 @@ fn introduce<B: Board, const WIDTH: usize, const STRIPES: usize>(
     }
     reader.hello(node.line);
     crash_record::begin(node.hung);
-    let is_told = !tell_last_run(node.line);
+    let (is_told, restarts) = tell_last_run(node.line);
     let telemetry = reader.telemetry_mut();
-    (telemetry.restarts, telemetry.overruns) = (Some(crash_record::kept().restarts()), Some(0));
+    (telemetry.restarts, telemetry.overruns) = (Some(restarts), Some(0));
     (reader, is_told)
 }
 
@@ -623,18 +623,20 @@ fn restart_if_wanted(store: &impl SettingsStore, line: &Link<impl Line, impl Out
     }
 }
 
-/// Reports why the program restarted, if a text of that is kept. Returns whether there is one.
+/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent, and the number of
+/// restarts.
 // It is not inlined, so that the record does not lie on the stack of a function that runs for ever.
 #[inline(never)]
-fn tell_last_run(line: &mut Link<impl Line, impl OutputPin>) -> bool {
+fn tell_last_run(line: &mut Link<impl Line, impl OutputPin>) -> (bool, u32) {
     let mut record = crash_record::kept();
+    let restarts = record.restarts();
     let is_kept = record.text().is_some();
     if is_kept {
         record.add("; restart ");
-        record.add_number(record.restarts(), 10);
+        record.add_number(restarts, 10);
         line.fault(Fault::LastRun(Text::new(record.text().unwrap_or_default())));
     }
-    is_kept
+    (!is_kept, restarts)
 }
 
 /// Frees the bus if the sensor holds it.

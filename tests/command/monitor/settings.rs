@@ -203,7 +203,9 @@ fn a_board_starts_its_boot_loader_or_says_that_it_has_none() {
         let done = started(Some(Some(kind)));
         assert!(done.status.success() && said(&done).contains(advice), "{}", said(&done));
     }
-    for (answer, words) in [(Some(None), "has no boot loader that takes"), (None, "does not know of a boot loader; help:")] {
+    for (answer, words) in
+        [(Some(None), "has no boot loader that takes"), (None, "does not know of a boot loader; help:")]
+    {
         let done = started(answer);
         assert_eq!(done.status.code(), Some(1));
         assert!(said(&done).contains(words), "{}", said(&done));

@@ -1,7 +1,8 @@
 //! The messages between a board and a host.
 
 use core::num::NonZeroU8;
-use serde::{Deserialize, Serialize};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
 
 #[cfg(feature = "models")]
 use super::{BoardModel, ModelId, ModelPiece};
@@ -176,10 +177,17 @@ pub enum Bootloader {
 }
 
 /// The content of a message whose feature is missing: it has no value, so such a message is unknown.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[expect(clippy::exhaustive_enums, reason = "it has no value")]
 pub enum Never {}
+
+// Whatever comes is refused: to read it first would take code for each variant.
+impl<'de> Deserialize<'de> for Never {
+    fn deserialize<D: Deserializer<'de>>(_: D) -> Result<Self, D::Error> {
+        Err(D::Error::custom("it has no value"))
+    }
+}
 
 /// The state of a board, as far as the board knows it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]

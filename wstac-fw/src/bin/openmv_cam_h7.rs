@@ -26,7 +26,7 @@ bind_interrupts!(
 );
 
 #[embassy_executor::main]
-async fn main(spawner: Spawner) {
+async fn main(_spawner: Spawner) {
     let (p, has_crystal) = h743::start(CRYSTAL, cfg!(feature = "usb"));
     let wiring = Wiring {
         // D0 to D7, VSYNC, HREF, PCLK.
@@ -36,7 +36,7 @@ async fn main(spawner: Spawner) {
         clock: (p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), p.PA10.into()))),
         #[cfg(feature = "usb")]
-        line: h743::usb(p.USB_OTG_FS, UsbIrqs, (p.PA12, p.PA11), spawner),
+        line: h743::usb(p.USB_OTG_FS, UsbIrqs, (p.PA12, p.PA11), _spawner),
         #[cfg(not(feature = "usb"))]
         line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
         // Green and red of the colored light, which shine while their pins are low.

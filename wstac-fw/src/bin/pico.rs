@@ -26,7 +26,7 @@ const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
 const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]
-async fn main(spawner: Spawner) {
+async fn main(_spawner: Spawner) {
     let p = rp::start();
     rp::sensor_clock(p.PIN_21);
     let wiring = RpWiring {
@@ -36,7 +36,7 @@ async fn main(spawner: Spawner) {
         // Clock and data.
         bus: RpBus::new(p.I2C0, p.PIN_5, p.PIN_4),
         #[cfg(feature = "usb")]
-        line: rp::usb(p.USB, spawner),
+        line: rp::usb(p.USB, _spawner),
         #[cfg(not(feature = "usb"))]
         line: rp::uart0(p.UART0, RpIrqs, p.PIN_0, p.PIN_1, BAUD),
         events: Output::new(p.PIN_25, Level::Low),

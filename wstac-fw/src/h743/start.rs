@@ -3,8 +3,8 @@
 use cortex_m::peripheral::{MPU, NVIC};
 use embassy_stm32::pac::{PWR, RCC, SYSCFG};
 use embassy_stm32::rcc::{
-    APBPrescaler, HSIPrescaler, Hse, HseMode, Hsi48Config, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk, VoltageScale,
-    mux,
+    APBPrescaler, HSIPrescaler, Hse, HseMode, Hsi48Config, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
+    VoltageScale, mux,
 };
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};

@@ -1,10 +1,10 @@
 //! The USB of full speed at PA11 and PA12 as the serial line.
 
 use embassy_executor::Spawner;
+use embassy_stm32::Peri;
 use embassy_stm32::interrupt::typelevel::{Binding, OTG_FS};
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{Config, Driver, InterruptHandler};
-use embassy_stm32::Peri;
 use wstac_core::wire::Bootloader;
 
 use crate::restart::restart;
@@ -33,6 +33,9 @@ const PRODUCT: u16 = 0x5740;
 const ARRIVING: usize = 128;
 
 /// Starts the line of a board with OpenMV's boot loader.
+///
+/// # Panics
+/// Panics at a second call.
 pub fn usb(
     otg: Peri<'static, USB_OTG_FS>,
     interrupts: impl Binding<OTG_FS, InterruptHandler<USB_OTG_FS>> + 'static,
