@@ -48,6 +48,15 @@ BOOTLOADER_STACK = 0x2000_8000  # in memory that the DMA does not reach
 # The byte that the program paints its stack with at its start, too.
 PAINT, STACK_PAINTED = b"\xcc", 0x4000
 PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
+# What is counted: an instruction in the memory that it is read from is not.
+REGIONS = {
+    "flash": (FLASH, FLASH_SIZE),
+    "ITCM": (0, 0x1_0000),
+    "DTCM": (DTCM, 0x2_0000),
+    "AXI SRAM": (AXI, AXI_SIZE),
+    "other SRAM": (0x3000_0000, 0x900_0000),
+    "peripherals": (PERIPHERALS, PERIPHERALS_SIZE),
+}
 SYSTEM, SYSTEM_SIZE = 0xE000_0000, 0x10_0000
 PAGE = 0x400  # peripherals are distinguished in steps of this
 STACKED = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_REG_R12, UC_ARM_REG_LR]
@@ -96,7 +105,7 @@ class Machine:
         self.events, self.order = [], itertools.count()
         self.peripherals = []
         self.instructions = 0
-        self.blocks = {}
+        self.blocks, self.accesses = {}, dict.fromkeys(REGIONS, 0)
         self.stalled_until = 0
         self.partial = self.writing = self.axi_hook = None
         self.reset()
@@ -219,6 +228,16 @@ class Machine:
         checked again.
         """
         self.uc.hook_add(UC_HOOK_BLOCK, self._block)
+
+    def count_accesses(self):
+        """Counts the reads and writes of the memories in `accesses`; those of peripherals are always counted. The emulator begins
+        some blocks of instructions twice then: not for a run whose instructions count.
+        """
+        def count(_, __, ___, ____, _____, name):
+            self.accesses[name] += 1
+
+        for name, (base, size) in list(REGIONS.items())[:-1]:
+            self.uc.hook_add(UC_HOOK_MEM_READ | UC_HOOK_MEM_WRITE, count, name, base, base + size - 1)
 
     def run(self, until):
         """Runs until `until()` is true. It is called after every event."""
@@ -355,6 +374,7 @@ class Machine:
 
     def _read(self, uc, offset, size, base):
         address = base + offset
+        self.accesses["peripherals"] += base == PERIPHERALS
         peripheral = self.pages.get(address // PAGE)
         if peripheral is None:
             raise Stopped(f"reads {address:#x}, which nothing models, in {self.where()}")
@@ -363,6 +383,7 @@ class Machine:
 
     def _write(self, uc, offset, size, value, base):
         address = base + offset
+        self.accesses["peripherals"] += base == PERIPHERALS
         peripheral = self.pages.get(address // PAGE)
         if peripheral is None:
             print(f"writes {address:#x}, which nothing models, in {self.where()}", file=sys.stderr)

@@ -109,26 +109,11 @@ impl Reader {
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
-        Self::with(layout, size, rate, law, setup::FLOOR, setup::TRIGGER)
+        Self::check(layout, size, rate, law, setup::FLOOR, setup::TRIGGER).map(|build| build())
     }
 
-    /// Creates the reader with another floor and trigger than those of the configuration.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Reader::new`].
-    pub fn with(
-        layout: Layout,
-        size: FrameSize,
-        rate: FrameRate,
-        law: setup::Law,
-        floor: Floor,
-        trigger: TriggerConfig,
-    ) -> Result<Self, ConfigError> {
-        Self::check(layout, size, rate, law, floor, trigger).map(|build| build())
-    }
-
-    /// Checks what [`Reader::with`] takes, and returns the function that creates the reader: where it is to stay, without a
-    /// copy on the stack.
+    /// Checks another floor and trigger than those of the configuration, too. Returns the function that creates the reader:
+    /// where it is to stay, without a copy on the stack.
     ///
     /// # Errors
     /// Returns the errors of [`Reader::new`].

@@ -4,9 +4,9 @@ use core::ptr::read_volatile;
 
 /// The word that cortex-m-rt paints with.
 const PAINT: u32 = 0xCCCC_CCCC;
-/// The words below the deepest known one that are looked at: 8 KiB. A variable of a program may stay unwritten, and so
+/// The words below the deepest known one that are looked at: 4 KiB. A variable of a program may stay unwritten, and so
 /// painted.
-const LOOKED_AT: usize = 2048;
+const LOOKED_AT: usize = 1024;
 
 unsafe extern "C" {
     static _stack_start: u32;
@@ -15,8 +15,8 @@ unsafe extern "C" {
 
 /// The deepest word of the stack that is known to have been written.
 ///
-/// Only the words below it are looked at each time, which takes some 10,000 instructions. A function whose unwritten
-/// variables take more than 8 KiB may hide what lies below them.
+/// Only the words below it are looked at each time, which takes some 5,000 instructions. A function whose unwritten
+/// variables take more than 4 KiB may hide what lies below them.
 #[derive(Debug)]
 pub struct StackDepth {
     deepest: *const u32,
