@@ -230,7 +230,8 @@ fn no_texture(models: Option<&str>, config: &Config) -> Result<String, String> {
     let input = [Input::Frames, Input::Path, Input::TaxelPath].into_iter().find(|known| known.name() == input);
     let (Some(kind), Some(input)) = (kind, input) else {
         return Err(
-            "expected KIND:SAMPLE of linear_svm, forest, boosted or network, and of frames, path or taxel_path".to_owned()
+            "expected KIND:SAMPLE of linear_svm, forest, boosted or network, and of frames, path or taxel_path"
+                .to_owned(),
         );
     };
     let none = "/// The texture model: `None`, because `WSTAC_MODEL` was not set.

@@ -66,7 +66,7 @@
 //! newest layout of model files that the board reads. [`Answers`] ends with the reason why
 //! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that a held
 //! part begins to slip. [`Fault::SensorDiffers`] says what a camera sends instead of what it is set to; before, that
-//! was a [`Fault::SensorRefuses`].
+//! was a [`Fault::SensorRefuses`], which ends with the values since then.
 
 mod decoder;
 mod frame;
@@ -91,8 +91,8 @@ pub use learned::{
     TextureName,
 };
 pub use message::{
-    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, Request, SAMPLE_PART,
-    Telemetry, TextureAnswer, Wanted, sample_parts,
+    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, RegisterValues, Request,
+    SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
 };
 #[cfg(feature = "models")]
 pub use models::{AcceptedModels, BoardModel, MODEL_PIECE, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep};

@@ -23,7 +23,7 @@ async fn main(_spawner: Spawner) {
         dcmi: p.DCMI,
         stream: p.DMA1_CH0,
         clock: (p.MCO1, p.PA8),
-        bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), p.PA10.into()))),
+        bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), Some(p.PA10.into())))),
         line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
         // Green and red of the colored light, which shine while their pins are low.
         events: Light::new(p.PC1.into(), Level::Low),

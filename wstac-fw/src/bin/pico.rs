@@ -8,6 +8,7 @@ use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_rp::gpio::{Level, Output};
 use wstac_fw::rp::{self, RpBus, RpIrqs, RpWiring};
+use wstac_fw::setup;
 use wstac_fw::stripes::pio::Wires;
 
 /// The data wires of the camera, from GP6 upwards: 1 unless `WSTAC_DATA_WIRES` says 4 or 8.
@@ -20,6 +21,10 @@ const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
         _ => panic!("WSTAC_DATA_WIRES: expected 1, 4 or 8"),
     },
 };
+const _: () = assert!(
+    DATA_WIRES > 1 || setup::FPS <= 30,
+    "WSTAC_FPS is above 30, which an HM01B0 reaches with more than 1 data wire, expected WSTAC_DATA_WIRES=4 or 8, or 30"
+);
 const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]
