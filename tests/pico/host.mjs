@@ -21,7 +21,7 @@ export const SILENT = 'the camera sends no pixels; help: check XCLK, PCLK and po
 export const GONE = 'the camera does not answer; help: check SDA, SCL, their pull-ups, XCLK and power';
 export const BACK = 'the camera sends frames again';
 export const FORGETS = (register, found, expected) =>
-  `the camera at 0x24 does not keep what register ${register} is set to (found ${found}, expected ${expected}); ` +
+  `the camera does not keep what register ${register} is set to (address 0x24, found ${found}, expected ${expected}); ` +
   'help: check the supply voltage, then the pull-ups of SDA and SCL';
 /** What a camera sends in place of 30 frames per second of 244 lines of 324 pixels. */
 export const SENDS = (what, found, first, register) => {
@@ -101,10 +101,10 @@ export class Host {
   }
 
   /** Returns the clip of two slides at another rate, its frames, its readout, and what the host makes of it. */
-  at(fps, exposure) {
+  at(fps) {
     const readout = (239 * 376 * (fps > 30 ? 4 : 8)) / 24_000;
-    const { clip, raw, frames } = this.rendered(`at ${fps}`, fs.readFileSync(SCENE), readout, fps);
-    return { raw, frames, readout, exposure, lines: this.of(clip, '--features', '--readout', `${readout}`) };
+    const { clip, frames } = this.rendered(`at ${fps}`, fs.readFileSync(SCENE), readout, fps);
+    return { frames, readout, lines: this.of(clip, '--features', '--readout', `${readout}`) };
   }
 
   /** Returns the lines of `wstac monitor` on bytes that a board sent. */

@@ -25,8 +25,8 @@ const HELD = new Set([
   0x0101, 0x0202, 0x0203, 0x0205, 0x020e, 0x020f, 0x0340, 0x0341, 0x0342, 0x0343, 0x0383, 0x0387, 0x0390, 0x0601,
   0x3010,
 ]);
-// The black level of the clip.
-const NOMINAL_BLACK = 8;
+// Exposure in lines at which the clip was taken, and the black level that it has.
+const NOMINAL_LINES = 240, NOMINAL_BLACK = 8;
 // The frequency of the oscillator inside, which is a guess.
 const OSCILLATOR = 10e6;
 // The shortest line that was measured, and how many more lines a frame has than rows (P. Marques).
@@ -40,7 +40,6 @@ export class Hm01b0 {
     this.holds = 0; // clocks for which it holds the data line
     this.slips = {};
     this.stuck = null; // a register that keeps its value
-    this.nominal = 240; // the exposure in lines at which the clip was taken
     this.isGateEarly = false; // whether a gated PCLK begins with HREF, and not with the first pixel
     this.dead = 0; // the data wires that are off, as bits
     this.nackAfter = null; // how often it answers before it fails once
@@ -212,7 +211,7 @@ export class Hm01b0 {
     const black = this.at(0x1000) & 1 ? this.at(0x1003) : 16;
     const both = this.at(0x1006) & 1 ? this.at(0x1007) : 16;
     // Automatic exposure brightens what it sees; how much is a guess.
-    const gain = (lines / this.nominal) * again * dgain * pairs * (this.at(0x2100) & 1 ? 1.2 : 1);
+    const gain = (lines / NOMINAL_LINES) * again * dgain * pairs * (this.at(0x2100) & 1 ? 1.2 : 1);
     return [gain, (black - NOMINAL_BLACK) / 2 + (both - NOMINAL_BLACK) / 2];
   }
 

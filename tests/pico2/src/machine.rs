@@ -126,7 +126,9 @@ impl Outside {
                 *self.i2c.entry(0x34).or_default() &= !(1 << 9);
                 0
             }
-            (I2C0, 0x70) => u32::from(waiting < 16) << 1 | u32::from(is_idle) << 2 | u32::from(!self.i2c_read.is_empty()) << 3,
+            (I2C0, 0x70) => {
+                u32::from(waiting < 16) << 1 | u32::from(is_idle) << 2 | u32::from(!self.i2c_read.is_empty()) << 3
+            }
             (I2C0, 0x74) => waiting,
             (QMI, _) => 0,
             (I2C0, 0x78) => self.i2c_read.len() as u32,

@@ -383,7 +383,7 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
             format!("the camera does not keep what register {register:#04x} is set to")
         }
         Fault::SensorRefuses { register, values: Some(RegisterValues { address, found, expected }) } => format!(
-            "the camera at {address:#04x} does not keep what register {register:#04x} is set to (found {found:#04x}, \
+            "the camera does not keep what register {register:#04x} is set to (address {address:#04x}, found {found:#04x}, \
              expected {expected:#04x}); help: check the supply voltage, then the pull-ups of SDA and SCL"
         ),
         Fault::SensorDiffers { part, address, register, found, expected } => {
