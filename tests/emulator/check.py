@@ -5,7 +5,8 @@ frames, whatever happens to the camera.
     check.py WSTAC ELF OPENMV TAKING SENT CONFIG MODEL OTHER…
 
 WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7. TAKING
-takes linear models of the path over the link (feature `models`), and SENT is such a model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. The last OTHER
+takes linear models of the path over the link (feature `models`), and SENT is such a model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. ELF.15, ELF.25 and ELF.60 are ELF
+at these frame rates. The last OTHER
 learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
@@ -67,9 +68,9 @@ class Host:
         self.wstac, self.folder, self.notes = wstac, Path(folder), ""
         self.clip, self.frames = self.rendered(SCENE.read_text(), "clip")
 
-    def rendered(self, text, name):
+    def rendered(self, text, name, readout_ms=READOUT_MS, fps=30):
         """Returns the clip of a scene before a rolling shutter as a file, and its frames."""
-        text = text.replace("[sensor]\n", f"[sensor]\nreadout_ms = {READOUT_MS}\n")
+        text = text.replace("[sensor]\n", f"[sensor]\nfps = {fps}\nreadout_ms = {readout_ms}\n")
         scene, clip, raw = (self.folder / f"{name}.{ending}" for ending in ("toml", "y4m", "raw"))
         scene.write_text(text)
         self._says("scene", "render", scene, "-o", clip)
@@ -225,6 +226,26 @@ class Check:
         if "on the chip's clock" in self.host.notes:
             problems.append("the board's clock is not used")
         self.say(name, problems)
+
+    def rate(self, fps, sensor, readout_ms, exposure, count=None):
+        """A program for another rate: rate, readout and exposure are those of the registers, and every line is the host's."""
+        clip, frames = self.host.rendered(SCENE.read_text(), f"{sensor.__name__} at {fps}", readout_ms, fps)
+        board = self.board(frames[:count], sensor, elf=f"{self.elf}.{fps}")
+        board.sensor.nominal = exposure
+        board.line.receive(request(FEATURES, 1))
+        lines = self.host.of_line(board.run(), "--features")
+        expected = self.host.of_file(clip, "--features", readout_ms=readout_ms)
+        problems = [f"the log says {line}" for _, line in fault_lines(board)]
+        for kind in ("features",) if count else ("event", "features"):
+            found, right = of_kind(lines, kind), of_kind(expected, kind)[: count and count // 3]
+            # Above 45 per second, two frames are a feature frame: the first one behind the clip may complete one.
+            found = found[: len(right)]
+            if found != right or not right:
+                problems.append(f"of {kind}, {len(found)} lines are not the host's {len(right)}: {found[:2]}, {right[:2]}")
+        has = board.sensor.readout_ms(), board.sensor.period() * fps
+        if abs(has[0] - readout_ms) > 1e-6 or abs(has[1] - 1) > 0.004:
+            problems.append(f"readout and frame time are {has}, expected {readout_ms} and 1")
+        self.say(f"{sensor.__name__} at {fps} per second", problems)
 
     def other(self, elf, config, model):
         """Another configuration and a texture model, compiled in, have the same effect as on the host."""
@@ -937,6 +958,11 @@ def main():
         check.out_of_reach("a ring in the DTCM")
         for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692")):
             check.plain(sensor, name)
+        for fps in (15, 25, 60):
+            rows, lines = (1, 329) if fps > 30 else (2, 480)
+            check.rate(fps, Ov7725, 239 * rows * (576 if fps > 30 else 784) * 2 / 24_000, lines)
+        for sensor in (Ov7690, Ov7692):
+            check.rate(60, sensor, 239 * 776 * 2 / 24_000, 240, count=24)
         for at in range(0, len(other), 3):
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
@@ -974,11 +1000,12 @@ def main():
         for at in (0, 4, 9, 12, 13, 14, 15):
             said = [FOUND] if at == 0 else [GONE, FOUND]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
-        check.never("no sensor", [GONE], "does not answer", present=False)
+        check.never("no sensor", [GONE], "does not answer; help: check SDA, .*", present=False)
         other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
-        check.never("a setting that is not taken", [FORGETS], "does not keep what register 0x64 is set to", stuck=0x64)
+        kept = r"does not keep what register 0x64 is set to \(address 0x21, found 0x1f, expected 0xfb\); help: check the supply voltage, .*"
+        check.never("a setting that is not taken", [FORGETS], kept, stuck=0x64)
         # What only the frames show: the firmware reads back what it wrote.
         another, clock = "frames at another rate", "the sensor's clock, 24 MHz, then register 0x11"
         order, wires = "bytes in another order, or with color", "the wires HREF, VSYNC and PCLK and the number of data wires"
@@ -1030,7 +1057,7 @@ def check_openmv(host, elf):
     check.faulty("features", {}, (), [])
     check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
     check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 85), [(70, SILENT), (None, BACK)])
-    check.never("no sensor", [GONE], "does not answer", present=False)
+    check.never("no sensor", [GONE], "does not answer; help: check SDA, .*", present=False)
     check.start("data line held low", [HELD, FOUND], holds=5)
     hard_fault = r"hard fault at 0x30000100, called from 0x\w+, fault status 0x\w+"
     check.crash("hard fault", Machine.crash, hard_fault)

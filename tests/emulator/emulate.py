@@ -63,7 +63,7 @@ class Board:
 
     def run(self):
         """Runs until the clip is over and all its results are sent, or until that should have been long ago."""
-        latest = self.machine.now + (len(self.camera.clip) + 90) * FRAME
+        latest = self.machine.now + (len(self.camera.clip) + 90) * max(FRAME, self.camera.nominal or 2 * FRAME)
         self.machine.run(lambda: self.camera.is_over() or self.machine.now > latest)
         return bytes(self.line.sent)
 

@@ -4,13 +4,13 @@
 //     node check.mjs WSTAC ONE FOUR EIGHT UF2 [TAKING COMPILED SENT]
 //
 // WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires: that for 8 has its line at USB,
-// and UF2 is its image. TAKING, for 8 of them, has
+// and UF2 is its image. EIGHT.15, EIGHT.25 and EIGHT.60 are it at these frame rates, with a UART. TAKING, for 8 of them, has
 // the model COMPILED compiled in, learns textures, and takes models over the link: SENT is one. `ci/boards pico` installs what it
 // needs and builds the programs.
 
 import { fileURLToPath } from 'node:url';
 import { learning, models } from './models.mjs';
-import { Board } from './machine.mjs';
+import { BUS_BYTE, Board } from './machine.mjs';
 import {
   ANOTHER_RATE,
   ANOTHER_SIZE,
@@ -54,6 +54,44 @@ function plain(name, program) {
   problems.push(...board.usb.problems);
   say(name, problems);
   host.budget('pico', program, sent, (board.instructions - board.instructionsBefore) / frames.length);
+}
+
+/** A program for another rate: rate, readout and exposure are those of the registers, and every line is the host's. */
+function rate(fps, program) {
+  const at = host.at(fps);
+  const board = new Board(program, at.frames, {}, undefined, fps);
+  board.requests.push(request(FEATURES, 1));
+  const lines = ofLine(board.play(), '--features');
+  const problems = ['event', 'features'].flatMap((kind) => {
+    // Two frames are a feature frame above 45 per second: the first one behind the clip may complete one.
+    const expected = ofKind(at.lines, kind), found = ofKind(lines, kind).slice(0, expected.length);
+    const isRight = found.length > 0 && same(found, expected);
+    return isRight ? [] : [`${found.length} lines of ${kind} are not the host's ${expected.length}`];
+  });
+  if (told().length > 0) problems.push(`the host is told ${told()}`);
+  const period = board.sensor.period(24e6), readout = (239_000 * period) / board.sensor.lines();
+  if (Math.abs(readout - at.readout) > 1e-6 || Math.abs(period * fps - 1) > 0.004) {
+    problems.push(`rows are read in ${readout} ms, and ${1 / period} frames come per second`);
+  }
+  say(`${fps} frames per second`, problems);
+}
+
+/** The sensor's bus has 100 kHz: the core waits for three registers after each frame, and loses none. */
+function slowBus(name, program, fps = 30) {
+  const at = fps === 30 ? { frames, lines: host.features } : host.at(fps);
+  const count = 24, begun = [];
+  const note = (board) => void begun.push(board.busBytes);
+  const board = new Board(program, at.frames.slice(0, count), { 2: note, 22: note }, undefined, fps);
+  board.busByte = BUS_BYTE;
+  board.requests.push(request(FEATURES, 1));
+  const lines = ofKind(ofLine(board.play(), '--features'), 'features');
+  const expected = ofKind(at.lines, 'features').slice(0, lines.length);
+  const isRight = lines.length >= count * Math.min(1, 30 / fps) && same(lines, expected);
+  const problems = isRight ? [] : [`features are those of ${lines.length} frames`];
+  if (told().length > 0) problems.push(`the host is told ${told()}`);
+  // Three times an address, a register of two bytes, an address and a value.
+  if (begun[1] - begun[0] !== 20 * 15) problems.push(`${begun} bytes, expected 15 per frame`);
+  say(name, problems);
 }
 
 /** Events by a wave, with a texture by a linear model, take longer than the DMA fills its ring: no frame is lost. */
@@ -202,6 +240,9 @@ plain('events, 8 data wires', eight);
 long('long events, 4 data wires', four);
 faulty('features, 4 data wires', four, 12, {}, [], []);
 faulty('features, 1 data wire', one, 6, {}, [], []);
+for (const fps of [15, 25, 60]) rate(fps, `${eight}.${fps}`);
+slowBus('a bus of 100 kHz', eight);
+slowBus('a bus of 100 kHz at 60 frames per second', `${eight}.60`, 60);
 for (const [wires, program] of [[8, eight], [4, four], [1, one]]) {
   start(`326 clocks a line, ${wires} wires`, program, (board) => (board.sensor.isGateEarly = true), []);
 }
@@ -223,7 +264,7 @@ faulty(
   36,
   { 8: (board) => board.sensor.set(0x2100, 1) },
   range(8, 31),
-  [FORGETS('0x2100'), BACK],
+  [FORGETS('0x2100', '0x01', '0x00'), BACK],
 );
 faulty('data line held low for a while', eight, 16, { 8: (board) => (board.sensor.holds = 4) }, [], []);
 const deafen = (board) => (board.sensor.deaf = true), cure = (board) => (board.sensor.deaf = false);
@@ -247,7 +288,7 @@ never(
   (board) => (board.sensor.registers[0x0001] = 0x60),
   'the camera says it is 0x0160, which the firmware does not know',
 );
-never('a setting that is not taken', eight, (board) => (board.sensor.stuck = 0x3055), FORGETS('0x3055'));
+never('a setting that is not taken', eight, (board) => (board.sensor.stuck = 0x3055), FORGETS('0x3055', '0x00', '0xf7'));
 never('60 frames per second', eight, (board) => (board.sensor.slips = { 0x3060: 0x29 }), ANOTHER_RATE('(59.99|60.00)'));
 never('half of the columns', eight, (board) => (board.sensor.slips = { 0x0383: 0x03 }), ANOTHER_SIZE({ words: 9882 }));
 const tall = { lines: 324, words: 26244, rate: '23.4.' };

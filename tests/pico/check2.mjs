@@ -129,6 +129,7 @@ console.log('Pico 2:');
 plain('events, 8 data wires', eight);
 faulty('features, 4 data wires', four, 6, {}, [], []);
 faulty('features, 1 data wire', one, 4, {}, [], []);
+faulty('a bus of 100 kHz', eight, 14, { 0: 'slow bus' }, [], []);
 faulty('a line is missing', eight, 14, { 8: 'lost line' }, [8, 9], [LOST_SYNC]);
 faulty('a line is split', eight, 14, { 8: 'split line' }, [8], [LOST_SYNC]);
 faulty('sync inside a frame', eight, 14, { 8: 'sync inside' }, [8], [LOST_SYNC]);

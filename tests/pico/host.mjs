@@ -17,9 +17,12 @@ const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml');
 const CONFIG = FIRMWARE('../../wstac-fw/wstac.toml');
 // What the host says.
 export const OVERRUN = 'pixels came faster than they were taken';
-export const SILENT = 'the camera sends no pixels', GONE = 'the camera does not answer';
+export const SILENT = 'the camera sends no pixels; help: check XCLK, PCLK and power';
+export const GONE = 'the camera does not answer; help: check SDA, SCL, their pull-ups, XCLK and power';
 export const BACK = 'the camera sends frames again';
-export const FORGETS = (register) => `the camera does not keep what register ${register} is set to`;
+export const FORGETS = (register, found, expected) =>
+  `the camera does not keep what register ${register} is set to (address 0x24, found ${found}, expected ${expected}); ` +
+  'help: check the supply voltage, then the pull-ups of SDA and SCL';
 /** What a camera sends in place of 30 frames per second of 244 lines of 324 pixels. */
 export const SENDS = (what, found, first, register) => {
   const size = (lines, words, rate) => `${lines} lines, ${words} words, ${rate} per second`;
@@ -60,9 +63,9 @@ export class Host {
   }
 
   /** Renders a scene before a rolling shutter. Returns the paths of a clip and of its raw pixels, and its frames. */
-  rendered(name, toml) {
+  rendered(name, toml, readout = READOUT_MS, fps = 30) {
     const [scene, clip, raw] = ['toml', 'y4m', 'raw'].map((ending) => this.file(`${name}.${ending}`));
-    fs.writeFileSync(scene, `${toml}`.replace('[sensor]\n', `[sensor]\nreadout_ms = ${READOUT_MS}\n`));
+    fs.writeFileSync(scene, `${toml}`.replace('[sensor]\n', `[sensor]\nfps = ${fps}\nreadout_ms = ${readout}\n`));
     for (const output of [clip, raw]) execFileSync(this.wstac, ['scene', 'render', scene, '-o', output], { stdio: 'ignore' });
     const pixels = fs.readFileSync(raw);
     const frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
@@ -84,7 +87,8 @@ export class Host {
   /** Returns the lines of `wstac run` on another clip. */
   of(clip, ...options) {
     const config = options.includes('--config') ? [] : ['--config', CONFIG];
-    return this.says('run', clip, '--json', '--readout', `${READOUT_MS}`, ...config, ...options);
+    const readout = options.includes('--readout') ? [] : ['--readout', `${READOUT_MS}`];
+    return this.says('run', clip, '--json', ...readout, ...config, ...options);
   }
 
   /** Returns the events of the clip with these corners of taxels. */
@@ -94,6 +98,13 @@ export class Host {
     const events = ofKind(this.ofClip('--config', toml), 'event');
     if (events.length !== 2 || same(events, this.events)) throw new Error('another layout changes nothing');
     return events;
+  }
+
+  /** Returns the clip of two slides at another rate, its frames, its readout, and what the host makes of it. */
+  at(fps) {
+    const readout = (239 * 376 * (fps > 30 ? 4 : 8)) / 24_000;
+    const { clip, frames } = this.rendered(`at ${fps}`, fs.readFileSync(SCENE), readout, fps);
+    return { frames, readout, lines: this.of(clip, '--features', '--readout', `${readout}`) };
   }
 
   /** Returns the lines of `wstac monitor` on bytes that a board sent. */

@@ -6,7 +6,8 @@
 // - An address without acknowledge flags the empty queue of the bus.
 // - An SEV instruction sets the core's event, which the emulator leaves out.
 // - A fault enters its handler, which the emulator does not do by itself.
-// Not modeled: electricity, and the time of instructions in flash. The time of a byte that the board sends is not either.
+// Not modeled: electricity, and the time of instructions in flash. The time of a byte that the board sends is not either, and
+// that of the bus only if a case sets it.
 
 import fs from 'node:fs';
 import { RP2040 } from 'rp2040js';
@@ -25,6 +26,8 @@ const FLASH = 0x1000_0000, RAM = 0x2000_0000, BOOT2 = 0x100;
 const LOADER = 0x2004_1f00;
 const CYCLE = 1e9 / 120e6;
 const FRAME = 1e9 / 30;
+/** A byte and its acknowledge on a bus of 100 kHz. */
+export const BUS_BYTE = 9e9 / 100e3;
 // A byte on the serial line to the board: 10 bits.
 const BYTE = 10e9 / 115_200;
 
@@ -78,8 +81,11 @@ function parts(file) {
 
 /** The board with a program and a clip of pictures. `faults` has the faults of the clip's frames, by number. */
 export class Board {
-  constructor(program, clip, faults = {}, flash = new Flash()) {
+  constructor(program, clip, faults = {}, flash = new Flash(), fps = 30) {
     this.flash = flash;
+    this.frameTime = 1e9 / fps;
+    this.busByte = 0; // the time of a byte on the bus
+    this.busBytes = 0; // those that took it
     for (const [place, bytes] of parts(program)) flash.bytes.set(bytes, place - FLASH);
     this.functions = program.endsWith('.uf2') ? {} : functions(program);
     this.clip = clip;
@@ -160,15 +166,24 @@ export class Board {
 
   bus(i2c) {
     const wired = () => [SDA, SCL].every((pin) => this.mcu.gpio[pin].functionSelect === I2C);
+    let next;
+    const alarm = this.mcu.clock.createAlarm(() => next());
+    const later = (done) => {
+      if (this.busByte === 0) return done();
+      this.busBytes += 1;
+      next = done;
+      alarm.schedule(this.busByte);
+    };
     i2c.onStart = () => (this.sensor.start(), i2c.completeStart());
-    i2c.onConnect = (address) => {
+    const connect = (address) => {
       const answers = wired() && this.hertz() > 0 && this.sensor.answers(address);
       i2c.completeConnect(answers);
       // An abort empties the queue of what is sent (RP2040 data sheet, 4.3.10), which the emulator does not flag.
       if (!answers) i2c.setInterrupts(1 << 4);
     };
-    i2c.onWriteByte = (value) => (this.sensor.write(value), i2c.completeWrite(true));
-    i2c.onReadByte = () => i2c.completeRead(this.sensor.read());
+    i2c.onConnect = (address) => later(() => connect(address));
+    i2c.onWriteByte = (value) => later(() => (this.sensor.write(value), i2c.completeWrite(true)));
+    i2c.onReadByte = () => later(() => i2c.completeRead(this.sensor.read()));
     i2c.onStop = () => i2c.completeStop();
   }
 
@@ -286,9 +301,9 @@ export class Board {
 
   /** Plays the clip, and the frames before it. Returns what came out of the serial line. */
   play(longest = 90) {
-    const latest = () => this.now > (this.clip.length + longest) * FRAME;
+    const latest = () => this.now > (this.clip.length + longest) * this.frameTime;
     while (!latest()) {
-      const slot = this.began === null ? null : Math.round((this.now - this.began) / FRAME);
+      const slot = this.began === null ? null : Math.round((this.now - this.began) / this.frameTime);
       if (slot !== null && slot >= this.clip.length) {
         // The last results are sent.
         this.run(FRAME / 2);
@@ -307,9 +322,9 @@ export class Board {
     const hertz = this.hertz();
     const fault = this.faults[number];
     const done = typeof fault === 'function' ? fault(this) : fault;
-    let period = this.sensor.streams() && hertz ? this.sensor.period(hertz) * 1e9 : FRAME;
-    // The clip has 30 frames per second. The sensor's rate is a little lower, by arithmetic alone.
-    if (Math.abs(period / FRAME - 1) < 0.01) period = FRAME;
+    let period = this.sensor.streams() && hertz ? this.sensor.period(hertz) * 1e9 : this.frameTime;
+    // The clip's rate is whole. The sensor's is a little different, by arithmetic alone.
+    if (Math.abs(period / this.frameTime - 1) < 0.01) period = this.frameTime;
     if (!this.sensor.streams() || !hertz || done === 'silent') return this.until(begins + period);
     if (this.began === null && this.uses()) {
       this.began = begins;

@@ -52,6 +52,15 @@ pub fn wave() -> Result<(), String> {
     Ok(())
 }
 
+/// Returns the source of the frames per second. The sensors' tables make every one of these.
+pub fn fps(chosen: Option<&str>) -> Result<String, String> {
+    let text = chosen.unwrap_or("30");
+    match text.parse::<u32>() {
+        Ok(fps @ 15..=60) => Ok(format!("/// The frames per second of the sensors.\npub const FPS: u32 = {fps};\n")),
+        _ => Err(format!("WSTAC_FPS={text}: expected whole frames per second, 15 to 60")),
+    }
+}
+
 /// Checks that every program for an STM32H743 says where its flash is.
 pub fn rows() -> Result<(), String> {
     println!("cargo:rerun-if-changed=Cargo.toml");

@@ -21,7 +21,7 @@ impl<E> From<SensorError<E>> for Fault<'static> {
         match error {
             SensorError::Bus { .. } => Self::SensorGone,
             SensorError::Identity { found: id, .. } => Self::SensorUnknown { id },
-            SensorError::NotTaken { register, .. } => Self::SensorRefuses { register },
+            SensorError::NotTaken { register, values } => Self::SensorRefuses { register, values: Some(values) },
         }
     }
 }
@@ -42,7 +42,7 @@ impl Told {
     fn of(fault: &Fault<'_>) -> Self {
         match *fault {
             Fault::SensorUnknown { id } => Self::Fault(0, id),
-            Fault::SensorRefuses { register } => Self::Fault(1, register),
+            Fault::SensorRefuses { register, .. } => Self::Fault(1, register),
             Fault::SensorDiffers { part: FramePart::Pattern, .. } => Self::Fault(2, 0),
             Fault::SensorDiffers { register, .. } => Self::Fault(3, register),
             Fault::SensorGone => Self::Fault(4, 0),
@@ -170,7 +170,7 @@ impl<S: Line, T: OutputPin> Link<S, T> {
             Fault::SensorSilent => defmt::warn!("the sensor is silent"),
             Fault::SensorGone => defmt::error!("no sensor answers"),
             Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
-            Fault::SensorRefuses { register } => {
+            Fault::SensorRefuses { register, .. } => {
                 defmt::error!("the sensor does not keep register {=u16:#04x}", register);
             }
             Fault::SensorDiffers { found: FrameNumbers { lines, words, millihertz }, .. } => {

@@ -32,7 +32,7 @@ use crate::stripes::{self, Capture, StripeStep, Stripes, Ticks, What};
 use crate::{crash_record, setup};
 
 /// The frame rate of the sensors.
-pub const RATE: FrameRate = FrameRate::NOMINAL;
+pub const RATE: FrameRate = setup::RATE;
 /// The frames that a self-test measures, and the longest time for them.
 const SELF_TEST_FRAMES: u32 = 4;
 const SELF_TEST: Duration = Duration::from_millis(800);

@@ -31,6 +31,11 @@ impl<'b, B: I2c> Registers<'b, B> {
         Self { bus, address, addressing }
     }
 
+    /// Returns the 7-bit address of the sensor.
+    pub fn address(&self) -> u8 {
+        self.address
+    }
+
     /// Reads a register.
     ///
     /// # Errors

@@ -1,6 +1,6 @@
-//! The compiled-in configuration, texture model and pixel format.
+//! The compiled-in configuration, texture model, pixel format and frame rate.
 //!
-//! `WSTAC_CONFIG`, `WSTAC_MODEL` and `WSTAC_PIXELS` named them when this was built (`build.rs`), which has checked all
+//! `WSTAC_CONFIG`, `WSTAC_MODEL`, `WSTAC_PIXELS` and `WSTAC_FPS` named them when this was built (`build.rs`), which has checked all
 //! of them.
 #![allow(clippy::unreadable_literal)]
 
@@ -17,6 +17,12 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{MotionConfig, ReadoutTime};
 
 include!(concat!(env!("OUT_DIR"), "/setup.rs"));
+
+/// The frame rate of the sensors, as `WSTAC_FPS` says.
+pub const RATE: FrameRate = match FrameRate::new(FPS, 1) {
+    Ok(rate) => rate,
+    Err(_) => panic!("checked by the build script"),
+};
 
 /// The type of the board's pipeline.
 pub type BoardPipeline = Pipeline<GreenChannel, Ln, BaselinePolicy, Taxels>;

@@ -160,8 +160,10 @@ class Camera:
 
     @property
     def line_time(self):
-        """Returns the cycles of a line. Of the blank lines between frames, eight come before the first line."""
-        return self.period // (self.sensor.size()[1] + 15)
+        """Returns the cycles from a line to the next. Of the time between frames, that of eight comes before the first line.
+        Settings that are wrong may leave less time.
+        """
+        return min(round(self.clock * self.sensor.row()), self.period // (self.sensor.size()[1] + 15))
 
     def is_over(self):
         """Returns whether the clip has been sent, and one more frame time has passed."""

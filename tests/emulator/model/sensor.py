@@ -4,14 +4,13 @@ The registers and bits are those of public drivers and of quotes of OmniVision's
 firmware's tables: Linux drivers of the OV7690 and OV772x, MediaTek's and Analog Devices' drivers of the OV7692, and
 OpenMV's drivers of the OV7690 and OV7725. What none of them says is a guess, and the comment says so.
 
-A clip is what the sensor sees with the nominal exposure and gain 1. Wrong lights change its luma, wrong sizes cut or
+A clip is what the sensor sees with the exposure `nominal`, in lines, and gain 1. Wrong lights change its luma, wrong sizes cut or
 enlarge it, and a wrong format gives other bytes.
 """
 
 from functools import lru_cache
 
 XCLK = 24_000_000
-NOMINAL_LINES = 480  # exposure, in lines
 GREY_CHROMA = 0x80
 
 
@@ -32,7 +31,7 @@ class Sensor:
         self.address = self.ADDRESS if address is None else address
         self.identity = self.IDENTITY if identity is None else identity
         self.present, self.resets, self.nack_after, self.stuck, self.slips = True, 0, None, None, {}
-        self.holds, self.deaf = 0, False
+        self.holds, self.deaf, self.nominal = 0, False, 480
         self.is_on = lambda: True
         self.pointer, self.written, self.history, self.dark = 0, [], [], None
         self.power_on()
@@ -277,7 +276,6 @@ class Ov7690(Sensor):
         **{0xA3 + k: value for k, value in enumerate(GAMMA_AT_RESET)}, 0xB2: 0x06,
     }  # fmt: skip
     AUTOMATIC = ((1, 0x0F, 0x10), (2, 0, 0x02), (4, 0, 0x00))
-    LINES = 516  # of a frame, whatever the scaler makes of them
 
     def drives(self):
         """Returns whether VSYNC, HREF and PCLK are driven: 0x0C bit 1, and 0x0E bit 3 is sleep."""
@@ -293,12 +291,15 @@ class Ov7690(Sensor):
         divider = 1 if self[0x11] & 0x40 else (self[0x11] & 0x3F) + 1
         return XCLK * multiplier / ((self[0x29] >> 6) + 1) / divider / 4
 
+    def lines(self):
+        """Returns the lines of a frame, whatever the scaler makes of them: 516 at reset, half of them in skip mode."""
+        more = ((self[0x2A] & 0x0F) << 8 | self[0x2C]) + (self[0x2D] | self[0x2E] << 8)
+        return (258 if self[0x12] & 0x40 else 516) + more
+
     def period(self):
-        """Returns the seconds of a frame: 776 pixels by 516 lines at reset, fewer lines in skip mode."""
-        lines = (self.LINES // 2 if self[0x12] & 0x40 else self.LINES) + ((self[0x2A] & 0x0F) << 8 | self[0x2C])
-        lines += self[0x2D] | self[0x2E] << 8
+        """Returns the seconds of a frame, of which a line has 776 pixels at reset."""
         night = {0: 1, 1: 2, 2: 3, 3: 4}.get(self[0x15] >> 4 & 7, 8) if self[0x15] & 0x80 else 1
-        return night * self.array_line() * lines
+        return night * self.array_line() * self.lines()
 
     def array_line(self):
         """Returns the seconds of a line of the array."""
@@ -343,13 +344,13 @@ class Ov7690(Sensor):
 
     def light(self):
         """Returns the table of exposure, gains and gamma."""
-        lines = min(self.number(0x0F, 0x10, 8), self.LINES - 4)
+        lines = min(self.number(0x0F, 0x10, 8), self.lines() - 4)
         gain = doublings(self[0x00]) * (1, 2, 2, 4)[self[0x15] & 3]
         white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x40
         # Contrast and brightness at their defaults are a guess: half of the light.
         effect = 0.5 if self[0x81] & 0x20 and self[0xD2] & 4 else 1
         knots = tuple(self[0xA3 + k] for k in range(15))
-        return curve(round(lines / NOMINAL_LINES * gain * white * effect, 6), knots, self[0xB2])
+        return curve(round(lines / self.nominal * gain * white * effect, 6), knots, self[0xB2])
 
     def view(self):
         """Returns how the picture lies. 0x17 and 0x19 shift it, and how far is a guess."""
@@ -401,13 +402,14 @@ class Ov7725(Sensor):
         """Returns whether the port is driven: 0x09 bit 4 is sleep. Its pins are tri-stated only in power-down."""
         return self.present and self.is_on() and not self[0x09] & 0x10
 
+    def lines(self):
+        """Returns the lines of a frame: 510 for VGA, and 278 for QVGA."""
+        return (278 if self[0x12] & 0x40 else 510) + (self[0x2D] | self[0x2E] << 8) + (self[0x33] | self[0x34] << 8)
+
     def period(self):
-        """Returns the seconds of a frame: 784 x 510 pixels for VGA, 576 x 278 for QVGA, each two clocks."""
-        lines = 278 if self[0x12] & 0x40 else 510
-        lines += self[0x2D] | self[0x2E] << 8 | 0
-        lines += self[0x33] | self[0x34] << 8
+        """Returns the seconds of a frame, of which a line has 784 pixels for VGA, and 576 for QVGA, each two clocks."""
         night = {0: 1, 1: 2, 2: 4, 3: 8}[self[0x0E] >> 4 & 3] if self[0x0E] & 0x80 else 1
-        return night * self.array_line() * lines
+        return night * self.array_line() * self.lines()
 
     def array_line(self):
         """Returns the seconds of a line of the array."""
@@ -451,17 +453,18 @@ class Ov7725(Sensor):
 
     def light(self):
         """Returns the table of exposure, gains and gamma."""
-        lines = min(self.number(0x08, 0x10, 8), 506)
+        lines = min(self.number(0x08, 0x10, 8), self.lines() - 4)
         white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x80
         effect = 0.5 if self[0x64] & 0x20 and self[0xA6] & 0x64 else 1
         lens = 1.1 if self[0x46] & 1 else 1
         knots, slope = (GAMMA_AT_RESET, 0x06) if self[0x64] & 4 else (STRAIGHT, 64)
-        return curve(round(lines / NOMINAL_LINES * doublings(self[0x00]) * white * effect * lens, 6), knots, slope)
+        return curve(round(lines / self.nominal * doublings(self[0x00]) * white * effect * lens, 6), knots, slope)
 
     def view(self):
-        """Returns how the picture lies. How far 0x17, 0x19 and 0x32 shift it is a guess."""
-        right = (self[0x17] - 0x22) * 4 + (self[0x32] >> 4 & 3)
-        down = (self[0x19] - 0x07) * 2 + (self[0x32] >> 6 & 1)
+        """Returns how the picture lies. How far 0x17, 0x19 and 0x32 shift it is a guess; where windows begin is not (OpenMV)."""
+        first, top = (0x3F, 0x03) if self[0x12] & 0x40 else (0x22, 0x07)
+        right = (self[0x17] - first) * 4 + (self[0x32] >> 4 & 3)
+        down = (self[0x19] - top) * 2 + (self[0x32] >> 6 & 1)
         return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
 
     def bars(self):

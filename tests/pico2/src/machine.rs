@@ -73,6 +73,9 @@ struct Outside {
     i2c: HashMap<u32, u32>,
     i2c_read: VecDeque<u8>,
     i2c_busy: bool,
+    /// The cycles of a byte on the bus; what waits for it, and until when.
+    bus_byte: u64,
+    commands: VecDeque<(u32, u64)>,
     uart: HashMap<u32, u32>,
     clock_output: HashMap<u32, u32>,
     dma: Dma,
@@ -106,10 +109,14 @@ impl Outside {
     }
 
     fn read(&mut self, base: u32, offset: u32) -> u32 {
+        while let Some((command, _)) = self.commands.pop_front_if(|(_, end)| *end <= self.now) {
+            self.transfer(command);
+        }
+        let (is_idle, waiting) = (self.commands.is_empty(), self.commands.len() as u32);
         match (base, offset) {
             // IC_DATA_CMD, IC_RAW_INTR_STAT, IC_CLR_TX_ABRT, IC_CLR_STOP_DET, IC_STATUS, IC_RXFLR, IC_ENABLE_STATUS.
             (I2C0, 0x10) => self.i2c_read.pop_front().unwrap_or(0).into(),
-            (I2C0, 0x34) => 1 << 4 | self.i2c.get(&0x34).copied().unwrap_or(0),
+            (I2C0, 0x34) => u32::from(is_idle) << 4 | self.i2c.get(&0x34).copied().unwrap_or(0),
             (I2C0, 0x54) => {
                 *self.i2c.entry(0x34).or_default() &= !(1 << 6);
                 self.i2c.insert(0x80, 0);
@@ -119,8 +126,11 @@ impl Outside {
                 *self.i2c.entry(0x34).or_default() &= !(1 << 9);
                 0
             }
-            (I2C0, 0x70) => 0b110 | u32::from(!self.i2c_read.is_empty()) << 3,
-            (I2C0, 0x74) | (QMI, _) => 0,
+            (I2C0, 0x70) => {
+                u32::from(waiting < 16) << 1 | u32::from(is_idle) << 2 | u32::from(!self.i2c_read.is_empty()) << 3
+            }
+            (I2C0, 0x74) => waiting,
+            (QMI, _) => 0,
             (I2C0, 0x78) => self.i2c_read.len() as u32,
             (I2C0, 0x9C) => self.i2c.get(&0x6C).copied().unwrap_or(0) & 1,
             (I2C0, _) => self.i2c.get(&offset).copied().unwrap_or(0),
@@ -139,7 +149,7 @@ impl Outside {
 
     fn write(&mut self, address: u32, base: u32, offset: u32, value: u32) {
         match (base, offset) {
-            (I2C0, 0x10) => self.transfer(value),
+            (I2C0, 0x10) => self.queue(value),
             (dma::BASE, _) => self.dma.write(offset, written(self.dma.read(offset), address, value)),
             (UART0, 0x00) => self.sent.push(value as u8),
             (BOOT_RAM, _) => {}
@@ -186,6 +196,16 @@ impl Outside {
     /// Returns the raw interrupts of the line: something was received.
     fn raised(&self) -> u32 {
         if self.received.is_empty() { 0 } else { 1 << 4 | 1 << 6 }
+    }
+
+    /// Queues a byte on the sensor's bus. A first one, and one behind a restart, has the address in front.
+    fn queue(&mut self, command: u32) {
+        if self.bus_byte == 0 {
+            return self.transfer(command);
+        }
+        let is_first = self.commands.is_empty() && !self.i2c_busy || command & 1 << 10 != 0;
+        let begins = self.commands.back().map_or(self.now, |&(_, end)| end.max(self.now));
+        self.commands.push_back((command, begins + self.bus_byte * if is_first { 2 } else { 1 }));
     }
 
     /// Sends or receives a byte on the sensor's bus.
@@ -405,6 +425,8 @@ impl Board {
             i2c: HashMap::new(),
             i2c_read: VecDeque::new(),
             i2c_busy: false,
+            bus_byte: 0,
+            commands: VecDeque::new(),
             uart: HashMap::new(),
             clock_output: HashMap::new(),
             dma: Dma::default(),
@@ -651,6 +673,7 @@ impl Board {
             }
             Some("plug in") => self.outside.sensor.present = true,
             Some("hold data line") => self.outside.sensor.holds = 4,
+            Some("slow bus") => self.outside.bus_byte = 9 * HERTZ / 100_000,
             Some("hang") => self.stalled_until = begins + 5 * HERTZ,
             Some("crash") => {
                 // UDF.

@@ -483,6 +483,9 @@ pub enum Fault<'a> {
     SensorRefuses {
         /// The register that holds another value.
         register: u16,
+        /// The values; `None` from a board before version 0.4.
+        #[serde(deserialize_with = "super::numbers::newest")]
+        values: Option<RegisterValues>,
     },
     /// The camera keeps its settings, but its frames are not those that the settings make.
     SensorDiffers {
@@ -512,6 +515,18 @@ pub enum FramePart {
     Pattern,
     /// The frames per second.
     Rate,
+}
+
+/// The values of a register that a camera does not keep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+// It is exhaustive: a board makes one.
+pub struct RegisterValues {
+    /// The camera's address on its bus, of 7 bits.
+    pub address: u8,
+    /// The value that was read.
+    pub found: u8,
+    /// The value that was written.
+    pub expected: u8,
 }
 
 /// Numbers of a camera's frames.

@@ -150,7 +150,7 @@ fn messages() -> Vec<Message<'static>> {
         Message::Time { host_us: u64::MAX, board_us: LAST },
         Message::Fault(Fault::SensorUnknown { id: 0xFFFF }),
         Message::Fault(Fault::Overrun),
-        Message::Fault(Fault::SensorRefuses { register: u16::MAX }),
+        Message::Fault(Fault::SensorRefuses { register: u16::MAX, values: None }),
         Message::PicturePart(PicturePart::new(u8::MAX, LAST, u32::MAX, &[u8::MAX; PICTURE_PART])),
         Message::PicturePart(PicturePart::new(0, 0, 0, &[0; 3])),
         Message::PictureEnd(PictureEnd::new(u8::MAX, u16::MAX, u32::MAX)),
@@ -162,7 +162,12 @@ fn messages() -> Vec<Message<'static>> {
     all.extend(models::tests::messages());
     all.extend([Message::Slip(Slip::new(LAST, LAST, 0, 0.4)), Message::Fault(sends_another_rate())]);
     all.extend([None, Some(Bootloader::Uf2), Some(Bootloader::Dfu)].map(Message::Bootloader));
+    all.push(Message::Fault(Fault::SensorRefuses { register: u16::MAX, values: Some(not_kept()) }));
     all
+}
+
+fn not_kept() -> RegisterValues {
+    RegisterValues { address: 0x21, found: 0x1F, expected: 0xFB }
 }
 
 fn sends_another_rate() -> Fault<'static> {
@@ -291,6 +296,16 @@ fn the_bytes_of_a_frame_are_these() {
     assert_eq!((event.touch_frame(), event.end_frame()), (Some(45), Some(73)));
     // The check value of CRC-32 (IEEE).
     assert_eq!(crc32(*b"123456789"), 0xCBF4_3926);
+}
+
+#[test]
+fn the_bytes_of_a_register_that_is_not_kept_are_these() {
+    // Fault 7, the register, and since version 0.4 address and values.
+    let content = [4, 0, 7, 7, 0x64, 1, 0x21, 0x1F, 0xFB];
+    let message = Message::Fault(Fault::SensorRefuses { register: 0x64, values: Some(not_kept()) });
+    assert_eq!(frame(&message, 0), frame_of(&content));
+    let before = Message::Fault(Fault::SensorRefuses { register: 0x64, values: None });
+    assert_eq!(received(&mut Decoder::new(), &frame_of(&content[..5])), [arrived(&before, 0)]);
 }
 
 #[test]

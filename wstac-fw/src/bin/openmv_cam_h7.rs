@@ -34,7 +34,7 @@ async fn main(_spawner: Spawner) {
         dcmi: p.DCMI,
         stream: p.DMA1_CH0,
         clock: (p.MCO1, p.PA8),
-        bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), p.PA10.into()))),
+        bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), Some(p.PA10.into())))),
         #[cfg(feature = "usb")]
         line: h743::usb(p.USB_OTG_FS, UsbIrqs, (p.PA12, p.PA11), _spawner),
         #[cfg(not(feature = "usb"))]

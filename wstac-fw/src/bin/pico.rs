@@ -10,6 +10,7 @@ use embassy_rp::gpio::{Level, Output};
 #[cfg(not(feature = "usb"))]
 use wstac_fw::rp::RpIrqs;
 use wstac_fw::rp::{self, RpBus, RpWiring};
+use wstac_fw::setup;
 use wstac_fw::stripes::pio::Wires;
 
 /// The data wires of the camera, from GP6 upwards: 1 unless `WSTAC_DATA_WIRES` says 4 or 8.
@@ -22,6 +23,10 @@ const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
         _ => panic!("WSTAC_DATA_WIRES: expected 1, 4 or 8"),
     },
 };
+const _: () = assert!(
+    DATA_WIRES > 1 || setup::FPS <= 30,
+    "WSTAC_FPS is above 30, which an HM01B0 reaches with more than 1 data wire, expected WSTAC_DATA_WIRES=4 or 8, or 30"
+);
 #[cfg(not(feature = "usb"))]
 const BAUD: u32 = 115_200;
 

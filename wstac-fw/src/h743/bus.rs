@@ -28,18 +28,18 @@ pub struct SensorBus {
     power: Option<SensorPower>,
 }
 
-/// The lines that switch a sensor: it runs while the first is low and the second is high.
+/// The lines that switch a sensor: it runs while the first is low and the second, if there is one, is high.
 pub struct SensorPower {
     power_down: Output<'static>,
-    reset: Output<'static>,
+    reset: Option<Output<'static>>,
 }
 
 impl SensorPower {
     /// Takes the lines, and switches the sensor off.
-    pub fn new(power_down: Peri<'static, AnyPin>, reset: Peri<'static, AnyPin>) -> Self {
+    pub fn new(power_down: Peri<'static, AnyPin>, reset: Option<Peri<'static, AnyPin>>) -> Self {
         Self {
             power_down: Output::new(power_down, Level::High, Speed::Low),
-            reset: Output::new(reset, Level::Low, Speed::Low),
+            reset: reset.map(|reset| Output::new(reset, Level::Low, Speed::Low)),
         }
     }
 }
@@ -102,10 +102,11 @@ impl Bus for SensorBus {
 
     async fn restart_sensor(&mut self) {
         if let Some(SensorPower { power_down, reset }) = &mut self.power {
-            reset.set_low();
+            let mut set = |level| reset.as_mut().into_iter().for_each(|reset| reset.set_level(level));
+            set(Level::Low);
             power_down.set_low();
             Timer::after(RESET).await;
-            reset.set_high();
+            set(Level::High);
             Timer::after(RESET).await;
         }
     }

@@ -1,9 +1,10 @@
-//! HM01B0: 324 × 244 gray pixels, of which the inner 320 × 240 are used, 30 times per second at a clock of 24 MHz. Its
-//! data bus has 8, 4 or 1 wires.
+//! HM01B0: 324 × 244 gray pixels, of which the inner 320 × 240 are used, from a clock of 24 MHz. Its data bus has 8, 4 or
+//! 1 wires.
 //!
 //! Register addresses and bits are those of Himax's register list as public drivers quote it (OpenMV, Zephyr, and two
 //! drivers for the RP2040). There was no sensor, so nothing of this is confirmed on hardware. The rate is arithmetic:
-//! 24 MHz / 8 / (376 pixels × 266 lines per frame) = 29.995.
+//! 24 MHz / 8 / (376 pixels × 266 lines per frame) = 29.995. Other rates have other numbers of lines, as the driver of
+//! P. Marques makes them; above 30, the clock is divided by 4. With 1 wire, that would take a clock of 48 MHz.
 //!
 //! | register | bits that are used |
 //! | --- | --- |
@@ -26,10 +27,14 @@
 //! | 0x3022, 0x3023 | lines and pixels by which the syncs come early |
 //! | 0x3044–0x3058 | analog tuning, as all drivers have it |
 //! | 0x3059 | 6: 4 data wires, 5: 1 data wire; 4–0: 2 |
-//! | 0x3060 | 5: PCLK only with pixels, 4: high bits first, 3–2: register clock, 1–0: pixel clock, 0 for / 8 |
+//! | 0x3060 | 5: PCLK only with pixels, 4: high bits first, 3–2: register clock, 1–0: pixel clock, 0 for / 8, 1 for / 4 |
 //! | 0x3068 | 0: PCLK inverted |
 
-use super::{Addressing, CameraSensor, QVGA, Setting, Signals, Suspects, readout, set};
+use super::{
+    Addressing, CameraSensor, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set, six_frames,
+    usual_exposure,
+};
+use crate::setup;
 
 /// The width of the data bus.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,10 +60,18 @@ impl DataWires {
 
 /// Creates the HM01B0 with this data bus.
 pub const fn hm01b0(wires: DataWires) -> CameraSensor {
-    let settings: &'static [&'static [Setting]] = match wires {
-        DataWires::One => &WITH_1,
-        DataWires::Four => &WITH_4,
-        DataWires::Eight => &WITH_8,
+    match wires {
+        DataWires::One => with::<{ if setup::FPS > WHOLE_FPS { WHOLE_FPS } else { setup::FPS } }>(wires),
+        _ => with::<{ setup::FPS }>(wires),
+    }
+}
+
+/// Creates the HM01B0 at a rate of 15 to 60 frames per second; with one wire, to 30.
+pub(super) const fn with<const FPS: u32>(wires: DataWires) -> CameraSensor {
+    let settings = match wires {
+        DataWires::One => At::<FPS>::WITH_1,
+        DataWires::Four => At::<FPS>::WITH_4,
+        DataWires::Eight => At::<FPS>::WITH_8,
     };
     CameraSensor {
         name: "HM01B0",
@@ -71,11 +84,9 @@ pub const fn hm01b0(wires: DataWires) -> CameraSensor {
         settings,
         start: &START,
         switches: 0x2100,
-        // The time of six frames.
-        settle_ms: 200,
+        settle_ms: six_frames(FPS),
         size: QVGA,
-        // Its clock is divided by 8.
-        readout: readout(8 * CLOCKS),
+        readout: readout(At::<FPS>::DIVIDER * CLOCKS),
         border: 2,
         signals: Signals {
             vsync_high_between_frames: false,
@@ -90,25 +101,45 @@ pub const fn hm01b0(wires: DataWires) -> CameraSensor {
         clock: None,
         exposure: [0x0202, 0x0203],
         lines: None,
-        longest_exposure: LINES - 2,
+        longest_exposure: At::<FPS>::LINES - 2,
         pattern: &WALKING_ONES,
     }
 }
 
-/// The lines of a frame. An exposure of more than two less would take longer than a frame.
-const LINES: u16 = 266;
-
 /// The pixel clocks of a line.
 const CLOCKS: u16 = 376;
 
-/// Every pixel of the window, at 30 frames per second from a clock of 24 MHz.
-static FORMAT: [Setting; 15] = [
+/// Makes a rate of the tables.
+struct At<const FPS: u32>;
+
+impl<const FPS: u32> At<FPS> {
+    /// The clocks of 24 MHz for a pixel.
+    const DIVIDER: u16 = if FPS > WHOLE_FPS { 4 } else { 8 };
+    /// The lines of a frame. An exposure of more than two less would take longer than a frame.
+    const LINES: u16 = frame_lines(if FPS > WHOLE_FPS { 532 } else { 266 }, FPS);
+    /// It is at most 27 ms.
+    const EXPOSURE: u16 = usual_exposure(if FPS > WHOLE_FPS { 480 } else { 240 }, Self::LINES, 26);
+
+    const RATE: [Setting; 6] = [
+        set(0x0340, (Self::LINES >> 8) as u8),
+        set(0x0341, Self::LINES as u8),
+        set(0x2100, 0x00), // no automatic exposure or gain
+        set(0x0202, (Self::EXPOSURE >> 8) as u8),
+        set(0x0203, Self::EXPOSURE as u8),
+        // PCLK only with pixels; low bits first; clock / 4 or 8
+        set(0x3060, if FPS > WHOLE_FPS { 0x29 } else { 0x28 }),
+    ];
+    const WITH_1: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_1, &TUNING, &LOCKS];
+    const WITH_4: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_4, &TUNING, &LOCKS];
+    const WITH_8: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_8, &TUNING, &LOCKS];
+}
+
+/// Every pixel of the window.
+static FORMAT: [Setting; 12] = [
     set(0x3010, 0x01), // 324 x 244
     set(0x0383, 0x01), // every column
     set(0x0387, 0x01), // every row
     set(0x0390, 0x00), // no binning
-    set(0x0340, (LINES >> 8) as u8),
-    set(0x0341, LINES as u8),
     set(0x0342, (CLOCKS >> 8) as u8),
     set(0x0343, CLOCKS as u8),
     set(0x3022, 0x02), // VSYNC two lines before the first, so that the interrupt at it comes before the pixels
@@ -117,15 +148,11 @@ static FORMAT: [Setting; 15] = [
     set(0x0101, 0x00), // neither mirrored nor upside down
     set(0x0601, 0x00), // no test pattern
     set(0x3011, 0x70), // pixels of 8 bits
-    set(0x3060, 0x28), // clock / 8; PCLK only with pixels; low bits first
 ];
 
 static BUS_8: [Setting; 2] = [set(0x3059, 0x02), NOT_INVERTED];
 static BUS_4: [Setting; 2] = [set(0x3059, 0x42), NOT_INVERTED];
 static BUS_1: [Setting; 2] = [set(0x3059, 0x22), NOT_INVERTED];
-static WITH_1: [&[Setting]; 4] = [&FORMAT, &BUS_1, &TUNING, &LOCKS];
-static WITH_4: [&[Setting]; 4] = [&FORMAT, &BUS_4, &TUNING, &LOCKS];
-static WITH_8: [&[Setting]; 4] = [&FORMAT, &BUS_8, &TUNING, &LOCKS];
 /// Data is to be taken at the rising edge of PCLK.
 const NOT_INVERTED: Setting = set(0x3068, 0x20);
 
@@ -148,9 +175,8 @@ static TUNING: [Setting; 15] = [
     set(0x3067, 0x00), // the clock comes from outside
 ];
 
-/// Switches automatic controls off, then sets values.
-static LOCKS: [Setting; 15] = [
-    set(0x2100, 0x00), // no automatic exposure or gain
+/// Switches other automatic controls off, then sets values.
+static LOCKS: [Setting; 12] = [
     set(0x2000, 0x00),
     set(0x210E, 0x00), // no flicker control
     set(0x2150, 0x00), // no motion detection
@@ -163,8 +189,6 @@ static LOCKS: [Setting; 15] = [
     set(0x020E, 0x01), // digital gain 1
     set(0x020F, 0x00),
     set(0x0350, 0x7F),
-    set(0x0202, 0x00), // 240 lines: nearly all of a frame
-    set(0x0203, 0xF0),
 ];
 
 /// Pixels of known values: 1, 2, 4 … 128, 0, 1 …. A black level would be added to them.

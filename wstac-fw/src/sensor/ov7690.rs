@@ -3,7 +3,8 @@
 //! Register addresses and bits are those of OmniVision's register lists as public drivers quote them: the Linux drivers
 //! of i.MX and OMAP boards, and OpenMV's. There was no data sheet and no sensor, so nothing of this is confirmed on
 //! hardware. The rate is arithmetic: the PLL makes 48 MHz of 24 MHz, half of it is the pixel clock, and a frame takes
-//! 776 × 516 × 2 pixel clocks, which is 29.97 frames per second.
+//! 776 × 516 × 2 pixel clocks, which is 29.97 frames per second. Other rates have other numbers of lines; above 30, every
+//! second line of the array is skipped.
 //!
 //! | register | bits that are used |
 //! | --- | --- |
@@ -25,46 +26,85 @@
 //! | 0xC8–0xCF | width and height into the scaler, and out of it |
 //! | 0xD2, 0xDA, 0xDB | effects: 4–3 fix U and V at these two values; 2: contrast |
 
-use super::{Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, readout, set};
+use super::{
+    Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set,
+    six_frames, usual_exposure,
+};
+use crate::setup;
 
 /// The OV7690.
-pub const OV7690: CameraSensor = CameraSensor {
-    name: "OV7690",
-    address: 0x21,
-    addressing: Addressing::Byte,
-    identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
-    reset: set(0x12, 0x80),
-    reset_ms: 5,
-    banked: &[],
-    settings: &[&FORMAT, &RATE, &WINDOW, &GAMMA, &LOCKS],
-    start: &[],
-    switches: 0x13,
-    // The time of six frames.
-    settle_ms: 200,
-    size: QVGA,
-    // Two rows of the array, with two clocks per pixel.
-    readout: readout(2 * 776 * 2),
-    border: 0,
-    signals: Signals {
-        vsync_high_between_frames: true,
-        href_high_in_lines: true,
-        sample_at_rising_edge: true,
-        has_chroma: true,
-        luma_first: true,
-        early: 0,
-    },
-    suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
-    slower: Some([0x01, 0x03]),
-    clock: None,
-    exposure: [0x0F, 0x10],
-    lines: None,
-    longest_exposure: 500,
-    pattern: &[],
-};
+pub const OV7690: CameraSensor = ov7690::<{ setup::FPS }>();
+
+/// Creates the OV7690 at a rate of 15 to 60 frames per second.
+pub(super) const fn ov7690<const FPS: u32>() -> CameraSensor {
+    CameraSensor {
+        name: "OV7690",
+        address: 0x21,
+        addressing: Addressing::Byte,
+        identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
+        reset: set(0x12, 0x80),
+        reset_ms: 5,
+        banked: &[],
+        settings: At::<FPS>::OV7690,
+        start: &[],
+        switches: 0x13,
+        settle_ms: six_frames(FPS),
+        size: QVGA,
+        // Rows of the array, with two clocks per pixel.
+        readout: readout(At::<FPS>::ROWS * 776 * 2),
+        border: 0,
+        signals: Signals {
+            vsync_high_between_frames: true,
+            href_high_in_lines: true,
+            sample_at_rising_edge: true,
+            has_chroma: true,
+            luma_first: true,
+            early: 0,
+        },
+        suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
+        slower: Some([0x01, 0x03]),
+        clock: None,
+        exposure: [0x0F, 0x10],
+        lines: None,
+        longest_exposure: At::<FPS>::LINES - 16,
+        pattern: &[],
+    }
+}
+
+/// Makes a rate of the tables of the OV7690 and the OV7692.
+pub(super) struct At<const FPS: u32>;
+
+impl<const FPS: u32> At<FPS> {
+    /// The rows of the array for each row of the picture.
+    const ROWS: u16 = if FPS > WHOLE_FPS { 1 } else { 2 };
+    /// The lines of a frame.
+    const LINES: u16 = frame_lines(516, FPS);
+    /// The lines that are added to those of the array.
+    const MORE: [u8; 2] = (Self::LINES - 258 * Self::ROWS).to_be_bytes();
+    const EXPOSURE: [u8; 2] = usual_exposure(480, Self::LINES, 18).to_be_bytes();
+    /// The rows of the array that go into the scaler.
+    const INPUT: [u8; 2] = (240 * Self::ROWS).to_be_bytes();
+
+    pub(super) const RATE: [Setting; 13] = [
+        set(0x12, if FPS > WHOLE_FPS { 0x40 } else { 0x00 }), // the whole array, or every second line of it; YUV
+        set(0x11, 0x00),                                      // undivided
+        set(0x29, 0x50),                                      // 4 times, by 2
+        set(0x2A, 0x30 | Self::MORE[0]),                      // 776 pixels per line; lines that are added
+        set(0x2B, 0x08),
+        set(0x2C, Self::MORE[1]),
+        set(0x2D, 0x00),
+        set(0x2E, 0x00),
+        set(0xCA, Self::INPUT[0]),
+        set(0xCB, Self::INPUT[1]),
+        set(0x13, 0x00),              // no automatic exposure, gain, white balance
+        set(0x0F, Self::EXPOSURE[0]), // nearly all of a frame, at most 31 ms
+        set(0x10, Self::EXPOSURE[1]),
+    ];
+    const OV7690: &[&[Setting]] = &[&FORMAT, &Self::RATE, &WINDOW, &GAMMA, &LOCKS];
+}
 
 /// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.
-static FORMAT: [Setting; 8] = [
-    set(0x12, 0x00), // the whole array, YUV
+static FORMAT: [Setting; 7] = [
     set(0x82, 0x03), // 4:2:2
     set(0x3E, 0x30), // two bytes per pixel
     set(0x81, 0x3F), // scaler both ways, special effects
@@ -74,19 +114,8 @@ static FORMAT: [Setting; 8] = [
     set(0x0C, 0x16), // all pins on, Y first, nothing mirrored
 ];
 
-/// 30 frames per second from a clock of 24 MHz.
-pub(super) static RATE: [Setting; 7] = [
-    set(0x11, 0x00), // undivided
-    set(0x29, 0x50), // 4 times, by 2
-    set(0x2A, 0x30), // 776 pixels per line
-    set(0x2B, 0x08),
-    set(0x2C, 0x00), // no more lines
-    set(0x2D, 0x00),
-    set(0x2E, 0x00),
-];
-
-/// 640 × 480 of the array, scaled to 320 × 240. Skipping lines in the array instead would double the rate.
-pub(super) static WINDOW: [Setting; 14] = [
+/// 640 × 480 of the array, scaled to 320 × 240.
+pub(super) static WINDOW: [Setting; 12] = [
     set(0x16, 0x03),
     set(0x17, 0x69),
     set(0x18, 0xA4),
@@ -95,8 +124,6 @@ pub(super) static WINDOW: [Setting; 14] = [
     set(0x22, 0x00),
     set(0xC8, 0x02), // 640 in
     set(0xC9, 0x80),
-    set(0xCA, 0x01), // 480 in
-    set(0xCB, 0xE0),
     set(0xCC, 0x01), // 320 out
     set(0xCD, 0x40),
     set(0xCE, 0x00), // 240 out
@@ -123,14 +150,11 @@ pub(super) static GAMMA: [Setting; 16] = [
     set(0xB2, 64),
 ];
 
-/// Switches automatic controls off, then sets values.
-pub(super) static LOCKS: [Setting; 8] = [
-    set(0x13, 0x00), // no automatic exposure, gain, white balance
+/// Sets the values of automatic controls, which are off.
+pub(super) static LOCKS: [Setting; 5] = [
     set(0x15, 0x00), // the rate stays, no digital gain
     set(0x00, 0x00), // gain 1
     set(0x01, 0x40), // blue 1
     set(0x02, 0x40), // red 1
     set(0x03, 0x40), // green 1
-    set(0x0F, 0x01), // 480 lines: nearly all of a frame
-    set(0x10, 0xE0),
 ];

@@ -15,26 +15,35 @@
 //! | 0xFF | bank: 0 for the sensor, 1 for MIPI |
 //! | 0xB5 of bank 1 | 6: MIPI on, as at reset |
 
-use super::ov7690::{GAMMA, LOCKS, OV7690, RATE, WINDOW};
+use super::ov7690::{At, GAMMA, LOCKS, WINDOW, ov7690};
 use super::{CameraSensor, FIXED_CHROMA, Setting, set};
+use crate::setup;
 
 /// The OV7692.
-pub const OV7692: CameraSensor = CameraSensor {
-    name: "OV7692",
-    address: 0x3C,
-    identity: [set(0x0A, 0x76), set(0x0B, 0x92)],
-    banked: &BANKED,
-    settings: &[&FORMAT, &RATE, &WINDOW, &GAMMA, &LOCKS],
-    ..OV7690
-};
+pub const OV7692: CameraSensor = ov7692::<{ setup::FPS }>();
+
+/// Creates the OV7692 at a rate of 15 to 60 frames per second.
+pub(super) const fn ov7692<const FPS: u32>() -> CameraSensor {
+    CameraSensor {
+        name: "OV7692",
+        address: 0x3C,
+        identity: [set(0x0A, 0x76), set(0x0B, 0x92)],
+        banked: &BANKED,
+        settings: At::<FPS>::OV7692,
+        ..ov7690::<FPS>()
+    }
+}
+
+impl<const FPS: u32> At<FPS> {
+    const OV7692: &[&[Setting]] = &[&FORMAT, &Self::RATE, &WINDOW, &GAMMA, &LOCKS];
+}
 
 /// MIPI off. The bank of the other settings is the last one chosen.
 static BANKED: [Setting; 3] = [set(0xFF, 0x01), set(0xB5, 0x30), set(0xFF, 0x00)];
 
 /// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.
-static FORMAT: [Setting; 13] = [
+static FORMAT: [Setting; 12] = [
     set(0x0E, 0x00), // awake
-    set(0x12, 0x00), // the whole array, YUV
     set(0x82, 0x03), // 4:2:2
     set(0x31, 0x82), // both dividers by 2
     set(0x37, 0x00), // a pixel clock that is the system clock

@@ -1,8 +1,10 @@
-//! OV7725: 320 × 240, scaled down from the whole array, which a clock of 24 MHz reads 30 times per second.
+//! OV7725: 320 × 240, scaled down from the whole array, which a clock of 24 MHz reads 30 times per second; above that rate, a
+//! quarter of the array, as OpenMV's driver chooses it.
 //!
 //! Register addresses and bits are those of OmniVision's data sheet as public drivers quote it. There was no data sheet
 //! and no sensor, so nothing of this is confirmed on hardware. The rate is arithmetic: 24 MHz / (784 × 510 × 2 clocks
-//! per frame) = 30.0.
+//! per frame) = 30.0. Other rates
+//! have other numbers of lines; a line of a quarter of the array has 576 pixels.
 //!
 //! | register | bits that are used |
 //! | --- | --- |
@@ -25,35 +27,70 @@
 //! | 0x67 | 1–0: 0 for YUV or RGB |
 //! | 0xAC | 3–2: scale factors follow from the sizes |
 
-use super::ov7690::OV7690;
-use super::{CameraSensor, FIXED_CHROMA, Setting, Suspects, readout, set};
+use super::ov7690::ov7690;
+use super::{CameraSensor, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, set, usual_exposure};
+use crate::setup;
 
 /// The OV7725.
-pub const OV7725: CameraSensor = CameraSensor {
-    name: "OV7725",
-    identity: [set(0x0A, 0x77), set(0x0B, 0x21)],
-    reset_ms: 10,
-    settings: &[&FORMAT, &WINDOW, &LOCKS],
-    suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
-    slower: Some([0x03, 0x07]),
-    exposure: [0x08, 0x10],
-    // Two rows of the array, with two clocks per pixel.
-    readout: readout(2 * 784 * 2),
-    // Its address, the register of its reset and its signals are those of the OV7690.
-    ..OV7690
-};
+pub const OV7725: CameraSensor = ov7725::<{ setup::FPS }>();
 
-/// YUV 4:2:2, Y first, at 30 frames per second from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma
-/// from chroma without a picture.
-static FORMAT: [Setting; 13] = [
-    set(0x12, 0x00), // the whole array, YUV
+/// Creates the OV7725 at a rate of 15 to 60 frames per second.
+pub(super) const fn ov7725<const FPS: u32>() -> CameraSensor {
+    CameraSensor {
+        name: "OV7725",
+        identity: [set(0x0A, 0x77), set(0x0B, 0x21)],
+        reset_ms: 10,
+        settings: At::<FPS>::SETTINGS,
+        suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
+        slower: Some([0x03, 0x07]),
+        exposure: [0x08, 0x10],
+        // Rows of the array, with two clocks per pixel.
+        readout: readout(At::<FPS>::ROWS * At::<FPS>::PIXELS * 2),
+        longest_exposure: At::<FPS>::LINES - 10,
+        // Its address, the register of its reset and its signals are those of the OV7690.
+        ..ov7690::<FPS>()
+    }
+}
+
+/// Makes a rate of the table.
+struct At<const FPS: u32>;
+
+impl<const FPS: u32> At<FPS> {
+    const IS_WHOLE: bool = FPS <= WHOLE_FPS;
+    /// The rows of the array for each row of the picture.
+    const ROWS: u16 = if Self::IS_WHOLE { 2 } else { 1 };
+    /// The pixels of a line and the lines of a frame, blank ones too.
+    const PIXELS: u16 = if Self::IS_WHOLE { 784 } else { 576 };
+    const LINES: u16 = frame_lines(if Self::IS_WHOLE { 510 } else { 510 * 784 / 576 }, FPS);
+    /// The lines that are added to those of the array.
+    const MORE: [u8; 2] = (Self::LINES - if Self::IS_WHOLE { 510 } else { 278 }).to_be_bytes();
+    const EXPOSURE: [u8; 2] = usual_exposure((480 * 784 / Self::PIXELS as u32) as u16, Self::LINES, 18).to_be_bytes();
+    /// The window: where it begins, and its width / 4 and height / 2.
+    const BEGIN_AND_SIZE: [u8; 4] = if Self::IS_WHOLE { [0x22, 0xA4, 0x07, 0xF0] } else { [0x3F, 0x50, 0x03, 0x78] };
+
+    const RATE: [Setting; 10] = [
+        set(0x12, if Self::IS_WHOLE { 0x00 } else { 0x40 }), // the whole array, or a quarter; YUV
+        set(0x2D, Self::MORE[1]),
+        set(0x2E, Self::MORE[0]),
+        set(0x17, Self::BEGIN_AND_SIZE[0]),
+        set(0x18, Self::BEGIN_AND_SIZE[1]),
+        set(0x19, Self::BEGIN_AND_SIZE[2]),
+        set(0x1A, Self::BEGIN_AND_SIZE[3]),
+        set(0x13, 0x00),              // no automatic exposure, gain, white balance
+        set(0x08, Self::EXPOSURE[0]), // nearly all of a frame, at most 31 ms
+        set(0x10, Self::EXPOSURE[1]),
+    ];
+    const SETTINGS: &[&[Setting]] = &[&FORMAT, &Self::RATE, &WINDOW, &LOCKS];
+}
+
+/// YUV 4:2:2, Y first, from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma from chroma without a
+/// picture.
+static FORMAT: [Setting; 10] = [
     set(0x0C, 0x10), // Y first
     set(0x67, 0x00), // YUV
     set(0x0D, 0x41), // 4 times
     set(0x11, 0x01), // by 4: 24 MHz again
-    set(0x2B, 0x00), // no more pixels or lines
-    set(0x2D, 0x00),
-    set(0x2E, 0x00),
+    set(0x2B, 0x00), // no more pixels, and lines only in 0x2D and 0x2E
     set(0x33, 0x00),
     set(0x34, 0x00),
     set(0xA6, 0x18), // of the special effects, only fixed U and V
@@ -61,12 +98,8 @@ static FORMAT: [Setting; 13] = [
     set(0x61, FIXED_CHROMA),
 ];
 
-/// 640 × 480 of the array, scaled to 320 × 240.
-static WINDOW: [Setting; 10] = [
-    set(0x17, 0x22),
-    set(0x18, 0xA4),
-    set(0x19, 0x07),
-    set(0x1A, 0xF0),
+/// What the array gives, scaled to 320 × 240.
+static WINDOW: [Setting; 6] = [
     set(0x32, 0x00),
     set(0x29, 0x50), // 320 / 4
     set(0x2C, 0x78), // 240 / 2
@@ -75,9 +108,8 @@ static WINDOW: [Setting; 10] = [
     set(0xAC, 0xFF),
 ];
 
-/// Switches automatic controls off, then sets values. No setting bends the light's curve.
-static LOCKS: [Setting; 10] = [
-    set(0x13, 0x00), // no automatic exposure, gain, white balance
+/// Sets the values of automatic controls, which are off. No setting bends the light's curve.
+static LOCKS: [Setting; 7] = [
     set(0x0E, 0x01), // the rate stays
     set(0x64, 0xFB), // no gamma; special effects, which 0xA6 chooses
     set(0x46, 0x00), // no lens correction
@@ -85,6 +117,4 @@ static LOCKS: [Setting; 10] = [
     set(0x01, 0x80), // blue 1
     set(0x02, 0x80), // red 1
     set(0x03, 0x80), // green 1
-    set(0x08, 0x01), // 480 lines: nearly all of a frame
-    set(0x10, 0xE0),
 ];

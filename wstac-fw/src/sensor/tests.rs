@@ -6,11 +6,12 @@ use std::vec::Vec;
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
+use wstac_core::wire::RegisterValues;
 
-use super::hm01b0::{DataWires, hm01b0};
-use super::ov7690::OV7690;
-use super::ov7692::OV7692;
-use super::ov7725::OV7725;
+use super::hm01b0::{DataWires, hm01b0, with};
+use super::ov7690::{OV7690, ov7690};
+use super::ov7692::{OV7692, ov7692};
+use super::ov7725::{OV7725, ov7725};
 use super::watch::Watch;
 use super::{Addressing, CameraSensor, SensorError, Setting, longest_exposure, set};
 
@@ -121,7 +122,8 @@ fn a_setting_that_is_not_taken_is_named() {
             steps.truncate(2 * read + 1 + k * (read + 1) + 1);
             let found = setting.value ^ 1;
             steps.extend(is_read(&sensor, Setting { value: found, ..setting }));
-            let error = SensorError::NotTaken { register: setting.register, found, expected: setting.value };
+            let values = RegisterValues { address: sensor.address, found, expected: setting.value };
+            let error = SensorError::NotTaken { register: setting.register, values };
             assert_eq!(set_up(&sensor, &steps), Err(error), "{}", sensor.name);
         }
     }
@@ -219,32 +221,57 @@ fn the_longest_exposure_fits_in_a_frame() {
 }
 
 #[test]
-fn a_readout_is_that_of_the_tables_rows_and_clocks() {
+fn rates_readouts_and_exposures_are_those_of_the_tables() {
+    at_a_rate::<15>();
+    at_a_rate::<25>();
+    at_a_rate::<30>();
+    at_a_rate::<31>();
+    at_a_rate::<45>();
+    at_a_rate::<60>();
+    // The clock of one wire would be 48 MHz.
+    let lines = |sensor: CameraSensor| sensor.table().find(|set| set.register == 0x3060).unwrap().value & 3;
+    assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60>(wires))), [1, 1]);
+}
+
+fn at_a_rate<const FPS: u32>() {
     let at = |sensor: &CameraSensor, register| {
         u32::from(sensor.table().find(|setting| setting.register == register).unwrap().value)
     };
     let word = |sensor: &CameraSensor, register| at(sensor, register) << 8 | at(sensor, register + 1);
     // Rows of the array for each row of the picture, clocks of a line, lines of a frame, clocks per millisecond.
-    let all = [OV7690, OV7692].map(|sensor| {
+    let all = [ov7690::<FPS>(), ov7692::<FPS>()].map(|sensor| {
         let pixels = (at(&sensor, 0x2A) & 0x70) << 4 | at(&sensor, 0x2B);
         let pll = 24_000 * [1, 4, 6, 8][(at(&sensor, 0x29) >> 4 & 3) as usize] / ((at(&sensor, 0x29) >> 6) + 1);
         let clock = pll / ((at(&sensor, 0x11) & 0x3F) + 1) / 2;
-        (sensor, word(&sensor, 0xCA) / word(&sensor, 0xCE), 2 * pixels, 516 + at(&sensor, 0x2C), clock)
+        let lines = if at(&sensor, 0x12) & 0x40 != 0 { 258 } else { 516 };
+        let lines = lines + ((at(&sensor, 0x2A) & 15) << 8 | at(&sensor, 0x2C));
+        (sensor, word(&sensor, 0xCA) / word(&sensor, 0xCE), 2 * pixels, lines, clock, word(&sensor, 0x0F))
     });
-    let pll = 24_000 * [1, 4, 6, 8][(at(&OV7725, 0x0D) >> 6) as usize] / (2 * (1 + (at(&OV7725, 0x11) & 0x3F)));
-    let rows = 2 * at(&OV7725, 0x1A) / (2 * at(&OV7725, 0x2C));
-    let ov7725 = (OV7725, rows, 2 * (784 + at(&OV7725, 0x2B)), 510 + at(&OV7725, 0x2D), pll);
-    let hm01b0 = [DataWires::One, DataWires::Four, DataWires::Eight].map(hm01b0).map(|sensor| {
+    let sensor = ov7725::<FPS>();
+    let pll = 24_000 * [1, 4, 6, 8][(at(&sensor, 0x0D) >> 6) as usize] / (2 * (1 + (at(&sensor, 0x11) & 0x3F)));
+    let rows = 2 * at(&sensor, 0x1A) / (2 * at(&sensor, 0x2C));
+    let [pixels, lines] = if at(&sensor, 0x12) & 0x40 != 0 { [576, 278] } else { [784, 510] };
+    let lines = lines + (at(&sensor, 0x2E) << 8 | at(&sensor, 0x2D));
+    let exposure = at(&sensor, 0x08) << 8 | at(&sensor, 0x10);
+    let ov7725 = (sensor, rows, 2 * (pixels + at(&sensor, 0x2B)), lines, pll, exposure);
+    let wires = if FPS > 30 { [DataWires::Eight; 3] } else { [DataWires::One, DataWires::Four, DataWires::Eight] };
+    let hm01b0 = wires.map(with::<FPS>).map(|sensor| {
         let clock = 24_000 / [8, 4, 2, 1][(at(&sensor, 0x3060) & 3) as usize];
-        (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock)
+        (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock, word(&sensor, 0x0202))
     });
-    for (sensor, rows, clocks, lines, clock) in all.into_iter().chain([ov7725]).chain(hm01b0) {
+    for (sensor, rows, clocks, lines, clock, exposure) in all.into_iter().chain([ov7725]).chain(hm01b0) {
         let row_ms = f64::from(rows * clocks) / f64::from(clock);
         let between = f64::from(sensor.size.height() - 1);
         assert!((f64::from(sensor.readout.ms()) - between * row_ms).abs() < 1e-5, "{}: {row_ms}", sensor.name);
         // The same clocks give the rate, which the firmware measures.
         let rate = f64::from(clock) * 1000.0 / f64::from(clocks * lines);
-        assert!((rate / 30.0 - 1.0).abs() < 0.002, "{}: {rate}", sensor.name);
+        assert!((rate / f64::from(FPS) - 1.0).abs() < 0.004, "{}: {rate}", sensor.name);
+        // Frames are six when settings have settled, and the exposure is nearly all of one, or 26 ms.
+        assert!(sensor.settle_ms * FPS >= 6000 - FPS, "{}", sensor.name);
+        let longest = u32::from(sensor.longest_exposure);
+        assert!(exposure <= longest && longest <= lines - 2, "{}: {exposure} of {lines} lines", sensor.name);
+        let exposed_ms = f64::from(exposure * clocks) / f64::from(clock);
+        assert!(exposed_ms > f64::min(26.0, 900.0 / rate), "{}: {exposed_ms} ms", sensor.name);
     }
 }
 
@@ -269,7 +296,8 @@ fn every_setting_is_read_back_within_a_second() {
         // A changed setting is found in its turn, and the switches at once.
         let mut bus = Mock::new(&is_read(&sensor, Setting { value: 0xE5, ..switches }));
         let error = Watch::default().check(&sensor, &mut bus).unwrap_err();
-        assert_eq!(error, SensorError::NotTaken { register: sensor.switches, found: 0xE5, expected: 0 });
+        let values = RegisterValues { address: sensor.address, found: 0xE5, expected: 0 };
+        assert_eq!(error, SensorError::NotTaken { register: sensor.switches, values });
         bus.done();
     }
 }

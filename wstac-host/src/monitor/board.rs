@@ -7,8 +7,8 @@ use wstac_core::features::Features;
 use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::wire::{
-    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Request, SAMPLE_PART, Telemetry,
-    TextureAnswer, Wanted,
+    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, RegisterValues, Request,
+    SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
 };
 
 use super::Report;
@@ -371,15 +371,21 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
     match fault {
         Fault::Overrun => "pixels came faster than they were taken".to_owned(),
         Fault::LostSync => "a frame did not begin or end when it should have".to_owned(),
-        Fault::SensorSilent => "the camera sends no pixels".to_owned(),
-        Fault::SensorGone => "the camera does not answer".to_owned(),
+        Fault::SensorSilent => "the camera sends no pixels; help: check XCLK, PCLK and power".to_owned(),
+        Fault::SensorGone => {
+            "the camera does not answer; help: check SDA, SCL, their pull-ups, XCLK and power".to_owned()
+        }
         Fault::SensorUnknown { id } => {
             format!("the camera says it is {}, which the firmware does not know", identity_in_words(*id))
         }
         Fault::SensorBack => "the camera sends frames again".to_owned(),
-        Fault::SensorRefuses { register } => {
+        Fault::SensorRefuses { register, values: None } => {
             format!("the camera does not keep what register {register:#04x} is set to")
         }
+        Fault::SensorRefuses { register, values: Some(RegisterValues { address, found, expected }) } => format!(
+            "the camera does not keep what register {register:#04x} is set to (address {address:#04x}, found {found:#04x}, \
+             expected {expected:#04x}); help: check the supply voltage, then the pull-ups of SDA and SCL"
+        ),
         Fault::SensorDiffers { part, address, register, found, expected } => {
             let [what, first] = part_in_words(*part);
             let [found, expected] = [found, expected].map(numbers_in_words);
