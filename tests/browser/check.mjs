@@ -41,6 +41,15 @@ for (const [name, { page, errors }] of Object.entries({ wide, phone })) {
   say(`${name}: ${bytes} bytes`, problems);
 }
 
+// A picture of the whole page: no drawing makes the page larger.
+const tall = async () => {
+  await wide.page.screenshot({ fullPage: true });
+  return wide.page.evaluate(() => [document.documentElement.scrollHeight, document.querySelector('.plot').height]);
+};
+const [before, after] = [await tall(), (await tall(), await tall())];
+const grows = String(before) !== String(after) || after[1] > 900;
+say('a picture of the whole page', grows ? [`the page and its traces are ${after} pixels high, expected ${before}`] : []);
+
 const host = new URL(address).host;
 const statuses = {
   'another site': await statusOf(address, { Host: host, Origin: 'http://example.org' }),
@@ -58,6 +67,17 @@ server = await serve(SCENE, ...MODEL, '--listen', host);
 await says('connected');
 await ended(wide.page, 1);
 say('the server comes back', await differences(wide.page.locator('.sensor'), event));
+await server.stop();
+
+// A scene waits for the first page, however late that comes.
+server = await serve(SCENE, ...MODEL, '--listen', '127.0.0.1:0');
+await new Promise((resolve) => setTimeout(resolve, 6000));
+const late = await open(browser, server.address, 360, 740, 'light');
+await late.page.waitForFunction(() => document.querySelector('.phase').textContent.startsWith('gathering'), { timeout: LIMIT_MS });
+await ended(late.page, 1);
+const told = await late.page.locator('tbody td').last().textContent();
+const sideways = await late.page.evaluate(() => document.documentElement.scrollWidth);
+say('a scene waits for a page', [told.startsWith('by the ') ? '' : `more is ${told}`, sideways <= 360 ? '' : `${sideways} pixels wide`].filter(Boolean));
 await server.stop();
 
 server = await serve(`cam:left=${SCENE}`, `cam:right=${OTHER}`, ...MODEL, '--listen', '127.0.0.1:0');
@@ -88,6 +108,12 @@ await frameIs(1);
 if ((await rows()) !== 0) problems.push('the event is there at the start');
 await film.page.getByRole('button', { name: 'Play' }).click();
 await ended(film.page, 1);
+// Once more from its end: a row for each time, and one that says so.
+await film.page.getByRole('button', { name: 'Play again' }).click();
+await frameIs(10);
+if ((await rows()) !== 1) problems.push('the event is gone when it is played again');
+await ended(film.page, 1);
+if ((await rows()) !== 2) problems.push(`${await rows()} events after two times, expected 2`);
 say('a way back and forth', [...problems, ...(await differences(film.page.locator('.sensor'), event)), ...film.errors]);
 await server.stop();
 

@@ -91,11 +91,13 @@ class Clips:
         encode(at / "pictures/%d.png")
         encode("-c:v", "mjpeg", "-q:v", "1", "-pix_fmt", "yuvj420p", at / "photos/%d.jpg")
         ffmpeg("-i", at / "plain.mp4", "-f", "yuv4mpegpipe", at / "piped.y4m")
+        self.quiet("scene", "render", slide, "-o", at / "own.mp4")
         return [
             ("Y4M", at / "slide.y4m", ()),
             ("PNG files", at / "pictures", ("--fps", "30")),
             ("JPEG files", at / "photos", ("--fps", "30")),
             ("mp4", at / "plain.mp4", ()),
+            ("mp4 of wstac scene render", at / "own.mp4", ()),
             ("mkv of full range", at / "full.mkv", ()),
             ("mov of BT.709", at / "television.mov", ()),
             ("avi of Motion JPEG", at / "camera.avi", ()),
@@ -297,7 +299,7 @@ class Clips:
         # ffmpeg 5 to 7 write it, and decode none of it.
         ffmpeg("-f", "lavfi", "-i", "color=duration=0.3:size=160x120:rate=30", "-c:v", "tiff", "-pix_fmt", "rgb48le", spoiled)
         self.says(f"{spoiled}: ", spoiled)
-        self.says(f"{sound}: a video is decoded by ffmpeg, which is not installed", sound, self.at)
+        self.says(f"{sound}: a video needs ffmpeg, which is not installed", sound, self.at)
 
 
 def near(found: tuple[float, float] | None, expected: tuple[float, float] | None) -> bool:

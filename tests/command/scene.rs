@@ -1,7 +1,7 @@
 //! Tests the simulated sensor through the command: every specimen, direction and speed, and `wstac scene`.
 
 use serde_json::Value;
-use wstac_tests::command::{Signal, good, refusal, run, send, start};
+use wstac_tests::command::{Signal, good, program, refusal, run, said, send, start, wstac};
 use wstac_tests::folder::Folder;
 
 /// Tests every published specimen: each slide is an event of its own, its direction within 5° and its speed within 5 %.
@@ -47,9 +47,18 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
         refusal(&["scene", "render", taxel.to_str().unwrap(), "-o", "x.y4m"])
             .contains("expected fidelity = \"rendered\"")
     );
-    assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m or .raw"));
+    assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m, .raw or .mp4"));
     let yuyv = folder.file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
-    assert!(refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"]).contains("expected GREY, Y10"));
+    assert!(
+        refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"])
+            .contains("format is YUYV, expected GREY, Y10")
+    );
+    // Without ffmpeg there is no video, and no file.
+    let mut render = program(wstac());
+    let done =
+        render.args(["scene", "render", scene, "-o", &folder.path("s.mp4")]).env("PATH", &folder.0).output().unwrap();
+    assert!(said(&done).contains("ffmpeg, which is not installed; help: sudo apt"), "{}", said(&done));
+    assert!(done.status.code() == Some(1) && !folder.0.join("s.mp4").exists());
 }
 
 /// An interrupted command leaves what was there, and nothing else.

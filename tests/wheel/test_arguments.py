@@ -16,6 +16,7 @@ SAMPLE = np.zeros((1, 10, 70), np.int16)
 SAMPLES = np.arange(4 * 700, dtype=np.int16).reshape(4, 700)
 LABELS = ["a", "b", "a", "b"]
 WRONG = [
+    (lambda: wstac.open("scene:Saw3@150", model="builtin", models="builtin"), TypeError, "model and models are both given"),
     (lambda: wstac.features([[1, 2]]), TypeError, "frames is a list, expected a NumPy array"),
     (lambda: wstac.features(GREY.astype(float)), wstac.Error, "type float64, expected uint8, or uint16"),
     (lambda: wstac.features(GREY.astype("<u2")), wstac.Error, "expected format = Y10, Y12 or Y16"),

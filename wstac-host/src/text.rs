@@ -93,6 +93,10 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     if let Some(Measured { value, sd }) = event.period_mm {
         write!(line, ", period {value:.2} ± {sd:.2} mm")?;
     }
+    if let Some(frames) = event.lit_frames {
+        // From the first frame to the last is one step less than there are frames.
+        write!(line, ", lit {}", counted(u16::from(frames) + 1, "frame"))?;
+    }
     if event.frames_filled > 0 {
         write!(line, ", {} of 70 frames filled", event.frames_filled)?;
     }

@@ -12,6 +12,43 @@ use crate::svg::{Anchor, Drawing, Look, Marker};
 /// Whiskers from the middle to the corner, along a diagonal, in pitches.
 const REACH: f64 = 3.0;
 
+/// Largest fraction by which the way of the centroids may differ from the event's speed.
+const MOST_OFF: f64 = 0.3;
+
+/// Returns the speed, the place along the motion and the centroid of each taxel, and frames per mm; `None` if there is no
+/// speed, or if the centroids do not move as it says, such as those of light that was there before the motion.
+fn points(found: &Found) -> Option<(f64, Vec<[f64; 2]>, f64)> {
+    let (speed, degrees) = found.record.speed.ok().zip(found.record.direction.degrees.ok())?;
+    let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
+    // Columns count to the right, rows downwards.
+    let place = |taxel: usize| {
+        let [x, y] = [(taxel % COLUMNS) as f64 - 2.0, 2.0 - (taxel / COLUMNS) as f64];
+        found.pitch_mm * (x * cosine + y * sine)
+    };
+    let arrivals = arrivals(found).into_iter().enumerate();
+    let points: Vec<_> = arrivals.filter_map(|(taxel, arrival)| Some([place(taxel), arrival?])).collect();
+    let per_mm = FrameRate::NOMINAL.per_second() / found.nominal_frames / f64::from(speed.mm_s);
+    let [mm, frame] = middle(&points);
+    let sum =
+        |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|point| of(point[0] - mm, point[1] - frame)).sum::<f64>();
+    let (across, both) = (sum(&|mm, _| mm * mm), sum(&|mm, frame| mm * frame));
+    let is_followed = (both - per_mm * across).abs() <= MOST_OFF * per_mm * across;
+    is_followed.then_some((f64::from(speed.mm_s), points, per_mm))
+}
+
+fn middle(points: &[[f64; 2]]) -> [f64; 2] {
+    let count = points.len().max(1) as f64;
+    points.iter().fold([0.0; 2], |sum, point| [sum[0] + point[0] / count, sum[1] + point[1] / count])
+}
+
+/// Returns what the caption says of the panel.
+pub(super) fn caption(found: &Found) -> &'static str {
+    if found.record.speed.is_ok() && found.record.direction.degrees.is_ok() && points(found).is_none() {
+        return " d: empty, because the centroids of panel c do not follow the motion; light was there before it, or after.";
+    }
+    " d: centroids of panel c along the motion, and the line of the event's speed."
+}
+
 /// Draws a point per taxel, and the straight line of the event's speed.
 pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], size: [f64; 2]) {
     let titles = ["d  Arrival along the motion", "place along the motion (mm)", "frame of the sample"];
@@ -21,25 +58,15 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
     let reach = REACH * found.pitch_mm;
     let frames = if first <= last { [first - 1.0, last + 1.0] } else { [0.0, 1.0] };
     let panel = Axes::new([left, top], size, Span::linear([-reach, reach]), Span::linear(frames));
-    let motion = found.record.speed.ok().zip(found.record.direction.degrees.ok());
-    let Some((speed, degrees)) = motion else {
-        let why = found.record.contact.map_or("no speed", |contact| contact.as_str());
+    let Some((mm_s, points, per_mm)) = points(found) else {
+        let kind = |_| found.record.contact.map_or("no speed", |contact| contact.as_str());
+        let why = found.record.speed.map_or_else(kind, |_| "not the motion's");
         drawing.text([panel.right() - 4.0, top + SIZE + 3.0], SIZE, Anchor::End, why);
         panel.draw(drawing, titles);
         return;
     };
-    let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
-    // Columns count to the right, rows downwards.
-    let place = |taxel: usize| {
-        let [x, y] = [(taxel % COLUMNS) as f64 - 2.0, 2.0 - (taxel / COLUMNS) as f64];
-        found.pitch_mm * (x * cosine + y * sine)
-    };
-    let points: Vec<_> =
-        arrivals.iter().enumerate().filter_map(|(taxel, arrival)| Some([place(taxel), (*arrival)?])).collect();
     // The line of the speed through the middle of the points.
-    let count = points.len().max(1) as f64;
-    let middle = points.iter().fold([0.0; 2], |sum, point| [sum[0] + point[0] / count, sum[1] + point[1] / count]);
-    let per_mm = FrameRate::NOMINAL.per_second() / found.nominal_frames / f64::from(speed.mm_s);
+    let middle = middle(&points);
     let frame = |mm: f64| middle[1] + per_mm * (mm - middle[0]);
     // Where the line leaves the panel.
     let ends = frames.map(|frame| (middle[0] + (frame - middle[1]) / per_mm).clamp(-reach, reach));
@@ -47,7 +74,6 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
     for point in points {
         drawing.marker(panel.at(point), Look { marker: Marker::Circle, color: ORDERED[2], filled: true });
     }
-    let mm_s = f64::from(speed.mm_s);
     let text = format!("{} mm/s", number(mm_s, if mm_s < 10.0 { 0.1 } else { 1.0 }));
     drawing.text([left + 4.0, top + SIZE + 3.0], SIZE, Anchor::Start, &text);
     panel.draw(drawing, titles);

@@ -28,5 +28,5 @@ pub(super) fn caption(found: &Found) -> String {
         let on = if found.lit_threshold.1 == ThresholdOn::AboveBaseline { " above the baseline" } else { "" };
         let _ = write!(text, " Lit: above {} of full scale{on}.", found.lit_threshold.0);
     }
-    text + " d: centroids of panel c along the motion, and the line of the event's speed."
+    text + super::along::caption(found)
 }

@@ -50,7 +50,8 @@ fn times(drawing: &mut Drawing, found: &Found, rows: &Axes, columns: &Axes) {
     for end in [from, to] {
         drawing.line(&[[end, y - 3.0], [end, y + 3.0]], INK, THIN);
     }
-    let open = if lit.is_cut_off() { "at least " } else { "" };
+    // The frames of a touch are all known, and those of a law of durations only in the sample.
+    let open = if lit.is_cut_off() && found.record.touch_frame.is_none() { "at least " } else { "" };
     // From the first frame to the last is one step less than there are frames.
     let frames = counted(lit.frames() + 1, "frame");
     let text = format!("lit {open}{frames}, {:.2} s", f64::from(lit.frames()) * found.frame_s);

@@ -12,6 +12,11 @@ use wstac_host::source::open::{OpenOptions, open};
 
 /// Returns the first event of a source, and its figure.
 fn figure(source: &str, config: &str) -> (Found, String) {
+    figure_of(source, config, 1)
+}
+
+/// Returns an event of a source, and its figure.
+fn figure_of(source: &str, config: &str, number: u64) -> (Found, String) {
     let mut source = open(
         source,
         &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() },
@@ -21,7 +26,7 @@ fn figure(source: &str, config: &str) -> (Found, String) {
     let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
     let mut reading =
         Processor::new(&info, &config, OutputOptions { samples: true, ..OutputOptions::default() }).unwrap();
-    let found = find(source.as_mut(), &info, &mut reading, &config, 1).unwrap();
+    let found = find(source.as_mut(), &info, &mut reading, &config, number).unwrap();
     let text = draw(&found);
     well_formed(&text);
     (found, text)
@@ -166,6 +171,32 @@ fn no_answers_are_no_trouble() {
     let text = draw(&found);
     well_formed(&text);
     legible(&text);
+}
+
+#[test]
+fn centroids_of_light_before_the_motion_have_no_line() {
+    let folder = std::env::temp_dir().join(format!("wstac-plot-held-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).unwrap();
+    let file = folder.join("held.toml");
+    let held = "[[touch]]\nkind = \"slide\"\nspecimen = \"Saw3\"\nspeed = 150\nhold = 2\n";
+    std::fs::write(&file, held).unwrap();
+    let (found, text) = figure_of(&format!("scene:{}", file.display()), "", 2);
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert!(found.record.speed.is_ok());
+    legible(&text);
+    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    assert!(caption.contains("d: empty, because") && !text.contains("<circle"), "{caption}");
+    // All frames of the touch are in the sample.
+    let lit = format!("lit {} frames", found.record.lit_frames.unwrap() + 1);
+    for form in [format!(" {lit}, 0."), format!(", {lit}, not reliable")] {
+        assert!(caption.contains(&form), "{caption}");
+    }
+    // Slides that begin with their motion have both, if they end in the sample.
+    for speed in [60, 150, 300, 600] {
+        let (found, text) = figure(&format!("scene:Saw3@{speed},30deg"), "");
+        assert!(found.record.speed.is_err() || text.contains(" mm/s</text>"), "{speed}");
+        assert!(found.record.speed.is_err() || text.contains("<circle"), "{speed}");
+    }
 }
 
 #[test]

@@ -276,6 +276,7 @@ def open(
     *,
     config: Configuration = None,
     models: Models = (),
+    model: Optional[Models] = None,
     fps: Optional[Fps] = None,
     format: Optional[str] = None,
     size: Optional[tuple[int, int]] = None,
@@ -292,7 +293,8 @@ def open(
     """Opens any source of the command, to iterate over its events as they come.
 
     `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
-    `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also those of scenes.
+    `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also those of scenes. `model` is
+    another name of it, as the command has.
 
     The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
     or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
@@ -302,7 +304,7 @@ def open(
     slower. `sensor` is the name of one sensor of a recording of several. Raises `Error` if the source cannot be used.
 
     >>> import wstac
-    >>> with wstac.open("scene:Saw3@150,180deg", models="builtin") as stream:
+    >>> with wstac.open("scene:Saw3@150,180deg", model="builtin") as stream:
     ...     for event in stream:
     ...         print(event.direction.deg, event.texture.pattern)
     180.0 Saw
@@ -310,9 +312,11 @@ def open(
     Traceback (most recent call last):
     wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, rpicam:, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -
     """
+    if model is not None and models != ():
+        raise TypeError("model and models are both given, expected one of them")
     options = source_options(
         config,
-        models,
+        models if model is None else model,
         fps=fps,
         format=format,
         size=size,

@@ -55,6 +55,17 @@ function textureText(texture) {
   return [texture.class, texture.pattern].filter(Boolean).concat(depth).join(" ") || "–";
 }
 
+// What else an event tells, in the words of the command.
+function moreText(event) {
+  const length = ({ value, sd }) => Math.abs(value).toFixed(1) + " ± " + short(sd) + " mm";
+  const { basis, width_mm: width, place_mm: place, contacts, period_mm: period, duration_frames: lit } = event;
+  return [
+    basis && "by the " + basis, width && length(width) + " wide",
+    place && length(place) + " to the " + (place.value < 0 ? "right" : "left"), contacts > 1 && contacts + " contacts",
+    period && "period " + length(period), Number.isInteger(lit) && "lit " + plural(lit + 1, "frame"),
+  ].filter(Boolean).join(", ") || "–";
+}
+
 // As the command writes it. Rounded down: nothing is certain.
 const confidenceText = (confidence) => "confidence " + (Math.floor(100 * confidence + 1e-9) / 100).toFixed(2);
 
@@ -107,7 +118,15 @@ class Sensor {
     const { seconds, frames } = WAYS[key];
     if (frames) this.tools.order({ order: "seek", frames, pause: true });
     else if (seconds) this.tools.order({ order: "seek", frames: Math.round(seconds * factor * this.about.rate), pause: false });
-    else this.tools.order({ order: "play", on: Boolean(this.status?.paused) });
+    else if (!this.isOver()) this.tools.order({ order: "play", on: Boolean(this.status?.paused) });
+    else {
+      this.again = true;
+      this.tools.order({ order: "seek", frames: WAYS[0].seconds, pause: false });
+    }
+  }
+
+  isOver() {
+    return ["ended", "failed"].includes(this.status?.phase);
   }
 
   // Asks the server for something. Returns whether there is a connection.
@@ -121,9 +140,12 @@ class Sensor {
     const now = performance.now();
     if (this.status && this.status.starts !== update.status.starts) {
       this.features = [];
-      this.body.replaceChildren();
       this.part("newest").textContent = "";
-      this.note("no event yet");
+      // Where a person has played it again, what it has found stays.
+      if (this.again) this.words("", "played again", "note");
+      else this.body.replaceChildren();
+      if (!this.again) this.note("no event yet");
+      this.again = false;
     }
     this.times.push(now);
     while (now - this.times[0] > 2000) this.times.shift();
@@ -137,18 +159,17 @@ class Sensor {
   // Adds a row for a record.
   record(record) {
     if (record.kind === "event") {
-      const said = { ...(record.basis && { basis: record.basis }), ...record.why };
       const cells = [
         ["Frame", record.frame], ["Contact", record.contact || "–"], ["Speed, mm/s", speedText(record)],
         ["Direction", directionText(record)], ["Texture", textureText(record.texture)],
-        ["Certainty", certaintyText(record)],
+        ["Certainty", certaintyText(record)], ["More", moreText(record)],
       ];
       const row = this.row(cells, "event");
-      row.title = Object.entries(said).map(([name, text]) => name + ": " + text).join("; ");
+      row.title = Object.entries(record.why || {}).map(([name, text]) => name + ": " + text).join("; ");
       row.classList.toggle("doubtful", !record.reliable);
       this.part("newest").textContent = cells.map(([name, text]) => name + " " + text).join(", ");
     } else if (record.kind === "slip") {
-      this.words(record.frame, "slip, held since frame " + record.held_since_frame, "slip");
+      this.words(record.frame, `slip since frame ${record.onset_frame}, held since frame ${record.held_since_frame}, strength ${record.strength.toFixed(2)}`, "slip");
     } else if (record.kind === "fault") {
       this.words(record.frame, record.fault + ": " + record.message, "fault");
     } else if (record.kind === "incomplete") {
@@ -177,7 +198,7 @@ class Sensor {
 
   words(frame, text, kind) {
     const row = this.row([["Frame", frame], ["", text]], kind);
-    row.lastElementChild.colSpan = 5;
+    row.lastElementChild.colSpan = 6;
     row.lastElementChild.className = "words";
   }
 
@@ -199,10 +220,10 @@ class Sensor {
       baseline: "gathering the baseline: keep everything off the sensor", watching: "watching for a touch",
       capturing: "capturing an event", ended: "the source has ended", failed: "the source has failed",
     };
-    const ran = status.phase !== "ended" && status.phase !== "failed";
+    const ran = !this.isOver();
     set("phase", status.paused && ran ? "paused" : phases[status.phase] || status.phase);
     this.part("phase").className = "phase " + status.phase;
-    set("play", status.paused ? "Play" : "Pause");
+    set("play", !ran ? "Play again" : status.paused ? "Play" : "Pause");
     const progress = this.root.querySelector(".state progress");
     progress.hidden = !status.progress;
     if (status.progress) [progress.value, progress.max] = status.progress;

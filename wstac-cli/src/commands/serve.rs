@@ -36,7 +36,7 @@ const MOST_SENSORS: usize = 20;
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
 /// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene
-/// is played at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may
+/// waits for the first browser, is played at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may
 /// touch the sensor during them. The page can also record with labels, calibrate the sensor and examine it. Ctrl-C ends
 /// the command.
 #[derive(Debug, clap::Args)]
@@ -48,7 +48,7 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
-    /// Listen here; port 0 is any free one
+    /// Listen here, at an address and a port or a port alone; port 0 is any free one
     ///
     /// Other machines reach the page only at another address than 127.0.0.1, and only with the token that is in the
     /// printed address then.
@@ -94,7 +94,8 @@ pub(super) struct Arguments {
 }
 
 fn address(text: &str) -> Result<SocketAddr, String> {
-    text.parse().map_err(|_| format!("expected an address and a port, such as {LISTEN}"))
+    let alone = text.parse().map(|port| SocketAddr::new(LISTEN.ip(), port));
+    alone.or_else(|_| text.parse()).map_err(|_| format!("expected an address and a port, such as {LISTEN}, or a port"))
 }
 
 const HELP: &str = "\
@@ -106,8 +107,9 @@ The page, for each sensor:
             on one scale of natural logarithms; the dashes are the
             thresholds of the trigger
   events    the newest first: kind of touch, speed and direction with
-            their standard deviations, texture with its confidence;
-            faults are shown here, too
+            their standard deviations, texture with its confidence, and
+            what else is known: basis, width, place, period, lit frames;
+            slips and faults are shown here, too
 Keys:
   p         pause the page; sensors are still read
   space     pause all files and scenes, or play them
@@ -126,6 +128,7 @@ Keys:
 
 Files and scenes:
   Buttons below the picture do the same as the keys, for one of them.
+  At the end, Play again starts it once more, and its events stay.
   Going back reads the source again from its first frame, so the page is
   the same as before. Standard input, pipes and cameras can be read once.
   While a recording is written, there is no way back or forth.

@@ -18,6 +18,7 @@ use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
+pub use self::ffmpeg::not_started;
 use self::ffmpeg::{Decoder, Report};
 use self::properties::{Stated, probe};
 use super::spacing::{Positions, Spacing};

@@ -3,6 +3,7 @@
 use std::ffi::OsString;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
 use std::sync::atomic::Ordering;
 
 use super::super::files::{NewFile, Outputs};
@@ -12,6 +13,7 @@ use super::named;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::source::open::OpenOptions;
+use wstac_host::source::video::not_started;
 use wstac_host::source::y4m::header_of;
 use wstac_host::source::{Frame, Source, SourceEvent};
 use wstac_scene::source::SceneSource;
@@ -27,10 +29,11 @@ pub(super) struct Arguments {
     /// Saw3@150[,90deg][,60mm][,seed=N], or FILE.toml
     scene: OsString,
 
-    /// FILE.y4m, FILE.raw, or - for Y4M on standard output
+    /// FILE.y4m, FILE.raw, FILE.mp4, or - for Y4M on standard output
     ///
     /// Y4M has the formats GREY, Y10, Y12, Y16, YU12 and 422P. FILE.raw has frames of any format back to back, for
-    /// other programs.
+    /// other programs. FILE.mp4 is H.264 of what Y4M has, in 8 bits and with losses; ffmpeg, which must be installed,
+    /// makes it.
     #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
 
@@ -51,10 +54,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let raw = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("raw"));
     let y4m = path == Path::new("-") || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
-    if !raw && !y4m {
-        return Err(
-            Error::new(ErrorKind::Usage, path.display(), "expected a name that ends in .y4m or .raw, or -").into()
-        );
+    let mp4 = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4"));
+    if !raw && !y4m && !mp4 {
+        let message = "expected a name that ends in .y4m, .raw or .mp4, or -";
+        return Err(Error::new(ErrorKind::Usage, path.display(), message).into());
     }
     let header = if raw {
         None
@@ -63,7 +66,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     note(&info.about);
     let outputs = Outputs::new(arguments.force).reading([named(&arguments.scene)]);
-    let mut out = Output::create(path, &outputs)?;
+    let mut out = Output::create(path, &outputs, mp4)?;
     if let Some(header) = &header {
         out.write(header.as_bytes())?;
     }
@@ -96,20 +99,37 @@ enum Output {
     Standard(BufWriter<std::io::Stdout>),
     /// A file that takes its name only when it is complete.
     File(NewFile, PathBuf),
+    /// The same, which ffmpeg writes.
+    Video(NewFile, PathBuf, Child),
 }
 
+/// What makes a video of Y4M on standard input. Its output needs no way back in the file.
+const FFMPEG: &str = "-nostdin -v error -f yuv4mpegpipe -i pipe:0 -c:v libx264 -crf 8 -pix_fmt yuv420p -f mp4 \
+                      -movflags frag_keyframe+empty_moov pipe:1";
+
 impl Output {
-    fn create(path: &Path, outputs: &Outputs) -> Result<Self, Error> {
+    fn create(path: &Path, outputs: &Outputs, is_video: bool) -> Result<Self, Error> {
         if path == Path::new("-") {
             return Ok(Self::Standard(BufWriter::new(std::io::stdout())));
         }
-        Ok(Self::File(outputs.create(path)?, path.to_owned()))
+        let new = outputs.create(path)?;
+        if !is_video {
+            return Ok(Self::File(new, path.to_owned()));
+        }
+        let mut ffmpeg = Command::new("ffmpeg");
+        let ffmpeg = ffmpeg.args(FFMPEG.split_ascii_whitespace()).stdin(Stdio::piped()).stdout(new.file.file()?);
+        let started = ffmpeg.spawn().map_err(|error| not_started(&path.display().to_string(), error))?;
+        Ok(Self::Video(new, path.to_owned(), started))
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Stop> {
         match self {
             Self::Standard(out) => Ok(out.write_all(bytes)?),
             Self::File(new, path) => new.file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into()),
+            Self::Video(_, path, ffmpeg) => {
+                let written = ffmpeg.stdin.as_mut().map_or(Ok(()), |input| input.write_all(bytes));
+                written.map_err(|error| Error::io(path.display(), error).into())
+            }
         }
     }
 
@@ -117,6 +137,17 @@ impl Output {
         match self {
             Self::Standard(mut out) => Ok(out.flush()?),
             Self::File(new, _) => Ok(new.commit()?),
+            Self::Video(new, path, mut ffmpeg) => {
+                // The end of its input, after which it writes the rest.
+                drop(ffmpeg.stdin.take());
+                let status = ffmpeg.wait().map_err(|error| Error::io(path.display(), error))?;
+                if !status.success() {
+                    return Err(
+                        Error::new(ErrorKind::Io, path.display(), format_args!("ffmpeg failed: {status}")).into()
+                    );
+                }
+                Ok(new.commit()?)
+            }
         }
     }
 }

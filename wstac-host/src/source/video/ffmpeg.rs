@@ -122,9 +122,10 @@ pub(super) fn ffmpeg(program: &str, path: &Path) -> Command {
     command
 }
 
-pub(super) fn not_started(subject: &str, error: std::io::Error) -> Error {
+/// Returns the error of a program of ffmpeg that could not be started.
+pub fn not_started(subject: &str, error: std::io::Error) -> Error {
     if error.kind() == IoErrorKind::NotFound {
-        let message = "a video is decoded by ffmpeg, which is not installed; help: sudo apt install ffmpeg";
+        let message = "a video needs ffmpeg, which is not installed; help: sudo apt install ffmpeg";
         return Error::new(ErrorKind::Unsupported, subject, message);
     }
     Error::new(ErrorKind::Io, subject, format_args!("ffmpeg does not start: {error}")).caused_by(error)

@@ -7,6 +7,7 @@ use wstac_core::params::LARGEST_FRAME_SIDE;
 use wstac_core::rate::FrameRate;
 
 use super::MAGIC;
+use crate::camera::formats;
 use crate::source::StreamInfo;
 
 #[derive(Clone, Debug, PartialEq)]
@@ -168,7 +169,8 @@ fn number(text: &str) -> Option<u32> {
 /// expected.
 pub fn header_of(info: &StreamInfo) -> Result<String, String> {
     let Some((name, _)) = FORMATS.iter().find(|(_, format)| *format == info.format) else {
-        return Err(format!("format is {:?}, expected GREY, Y10, Y12, Y16, YU12 or 422P in Y4M", info.format));
+        let found = info.format.facts().codes.first().map_or("444P".into(), |&&code| formats::name(code));
+        return Err(format!("format is {found}, expected GREY, Y10, Y12, Y16, YU12 or 422P in Y4M"));
     };
     if info.format.is_ycbcr() && info.color.matrix != YcbcrMatrix::Bt601 {
         return Err("matrix is bt709, expected bt601: Y4M cannot say another".into());
