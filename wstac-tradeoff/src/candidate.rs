@@ -65,9 +65,13 @@ impl Candidate {
     /// Creates a candidate from the model of a file.
     ///
     /// # Errors
-    /// The file is not valid.
+    /// The file is not valid, or its model takes taxels.
     pub fn new(name: String, file: ModelFile) -> Result<Self, Error> {
         let model = file.model()?;
+        if model.input() == Input::Taxels {
+            let message = "takes taxels, which no board does, expected a model of frames, path or taxel_path";
+            return Err(Error::new(ErrorKind::Unsupported, name, message));
+        }
         let (labels, task): (_, Task) = (model.labels(), model.task());
         let label = |class| labels.get(class).map(|label| label.to_string());
         let answers = (0..labels.len()).filter_map(label).map(|label| Texture::of(task, label)).collect();

@@ -8,6 +8,7 @@ use super::*;
 mod calibrated;
 mod extremes;
 mod kernels;
+mod taxels;
 
 /// Returns a file with header, labels and checksum around the part of a kind. Labels are `a`, `b` …
 fn file(kind: u16, number: u16, classes: u16, trees: u16, part: &[u16]) -> Vec<u32> {

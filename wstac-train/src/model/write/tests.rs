@@ -1,9 +1,9 @@
-use wstac_core::model::file::{INPUTS, Input, ModelError, Task};
+use wstac_core::model::file::{INPUTS, Input, ModelError, TAXEL_INPUTS, Task};
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::model::trees::NARROW;
 use wstac_scene::rng::SplitMix64;
 
-use super::super::trained::{Boosted, Linear, Network, Node, Row, Score, Tree, file_order};
+use super::super::trained::{Boosted, Linear, Network, Node, Row, Score, Tree, file_order, in_file_order};
 use super::*;
 use crate::model::inspect::inspect;
 
@@ -52,7 +52,7 @@ fn tree<L>(chance: &mut Chance, splits: usize, mut leaf: impl FnMut(&mut Chance)
 }
 
 /// Returns the leaf of a sample in the order of data sets, found as the trainer would.
-fn walk<'a, L>(tree: &'a Tree<L>, sample: &[i16; INPUTS]) -> &'a L {
+fn walk<'a, L>(tree: &'a Tree<L>, sample: &[i16]) -> &'a L {
     let mut at = 0;
     loop {
         match &tree.nodes[at] {
@@ -524,13 +524,71 @@ fn a_file_says_which_sample_its_model_takes() {
         assert_eq!(words[7] >> 16, number, "{input:?}");
         assert_eq!(Model::from_words(&words).unwrap().input(), input);
         // Another number is that of a later version.
-        words[7] = words[7] & 0xFFFF | 3 << 16;
+        words[7] = words[7] & 0xFFFF | 4 << 16;
         words[1] = crc(&words);
         let error = Model::from_words(&words).unwrap_err();
-        assert_eq!(error, ModelError::Header { half: 15, found: 3 });
+        assert_eq!(error, ModelError::Header { half: 15, found: 4 });
         assert!(
-            error.to_string().ends_with("(half 15 is 3, expected 0 to 2, or 256 to 258 with a calibration)"),
+            error.to_string().ends_with("(half 15 is 4, expected 0 to 3, or 256 to 259 with a calibration)"),
             "{error}"
         );
+    }
+}
+
+#[test]
+fn models_of_taxels_answer_as_trained() {
+    let mut chance = Chance::new(9);
+    let input_of = |chance: &mut Chance| chance.next(TAXEL_INPUTS as u64) as usize;
+    // Classes beyond those that fit a node, and leaves of several classes.
+    let mut tree = tree(&mut chance, 500, |chance| vec![(chance.next(12) as u16, 1.0)]);
+    for node in &mut tree.nodes {
+        if let Node::Split { input, .. } = node {
+            *input = input_of(&mut chance);
+        }
+    }
+    let rows = |chance: &mut Chance, rows: usize, inputs: usize| -> Vec<Row> {
+        let weight = |chance: &mut Chance| chance.next(2001) as f64 / 1e4 - 0.1;
+        (0..rows).map(|_| Row { weights: (0..inputs).map(|_| weight(chance)).collect(), bias: 0.5 }).collect()
+    };
+    let linear = Linear { pairs: false, rows: rows(&mut chance, 12, TAXEL_INPUTS) };
+    let layers = vec![rows(&mut chance, 20, TAXEL_INPUTS), rows(&mut chance, 12, 20)];
+    let network = Network { layers, tops: None };
+    let score = |number: u16| {
+        let nodes = tree.nodes.iter().map(|node| match node {
+            Node::Leaf(leaf) => Node::Leaf(if leaf[0].0 == number { 0.75 } else { -0.25 }),
+            Node::Split { input, threshold, strict, left, right } => {
+                Node::Split { input: *input, threshold: *threshold, strict: *strict, left: *left, right: *right }
+            }
+        });
+        Score { start: 0.5, trees: vec![Tree { nodes: nodes.collect() }] }
+    };
+    let boosted = Boosted { scores: (0..12).map(score).collect(), bound: 0.0 };
+    let kinds = [
+        Kind::Forest(vec![tree.clone(), tree.clone()]),
+        Kind::Boosted(boosted),
+        Kind::Linear(linear.clone()),
+        Kind::Network(network.clone()),
+    ];
+    for (number, kind) in kinds.into_iter().enumerate() {
+        let trained = Trained { input: Input::Taxels, inputs: TAXEL_INPUTS, ..model(12, kind) };
+        let wide = Options { weights: Some(Weights::Int32).filter(|_| number > 1), ..Options::default() };
+        let words = write(&trained, "{}", wide).unwrap().words;
+        let read = Model::from_words(&words).unwrap();
+        assert_eq!((read.input(), read.frames()), (Input::Taxels, 175));
+        let mut same = 0;
+        for _ in 0..500 {
+            let sample: Vec<i16> = (0..TAXEL_INPUTS).map(|_| -(chance.next(9000) as i16)).collect();
+            let x: Vec<f64> = sample.iter().map(|&x| f64::from(x) / 2048.0).collect();
+            let highest = |sums: &[f64]| (0..12).rev().max_by(|&a: &usize, &b| sums[a].total_cmp(&sums[b])).unwrap();
+            let sums = || -> Vec<f64> { linear.rows.iter().map(|row| row.sum(&x)).collect() };
+            let expected = match number {
+                0 | 1 => usize::from(walk(&tree, &sample)[0].0),
+                2 => highest(&sums()),
+                _ => highest(network.sums(&x).last().unwrap()),
+            };
+            same += usize::from(usize::from(read.classify(&in_file_order(&sample))) == expected);
+        }
+        // Rounding of weights may decide between scores that are nearly equal.
+        assert!(same >= if number < 2 { 500 } else { 498 }, "{number}: {same}");
     }
 }
