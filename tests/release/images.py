@@ -58,7 +58,7 @@ def dfu(elf: bytes) -> bytes:
         sys.exit(f"the program begins at {every[0][0]:#x}, expected {FIRMWARE:#x}: is it that of an OpenMV Cam H7?")
     image = bytearray()
     for place, data in every:
-        image.extend(b"\xff" * (place - FIRMWARE - len(image)) + data)
+        image.extend(bytes(place - FIRMWARE - len(image)) + data)
     image += struct.pack("<4H3sB", 0xFFFF, PRODUCT, VENDOR, DFU, b"UFD", 16)
     return bytes(image + struct.pack("<I", zlib.crc32(image) ^ 0xFFFFFFFF))
 

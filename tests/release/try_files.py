@@ -227,7 +227,7 @@ def as_in_readme(stated_version: str) -> None:
     stated = [(name.replace("VERSION", stated_version).replace("MACHINE", "*").replace("…", "*"), int(low), int(high)) for name, low, high in lines]
     files = [*FILES.glob("*.tar.gz"), *FILES.glob("*.whl")]
     if not files:
-        sys.exit(f"{FILES}: no archive and no wheel, expected those of README.md")
+        fail(f"{FILES}: no archive and no wheel, expected those of README.md")
     for file in files:
         sizes = [(low, high) for name, low, high in stated if file.match(name)]
         if len(sizes) != 1 or not sizes[0][0] * 1_000_000 <= file.stat().st_size <= sizes[0][1] * 1_000_000:
