@@ -170,13 +170,12 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
 fn ring() -> &'static mut Ring<WORDS> {
     #[unsafe(link_section = ".uninit.ring")]
     static mut RING: MaybeUninit<Ring<WORDS>> = MaybeUninit::uninit();
-    if cortex_m::singleton!(: () = ()).is_none() {
-        panic!("the ring is taken once");
-    }
+    assert!(cortex_m::singleton!(: () = ()).is_some(), "the ring is taken once");
+    let ring = &raw mut RING;
     // SAFETY: words of zeros are a ring, which is lent once.
     unsafe {
-        (&raw mut RING).write_bytes(0, 1);
-        (*(&raw mut RING)).assume_init_mut()
+        ring.write_bytes(0, 1);
+        &mut *ring.cast()
     }
 }
 
