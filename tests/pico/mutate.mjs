@@ -10,6 +10,8 @@
 // noticed before frames are used or within a second. The firmware cannot know the right light, the right view or the
 // right picture: a constant change of these is named, and only a calibration sees it.
 //
+// Bit 5 of 0x3060 is not among them: with it off, PCLK runs before the first pixel, which the firmware measures and leaves out.
+//
 // The first program runs all bits. Others run only those of the registers of the data bus, which depend on its wires.
 
 import { Board } from './machine.mjs';
