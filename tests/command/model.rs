@@ -263,6 +263,17 @@ fn a_model_of_the_first_frames_looks_at_no_others() {
     );
     assert!(!said("20", &["--input", "frames"]).1.contains("taken as"));
     assert!(!said("700", &[]).1.contains("taken as"));
+    // So many are those of taxels, and of no other input.
+    for taxels in [&[][..], &["--input", "taxels"]] {
+        assert_eq!(said("1750", taxels).0, Some(0));
+        assert!(good(&["inspect", out]).contains("taxels"));
+    }
+    for (inputs, input) in [("1750", "path"), ("700", "taxels")] {
+        let (code, refused) = said(inputs, &["--input", input]);
+        let expected =
+            format!("{inputs} inputs, expected 1750 with --input taxels, and at most 700 with another input");
+        assert!(code == Some(1) && refused.contains(&expected), "{refused}");
+    }
     // These are as many as shipped models along the path take.
     for (inputs, option) in [("390", "path"), ("280", "taxel-path")] {
         let (code, refused) = said(inputs, &[]);

@@ -3,7 +3,6 @@
 use crate::features::FeatureScale;
 use crate::green::GreenChannel;
 use crate::ln::Ln;
-use crate::model::file::TAXEL_INPUTS;
 use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::taxels::FrameGeometry;
 use crate::touch::crosstalk::{Correction, CorrectionSource};
@@ -240,9 +239,9 @@ impl TaxelRing {
     ///
     /// They are what a model of [`Input::Taxels`](crate::model::file::Input::Taxels) takes, if the last frame is that of the
     /// event's sample. The scale is that of the ring's sums.
-    pub fn numbers<L: Ln>(&self, scale: &FeatureScale<L>) -> [i16; TAXEL_INPUTS] {
+    pub fn numbers<L: Ln>(&self, scale: &FeatureScale<L>) -> [i16; TAXELS * SAMPLE_FRAMES] {
         let shift = self.shift & 31;
-        let mut numbers = [0; TAXEL_INPUTS];
+        let mut numbers = [0; TAXELS * SAMPLE_FRAMES];
         for (age, frame) in numbers.as_chunks_mut::<TAXELS>().0.iter_mut().enumerate() {
             *frame = self.frame(age).map(|light| scale.taxel(u32::from(light) << shift));
         }

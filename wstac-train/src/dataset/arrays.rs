@@ -3,7 +3,6 @@
 use std::io::{self, Seek, Write};
 
 use wstac_core::model::file::Input;
-use wstac_core::params::{FEATURES, TAXELS};
 
 use super::npz::{Npz, SCALE};
 use super::sweep::Sweep;
@@ -53,11 +52,6 @@ pub fn array_of(input: Input) -> &'static str {
         Input::Taxels => "X_taxels",
         _ => "X",
     }
-}
-
-/// Returns the rows of 70 numbers in a sample of an array.
-pub(crate) fn rows_of(array: &str) -> usize {
-    if array == array_of(Input::Taxels) { TAXELS } else { FEATURES }
 }
 
 /// Returns only the name of a specimen, whatever else is unusual: `Saw3`, `Saw3.5`, `Sphere`, `Rod`.

@@ -10,9 +10,7 @@ mod npy;
 use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
 
 use crc32fast::Hasher;
-use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
-
-use super::arrays::rows_of;
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 
 /// The unit of samples, as the array `scale` has it.
 pub const SCALE: f64 = 1.0 / FEATURE_ONE as f64;
@@ -207,6 +205,11 @@ impl<W: Write> Write for Checked<'_, W> {
     fn flush(&mut self) -> io::Result<()> {
         self.out.flush()
     }
+}
+
+/// Returns the rows of 70 numbers in a sample of an array.
+pub(crate) fn rows_of(array: &str) -> usize {
+    if array == "X_taxels" { TAXELS } else { FEATURES }
 }
 
 #[cfg(test)]

@@ -11,7 +11,7 @@ use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
 use super::npz::{Array, Npz};
 use super::trained::{in_file_order, padded};
 pub use crate::dataset::arrays::array_of;
-use crate::dataset::arrays::rows_of;
+use crate::dataset::npz::rows_of;
 use crate::dataset::recordings::Recording;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;

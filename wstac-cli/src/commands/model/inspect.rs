@@ -4,6 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 
 use super::super::output::Stop;
+use wstac_core::params::TAXELS;
 use wstac_core::touch::path_sample::FACTS;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -38,6 +39,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     writeln!(out, "task      {}", found.task)?;
     writeln!(out, "classes   {}: {}", found.labels.len(), OneLine(found.labels.join(", ")))?;
     match model.input().steps() {
+        None if found.input == "taxels" => {
+            writeln!(out, "frames    {} of taxels", 10 * usize::from(found.frames) / TAXELS)?
+        }
         None => writeln!(out, "frames    {} of a sample", found.frames)?,
         Some((step_mm, numbers)) => {
             let steps = (10 * usize::from(found.frames)).saturating_sub(FACTS).div_ceil(numbers);

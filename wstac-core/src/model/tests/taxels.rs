@@ -56,7 +56,8 @@ fn a_longer_sample_has_the_answers_of_the_shorter_one_in_front() {
     for round in 0..20 * wstac_random_models::KINDS {
         let length = maker.model(round % wstac_random_models::KINDS, round.into(), &mut words);
         let model = Model::from_words(&words[..length]).unwrap();
-        let short: [i16; INPUTS] = core::array::from_fn(|input| ((input as u32).wrapping_mul(2_654_435_761) >> 7) as i16);
+        let short: [i16; INPUTS] =
+            core::array::from_fn(|input| ((input as u32).wrapping_mul(2_654_435_761) >> 7) as i16);
         let mut long = [9; TAXEL_INPUTS];
         long[..INPUTS].copy_from_slice(&short);
         assert_eq!(model.classification(&short), model.classification(&long), "{round}");
