@@ -82,8 +82,9 @@ def measure(counter, chosen, laws, kept, save):
         said = f"{setting.format}, stride {setting.stride}, {name}, {setting.law}"
         print(f"{time.monotonic() - began:5.0f} s: {said}: as on the host", file=sys.stderr, flush=True)
 
-    # Coherence first: the others are compared with it.
-    for law in sorted(LAWS, key=lambda law: law != "coherence"):
+    # Coherence first: the others are compared with it. Of named models and laws, only those laws are counted that they need.
+    needed = {"coherence", *(law for file in chosen.values() for law in laws_of(file) if law in laws)} if kept else set(LAWS)
+    for law in sorted(needed, key=lambda law: (law != "coherence", law)):
 
         def of_law(core, numbers):
             base.setdefault(law, {})[core] = numbers

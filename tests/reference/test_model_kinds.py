@@ -111,6 +111,7 @@ def kinds():
         "SVC": Kind(lambda: SVC(**svc), LINEAR),
         "SVC with probabilities": Kind(lambda: SVC(**svc, C=0.1, probability=True), LINEAR),
         "StandardScaler, SVC": Kind(behind(StandardScaler(), SVC(**svc)), LINEAR),
+        "StandardScaler without a mean, SVC": Kind(behind(StandardScaler(with_mean=False), SVC(**svc)), LINEAR),
         "StandardScaler, whitened PCA, SVC": Kind(
             behind(StandardScaler(), PCA(20, whiten=True, random_state=1), SVC(**svc)), LINEAR
         ),
@@ -160,7 +161,9 @@ def kinds():
 
 
 FEW = ("RandomForest", "XGBoost", "LightGBM", "SVC", "Ridge")
-REFUSED = {"LDA, lsqr, shrinkage": "has float32 numbers, whose rounding changes about"}
+REFUSED = dict.fromkeys(
+    ("LDA, lsqr, shrinkage", "StandardScaler without a mean, SVC"), "has float32 numbers, whose rounding changes about"
+)
 
 
 class Kinds(Imported):

@@ -5,7 +5,7 @@ use crate::model::file::{INPUTS, Task};
 use crate::model::forest::Forest;
 use crate::model::labels::{Label, Labels};
 use crate::model::linear_svm::LinearSvm;
-use crate::model::{Classification, Model};
+use crate::model::{Classification, Model, network::Network};
 
 /// The answer of a texture model.
 #[derive(Clone, Copy, Debug)]
@@ -52,7 +52,7 @@ macro_rules! texture_models {
         }
     )*};
 }
-texture_models!(LinearSvm Forest Boosted Model);
+texture_models!(LinearSvm Forest Boosted Network Model);
 
 /// Returns a model's answer for a sample of its input, such as 700 numbers: [`Sample::flat`](crate::paper::sample::Sample::flat) of an event, or
 /// [`SamplePrefix::flat`](crate::paper::early::SamplePrefix::flat) of a sample that is still under way.

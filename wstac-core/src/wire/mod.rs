@@ -92,8 +92,8 @@ pub use learned::{
     TextureName,
 };
 pub use message::{
-    Answers, Bootloader, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, RegisterValues, Request,
-    SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
+    Answers, Bootloader, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, RegisterValues,
+    Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
 };
 #[cfg(feature = "models")]
 pub use models::{AcceptedModels, BoardModel, MODEL_PIECE, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep};

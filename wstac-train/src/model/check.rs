@@ -20,6 +20,8 @@ const RANGE: [f64; 2] = [-11.0, 5.0];
 const MARGIN: f64 = 1.0;
 /// A usual feature of simulated slides, -2.5.
 const USUAL_UNITS: i16 = -5120;
+/// Standard deviation of the rounding to float32, as a part of a number: it is off by up to 2^-24, evenly.
+pub(super) const FLOAT32_SPREAD: f64 = 0.42 / 16_777_216.0;
 /// The remedy for a model whose sums have the wrong unit.
 pub(super) const USE_SCALE: &str = "help: train it on X * scale (scale is 1/2048)";
 
@@ -183,27 +185,37 @@ impl CheckSet {
     ///
     /// # Errors
     /// That rounding alone changes more than [`MOST_CHANGED`] of the answers, by an estimate.
-    pub(super) fn check_float32(&self, trained: &Trained) -> Result<(), String> {
-        let Some(linear) = of_float32(trained) else { return Ok(()) };
-        let mut changed = 0.0;
-        for sample in &self.samples {
-            let mut sums: Vec<(f64, f64)> =
-                linear.rows.iter().map(|row| blurred(row, sample, trained.inputs)).collect();
-            // The sum of a class against that of the next, or the single sum against 0.
-            sums.sort_unstable_by(|one, other| other.0.total_cmp(&one.0));
-            let [first, second] = [0, 1].map(|at| sums.get(at).copied().unwrap_or_default());
-            let spread = (first.1 + second.1).sqrt();
-            // Nearly the normal distribution.
-            changed += if spread > 0.0 { 1.0 / (1.0 + (1.7 * (first.0 - second.0).abs() / spread).exp()) } else { 0.0 };
-        }
+    pub(super) fn check_float32(&self, trained: &Trained, spreads: &[f64]) -> Result<(), String> {
+        // Nearly the normal distribution.
+        let flips =
+            |lead: f64, spread: f64| if spread > 0.0 { 1.0 / (1.0 + (1.7 * lead.abs() / spread).exp()) } else { 0.0 };
+        let changes = |sample: &Vec<i16>| match (&trained.kind, of_float32(trained)) {
+            (_, Some(linear)) => {
+                let mut sums: Vec<(f64, f64)> =
+                    linear.rows.iter().map(|row| blurred(row, sample, trained.inputs)).collect();
+                // The sum of a class against that of the next, or the single sum against 0.
+                sums.sort_unstable_by(|one, other| other.0.total_cmp(&one.0));
+                let [first, second] = [0, 1].map(|at| sums.get(at).copied().unwrap_or_default());
+                flips(first.0 - second.0, (first.1 + second.1).sqrt())
+            }
+            (Kind::Linear(linear), None) => {
+                let (classes, x) = (trained.labels.len(), features(sample, trained.inputs).collect::<Vec<f64>>());
+                let class = decide_sums(linear, classes, &x).0;
+                let sums = pairs_of(classes).zip(linear.rows.iter().zip(spreads));
+                let of_class = sums.filter(|(pair, _)| pair.contains(&class));
+                of_class.fold(0.0, |most, (_, (row, &spread))| flips(row.sum(&x), spread).max(most))
+            }
+            _ => 0.0,
+        };
+        let changed: f64 = self.samples.iter().map(changes).sum();
         if changed <= MOST_CHANGED * self.samples.len() as f64 {
             return Ok(());
         }
         Err(format!(
-            "has float32 numbers, whose rounding changes about {} of the trainer, expected at most {} %; help: save it \
-             with float64 numbers, or by wstac.save in Python",
+            "has float32 numbers, whose rounding changes about {} of the trainer, expected at most {} %{}",
             self.part(changed.round()),
-            100.0 * MOST_CHANGED
+            100.0 * MOST_CHANGED,
+            use_float64(spreads)
         ))
     }
 
@@ -223,22 +235,32 @@ fn of_float32(trained: &Trained) -> Option<&Linear> {
     (!linear.pairs && trained.mean.is_none() && numbers.all(is_float32)).then_some(linear)
 }
 
+/// Returns the remedy for float32 numbers: ONNX has no others for pairs.
+fn use_float64(spreads: &[f64]) -> &'static str {
+    if spreads.is_empty() {
+        "; help: save it with float64 numbers, or by wstac.save in Python"
+    } else {
+        "; help: train it behind StandardScaler(), which subtracts means, or train a LinearSVC"
+    }
+}
+
 /// Returns a warning if float32 numbers move scores of usual features by the margin of a training; otherwise no text.
-pub(super) fn float32_warning(trained: &Trained) -> String {
+pub(super) fn float32_warning(trained: &Trained, spreads: &[f64]) -> String {
     let rows = of_float32(trained).map_or(&[][..], |linear| &linear.rows);
     let spread = |row: &Row| blurred(row, &[USUAL_UNITS; TAXEL_INPUTS], trained.inputs).1.sqrt();
-    let moved = rows.iter().filter(|row| spread(row) >= MARGIN).count();
+    let all: Vec<f64> = rows.iter().map(spread).chain(spreads.iter().copied()).collect();
+    let moved = all.iter().filter(|&&spread| spread >= MARGIN).count();
     if moved == 0 {
         return String::new();
     }
     format!(
-        "; warning: float32 numbers move {moved} of {} scores by the margin of their training or more; help: save it with \
-         float64 numbers, or by wstac.save in Python",
-        rows.len()
+        "; warning: float32 numbers move {moved} of {} scores by the margin of their training or more{}",
+        all.len(),
+        use_float64(spreads)
     )
 }
 
-/// Checks that a linear model, or one of trees, has more than one answer.
+/// Checks that a model has more than one answer; trees may have a single leaf each.
 ///
 /// # Errors
 /// No sample changes the answer.
@@ -248,22 +270,34 @@ pub(super) fn check_varies(trained: &Trained) -> Result<(), String> {
     if all >= 10 && 20 * beyond >= 19 * all {
         return Err(format!("has {beyond} of {all} thresholds beyond all features, expected few; {USE_SCALE}"));
     }
-    let Kind::Linear(Linear { pairs, rows }) = &trained.kind else { return Ok(()) };
-    let is_fixed = if *pairs || rows.len() == 1 {
+    let mut ranges = vec![RANGE; trained.inputs];
+    let (pairs, rows) = match &trained.kind {
+        Kind::Linear(Linear { pairs, rows }) => (*pairs, rows),
+        Kind::Network(Network { layers, .. }) => {
+            let Some((scores, hidden)) = layers.split_last() else { return Ok(()) };
+            for layer in hidden {
+                let range = |row: &Row| <[f64; 2]>::from(row.ends(&ranges)).map(|end| end.max(0.0));
+                ranges = layer.iter().map(range).collect();
+            }
+            (false, scores)
+        }
+        _ => return Ok(()),
+    };
+    let is_fixed = if pairs || rows.len() == 1 {
         // The first class of a row always wins, or the second.
         let always = |row: &Row| {
-            let (least, most) = ends(row.bias, row.weights.iter().map(|&weight| (weight, RANGE)));
+            let (least, most) = row.ends(&ranges);
             [least > 0.0, most <= 0.0]
         };
         let wins: Vec<[bool; 2]> = rows.iter().map(always).collect();
         let classes = trained.labels.len();
         let of = |class| pairs_of(classes).zip(&wins).filter(move |(pair, _)| pair.contains(&class));
         let is_beaten = |class| of(class).any(|(pair, wins)| !wins[usize::from(pair[1] == class)]);
-        wins.iter().all(|wins| wins[0] || wins[1]) || *pairs && !(0..classes).all(is_beaten)
+        wins.iter().all(|wins| wins[0] || wins[1]) || pairs && !(0..classes).all(is_beaten)
     } else {
         let least = |row: &Row, other: &Row| {
-            let weights = row.weights.iter().zip(&other.weights).map(|(weight, other)| (weight - other, RANGE));
-            ends(row.bias - other.bias, weights).0
+            let weights = row.weights.iter().zip(&other.weights).map(|(weight, other)| weight - other);
+            ends(row.bias - other.bias, weights.zip(ranges.iter().copied())).0
         };
         rows.iter().any(|row| rows.iter().all(|other| std::ptr::eq(row, other) || least(row, other) >= 0.0))
     };
@@ -283,8 +317,7 @@ fn features(sample: &[i16], inputs: usize) -> impl Iterator<Item = f64> {
 
 /// Returns a sum, and its variance by the rounding of its numbers to float32.
 fn blurred(row: &Row, sample: &[i16], inputs: usize) -> (f64, f64) {
-    // Rounding is off by up to 2^-24 of a number, evenly.
-    let add = |sums: (f64, f64), product: f64| (sums.0 + product, sums.1 + (product * 0.42 / 16_777_216.0).powi(2));
+    let add = |sums: (f64, f64), product: f64| (sums.0 + product, sums.1 + (product * FLOAT32_SPREAD).powi(2));
     let products = row.weights.iter().zip(features(sample, inputs)).map(|(weight, x)| weight * x);
     products.chain([row.bias]).fold((0.0, 0.0), add)
 }
@@ -499,18 +532,44 @@ mod tests {
     }
 
     #[test]
+    fn a_network_with_one_answer_is_refused() {
+        let (mut model, _) = case(false, 10.0);
+        let mut network = |bias: f64| {
+            let hidden = Row { weights: vec![1.0; INPUTS], bias };
+            let scores = [2.0, -1.0, 0.5].map(|weight| Row { weights: vec![weight], bias: weight - 2.0 });
+            model.kind = Kind::Network(Network { layers: vec![vec![hidden], scores.into()], tops: None });
+            check_varies(&model)
+        };
+        // The hidden value is 0 for all features, then for some.
+        assert!(network(-5001.0 * 0.7).unwrap_err().contains("names every sample \"0\""));
+        // Class 0 also wins for every value above 0.
+        assert!(network(0.0).is_err());
+        let Kind::Network(Network { layers, .. }) = &mut model.kind else { unreachable!() };
+        layers[1][2].bias = 3.0;
+        assert_eq!(check_varies(&model), Ok(()));
+    }
+
+    #[test]
     fn numbers_that_float32_rounded_too_much_are_refused() {
         let (mut model, set) = case(false, 0.0);
         let said = |model: &mut Trained, biases: [f64; 3]| {
             let Kind::Linear(linear) = &mut model.kind else { unreachable!() };
             linear.rows.iter_mut().zip(biases).for_each(|(row, bias)| row.bias = bias);
-            set.check_float32(model)
+            set.check_float32(model, &[])
         };
         // Biases that all classes share, as of features with large weights that hardly vary. They are float32.
         let error = said(&mut model, [1e9; 3]).unwrap_err();
         assert!(error.starts_with("has float32 numbers, whose rounding changes about "), "{error}");
-        assert!(float32_warning(&model).starts_with("; warning: float32 numbers move 3 of 3 scores by the margin"));
-        assert_eq!(said(&mut model, [64.0; 3]).map(|()| float32_warning(&model)), Ok(String::new()));
+        assert!(
+            float32_warning(&model, &[]).starts_with("; warning: float32 numbers move 3 of 3 scores by the margin")
+        );
+        assert_eq!(said(&mut model, [64.0; 3]).map(|()| float32_warning(&model, &[])), Ok(String::new()));
+        // Of pairs, only a reader knows the numbers of which sums are computed.
+        let (pairs, set_of_pairs) = case(true, 10.0);
+        assert_eq!(set_of_pairs.check_float32(&pairs, &[0.01; 3]), Ok(()));
+        let error = set_of_pairs.check_float32(&pairs, &[1e9; 3]).unwrap_err();
+        assert!(error.contains("changes about 150 of 300 answers") && error.contains("StandardScaler()"), "{error}");
+        assert!(float32_warning(&pairs, &[0.5, 2.0, 0.5]).contains("numbers move 1 of 3 scores"));
         // These are not, or are small.
         assert_eq!(said(&mut model, [1e9, 1e9, 1e9 + 0.1]), Ok(()));
         assert_eq!(said(&mut model, [64.0; 3]), Ok(()));

@@ -43,6 +43,9 @@ pub(super) fn hints(model: &Trained) -> String {
         let _ = write!(hints, "; {remark}");
     }
     let (beyond, all) = beyond(model);
+    if all == 0 && matches!(model.kind, Kind::Forest(_) | Kind::Boosted(_)) && model.labels.len() > 1 {
+        hints += "; warning: no tree has a split, so that all answers are the same";
+    }
     if 2 * beyond > all {
         let _ = write!(
             hints,

@@ -28,7 +28,7 @@ use wstac_core::model::speeds::KnownSpeeds;
 
 use check::CheckSet;
 use inline::Source;
-use trained::{Kind, Trained, input_for};
+use trained::{Kind, Origin, Trained, input_for};
 use write::{Options, Weights, Written, write};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::file_bytes;
@@ -66,9 +66,9 @@ pub struct Import {
 pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error> {
     let bytes = file_bytes(path)?;
     let refused = |why| Error::new(ErrorKind::Format, path.display(), why);
-    let (model, tool) = trained(bytes, wanted).map_err(refused)?;
+    let (model, origin) = trained(bytes, wanted).map_err(refused)?;
     let set = wanted.check.as_deref().map(|set| CheckSet::read(set, &model)).transpose()?;
-    made(&name(path), model, &tool, wanted, set.as_ref()).map_err(refused)
+    made(&name(path), model, &origin, wanted, set.as_ref()).map_err(refused)
 }
 
 /// Reads a trained model from the bytes of its trainer's file and writes it as a model file; `name` is that file's
@@ -77,21 +77,21 @@ pub fn import(path: &Path, wanted: &Import) -> Result<(Trained, Written), Error>
 /// # Errors
 /// The bytes cannot be used; the message names the part, without the file's name.
 pub fn import_bytes(name: &str, bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Written), String> {
-    let (model, tool) = trained(bytes, wanted)?;
+    let (model, origin) = trained(bytes, wanted)?;
     let set = wanted.samples.clone().and_then(CheckSet::of);
-    made(name, model, &tool, wanted, set.as_ref())
+    made(name, model, &origin, wanted, set.as_ref())
 }
 
 fn made(
     name: &str,
     mut model: Trained,
-    tool: &str,
+    origin: &Origin,
     wanted: &Import,
     set: Option<&CheckSet>,
 ) -> Result<(Trained, Written), String> {
     check::check_varies(&model)?;
-    set.map_or(Ok(()), |set| set.check_float32(&model))?;
-    let warning = set.map_or_else(|| check::float32_warning(&model), |_| String::new());
+    set.map_or(Ok(()), |set| set.check_float32(&model, &origin.spreads))?;
+    let warning = set.map_or_else(|| check::float32_warning(&model, &origin.spreads), |_| String::new());
     if let Kind::Linear(linear) = &mut model.kind {
         linear.drop_shared();
     }
@@ -99,7 +99,7 @@ fn made(
     let given = set.map(|set| set.mean(inputs)).or(model.mean);
     model.mean =
         given.or_else(|| (matches!(model.input, Input::Frames | Input::Taxels)).then(|| vec![USUAL_MEAN; inputs]));
-    let mut facts = serde_json::json!({ "file": name, "trainer": tool });
+    let mut facts = serde_json::json!({ "file": name, "trainer": origin.tool });
     if let Some(note) = &wanted.note {
         facts["note"] = note.as_str().into();
     }
@@ -133,17 +133,17 @@ fn made(
 /// # Errors
 /// The file cannot be used; the message names the part.
 pub fn import_inline(path: &Path, wanted: &Import) -> Result<(Trained, Source), Error> {
-    let made = trained(file_bytes(path)?, wanted).and_then(|(model, tool)| {
-        let mut source = inline::source(&model, &name(path), &tool, wanted.options)?;
+    let made = trained(file_bytes(path)?, wanted).and_then(|(model, origin)| {
+        let mut source = inline::source(&model, &name(path), &origin.tool, wanted.options)?;
         source.exactness += &integers::hints(&model);
         Ok((model, source))
     });
     made.map_err(|why| Error::new(ErrorKind::Format, path.display(), why))
 }
 
-/// Returns a trained model, and the tool that trained it.
-fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String> {
-    let (mut model, tool) = read(&bytes, wanted.labels.clone())?;
+/// Returns a trained model, and how its file came about.
+fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Origin), String> {
+    let (mut model, origin) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
     model.input = if wanted.input == Input::Frames { input_for(model.inputs) } else { wanted.input };
@@ -155,7 +155,7 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, String), String>
     }
     model.speeds = wanted.speeds;
     check_labels(&model)?;
-    Ok((model, tool))
+    Ok((model, origin))
 }
 
 /// Rejects labels that are empty, occur twice, or do not fit the task.
@@ -222,8 +222,8 @@ fn foreign(start: &[u8]) -> Option<(&'static str, &'static str)> {
     })
 }
 
-/// Reads a model, and returns it with the tool that trained it; the contents determine the kind of file.
-fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
+/// Reads a model, and returns it with its origin; the contents determine the kind of file.
+fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, Origin), String> {
     // Editors on Windows put this mark of UTF-8 before text.
     let start = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes).trim_ascii_start();
     if let Some((found, help)) = foreign(start) {

@@ -86,6 +86,16 @@ pub struct Network {
     pub tops: Option<Vec<Vec<f64>>>,
 }
 
+/// How a trainer's file came about.
+#[derive(Debug)]
+pub(super) struct Origin {
+    /// The tool that trained the model.
+    pub(super) tool: String,
+    /// How far float32 numbers, of which the sums of pairs are computed, move each of them for usual features: standard
+    /// deviations. It is empty if they are not known.
+    pub(super) spreads: Vec<f64>,
+}
+
 impl Network {
     /// Returns the sums of each layer for a sample in the order of data sets.
     pub(super) fn sums(&self, x: &[f64]) -> Vec<Vec<f64>> {
@@ -112,6 +122,11 @@ impl Row {
     /// Returns the sum of these inputs.
     pub(super) fn sum(&self, x: &[f64]) -> f64 {
         self.bias + self.weights.iter().zip(x).map(|(weight, x)| weight * x).sum::<f64>()
+    }
+
+    /// Returns the least and the largest sum of inputs in these ranges.
+    pub(super) fn ends(&self, ranges: &[[f64; 2]]) -> (f64, f64) {
+        ends(self.bias, self.weights.iter().copied().zip(ranges.iter().copied()))
     }
 }
 

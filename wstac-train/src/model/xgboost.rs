@@ -3,7 +3,7 @@
 use serde::Deserialize;
 use wstac_core::model::file::Input;
 
-use super::trained::{Boosted, Kind, MOST_NODES, Node, Score, Trained, Tree, guess_task};
+use super::trained::{Boosted, Kind, MOST_NODES, Node, Origin, Score, Trained, Tree, guess_task};
 
 /// Reads the file from JSON text.
 ///
@@ -105,7 +105,7 @@ struct TreeParameters {
 const OBJECTIVES: &str = "multi:softprob, multi:softmax or binary:logistic";
 
 /// Reads the model in a file, with the labels given or with the numbers of its classes.
-pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
+pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Trained, Origin), String> {
     let version: Vec<String> = file.version.iter().map(u32::to_string).collect();
     let Learner { attributes, gradient_booster, parameters, objective } = file.learner;
     if gradient_booster.name != "gbtree" {
@@ -187,7 +187,7 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
     let kind = Kind::Boosted(Boosted { scores: all, bound });
     Ok((
         Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean: None },
-        format!("XGBoost {}", version.join(".")),
+        Origin { tool: format!("XGBoost {}", version.join(".")), spreads: Vec::new() },
     ))
 }
 

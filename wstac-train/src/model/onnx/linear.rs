@@ -5,6 +5,8 @@ use super::proto::Node;
 use super::steps::Before;
 use super::sums::linear;
 use super::{Read, attribute, floats, integers, labels, post_transform};
+use crate::model::USUAL_MEAN;
+use crate::model::check::FLOAT32_SPREAD;
 use crate::model::trained::{Kind, Linear, Row, frames};
 
 /// Reads `LinearClassifier`.
@@ -72,7 +74,7 @@ fn rows_without_intercepts(coefficients: usize, classes: usize, width: Option<us
 }
 
 /// Reads the weighted sums of `SVMClassifier`: each pair of classes has its own, from the support vectors of both.
-pub(super) fn svm(node: &Node, before: Before) -> Result<Read, String> {
+pub(super) fn svm(node: &Node, mut before: Before) -> Result<Read, String> {
     let labels = labels(node, "classlabels_ints")?;
     let classes = labels.len();
     let kernel = attribute(node, "kernel_type").and_then(|attribute| attribute.s.as_deref()).unwrap_or(b"LINEAR");
@@ -111,13 +113,19 @@ pub(super) fn svm(node: &Node, before: Before) -> Result<Read, String> {
         })
         .collect();
     let mut rows = Vec::with_capacity(pairs);
+    // Coefficients are rounded to float32, and multiply sums of many products, which cancel if all vectors are alike.
+    let usual = before.applied(vec![USUAL_MEAN; inputs]);
+    let product = |vector: &[f32]| vector.iter().zip(&usual).map(|(&x, usual)| f64::from(x) * usual).sum::<f64>();
+    let products: Vec<f64> = vectors.chunks_exact(taken.max(1)).map(product).collect();
     for first in 0..classes {
         for second in first + 1..classes {
+            let mut variance = 0.0;
             let mut row = Row { weights: vec![0.0; taken], bias: f64::from(rho[rows.len()]) };
             // libsvm keeps a vector's coefficients against the other classes in rows, without its own class.
             for (class, line) in [(first, second - 1), (second, first)] {
                 for vector in starts[class]..starts[class] + counts[class] {
                     let coefficient = f64::from(coefficients[line * count + vector]);
+                    variance += (coefficient * products[vector] * FLOAT32_SPREAD).powi(2);
                     if coefficient != 0.0 {
                         let vector = &vectors[vector * taken..][..taken];
                         row.weights.iter_mut().zip(vector).for_each(|(sum, &x)| *sum += coefficient * f64::from(x));
@@ -125,6 +133,7 @@ pub(super) fn svm(node: &Node, before: Before) -> Result<Read, String> {
                 }
             }
             rows.push(row);
+            before.spreads.push(variance.sqrt());
         }
     }
     before.fold(&mut rows, inputs)?;

@@ -23,12 +23,13 @@ use self::path::ClassifierOutput;
 use self::proto::{Attribute, Graph, Node};
 use self::steps::Before;
 use self::tensor::Tensor;
-use super::trained::{Kind, Score, Trained, Tree, guess_task};
+use super::trained::{Kind, Origin, Score, Trained, Tree, guess_task};
 use wstac_core::model::file::Input;
 
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
 const UNDERSTOOD: &str = "TreeEnsembleClassifier, TreeEnsemble, LinearClassifier, SVMClassifier (linear kernel), \
-     MatMul and Gemm; before them Relu (a network of one or two hidden layers), Cast, Identity, Dropout, Scaler, Imputer, \
+     MatMul and Gemm; before them Relu (a network of one or two hidden layers), BatchNormalization, Cast, Identity, \
+     Dropout, Flatten, Scaler, Imputer, \
      Add, Sub, Mul and Div with constants, ArrayFeatureExtractor and Gather; for scores Softmax, Sigmoid and ArgMax; and \
      for labels LabelEncoder, ArrayFeatureExtractor and Gather";
 
@@ -40,8 +41,8 @@ struct Read {
     before: Before,
 }
 
-/// Reads the model in a file, with the labels given or its own; also returns the tool that trained it.
-pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, String), String> {
+/// Reads the model in a file, with the labels given or its own, and its origin.
+pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained, Origin), String> {
     let unknown = |why| format!("expected JSON or UBJSON of XGBoost, or ONNX; as ONNX it {why}");
     let (graph, producer) = proto::graph(bytes).map_err(unknown)?;
     let found: Vec<&Node> = graph.node.iter().filter(|node| CLASSIFIERS.contains(&node.op_type())).collect();
@@ -63,20 +64,25 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
         all => several::read(&graph, all, &producer)?,
     };
     let is_given = matches!(answer, ClassifierOutput::Given(_));
-    let classes = path::labels(&graph, found.first().copied(), answer)?;
+    let mut remarks = Vec::new();
+    let classes = path::labels(&graph, found.first().copied(), answer, &mut remarks)?;
     let labels = match labels {
         Some(labels) if labels.len() == classes.len() => labels,
         Some(labels) => return Err(format!("has {} classes, and --labels names {}", classes.len(), labels.len())),
         None => classes,
     };
     let task = guess_task(&labels);
-    let trainer = if producer.is_empty() { "ONNX".into() } else { format!("ONNX of {producer}") };
+    let tool = if producer.is_empty() { "ONNX".into() } else { format!("ONNX of {producer}") };
     let mean = before.mean(inputs);
-    let mut remarks = Vec::new();
     if is_given {
         remarks.push("the file gives scores: the highest is the answer".into());
     }
-    if before.scales() && !matches!(kind, Kind::Linear(_) | Kind::Network(_)) {
+    let is_of_sums = matches!(kind, Kind::Linear(_) | Kind::Network(_));
+    if is_of_sums && labels.len() > 2 && graph.node.iter().any(|node| node.op_type() == "Sigmoid") {
+        let why = "of several such scores ONNX answers the first, and this file the highest";
+        remarks.push(format!("a Sigmoid of float32 is 1 from a score of about 17 on: {why}"));
+    }
+    if before.scales() && !is_of_sums {
         let why = "the trainer itself may answer otherwise where a scaled feature is next to one";
         remarks.push(format!("thresholds are those of the ONNX file, which scales in float32: {why}"));
     }
@@ -87,7 +93,10 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
             "a trainer that adds float64 may answer otherwise where scores differ by less than {far:.1e}"
         ));
     }
-    Ok((Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean }, trainer))
+    Ok((
+        Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean },
+        Origin { tool, spreads: before.spreads },
+    ))
 }
 
 /// Describes a graph without one classifier.
@@ -96,8 +105,16 @@ fn not_one(graph: &Graph) -> String {
     kinds.sort_unstable();
     kinds.dedup();
     kinds.truncate(20);
+    let has = |kind| kinds.contains(&kind);
+    let help = if has("TopK") || has("CDist") {
+        "; help: neighbors compare with every sample of the training: train trees, or SVC(kernel=\"linear\")"
+    } else if has("TreeEnsembleClassifier") {
+        "; help: trees with weights, as of AdaBoost, are not read: train a RandomForest or boosted trees"
+    } else {
+        ""
+    };
     let kinds = kinds.join(", ");
-    format!("ONNX nodes {kinds}, expected one classifier; understood are {UNDERSTOOD}")
+    format!("ONNX nodes {kinds}, expected one classifier; understood are {UNDERSTOOD}{help}")
 }
 
 /// Returns a bound of what float32 takes from a score: in the start, in every leaf and in every addition.

@@ -39,7 +39,7 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
                 ));
             }
             steps.reverse();
-            return Ok(Before { width, is_double: is_double || kind == DOUBLE, steps });
+            return Ok(Before { width, is_double: is_double || kind == DOUBLE, steps, spreads: Vec::new() });
         }
         let weights: usize = steps.iter().map(Step::weights).sum();
         if steps.len() > MOST_STEPS || weights > MOST_WEIGHTS {
@@ -55,6 +55,8 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
         let second = before.input.get(1);
         match kind {
             "Identity" | "Dropout" => {}
+            "Flatten" if attribute(before, "axis").and_then(|axis| axis.i).is_none_or(|axis| axis == 1) => {}
+            "BatchNormalization" => steps.extend(normalization(graph, before)?),
             "Relu" => steps.push(Step::Rectify),
             // Other types lose a part of the input.
             "Cast" if to(before).and_then(|to| u64::try_from(to).ok()).is_some_and(is_real) => {
@@ -103,10 +105,30 @@ pub(super) fn before(graph: &Graph, classifier: &Node) -> Result<Before, String>
                 });
             }
             "MatMul" | "Gemm" => steps.push(Step::Sums(sums(graph, before)?)),
-            other => return Err(format!("ONNX node {other} before the classifier; understood are {UNDERSTOOD}")),
+            other => {
+                let help = match other {
+                    "Tanh" | "Sigmoid" | "LeakyRelu" | "Elu" | "Selu" | "Gelu" | "Softplus" => {
+                        "; help: train it with activation=\"relu\""
+                    }
+                    "Flatten" | "Reshape" | "Transpose" => "; help: train it on X.reshape(-1, 700)",
+                    _ => "",
+                };
+                return Err(format!("ONNX node {other} before the classifier; understood are {UNDERSTOOD}{help}"));
+            }
         }
     }
     Err("the ONNX graph goes in a circle".into())
+}
+
+/// Returns the steps of a `BatchNormalization`, the last first.
+fn normalization(graph: &Graph, node: &Node) -> Result<[Step; 3], String> {
+    let list = |at: usize| node.input.get(at).and_then(|name| reals(graph, name)).map(|found| found.0);
+    let [Some(scale), Some(start), Some(mean), Some(variance)] = [1, 2, 3, 4].map(list) else {
+        return Err("ONNX node BatchNormalization before the classifier, expected constants of finite numbers".into());
+    };
+    let least = f64::from(attribute(node, "epsilon").and_then(|epsilon| epsilon.f).unwrap_or(1e-5));
+    let factor = scale.iter().zip(&variance).map(|(scale, variance)| scale / (variance + least).sqrt());
+    Ok([Step::Add(start), Step::Multiply(factor.collect()), Step::Subtract(mean)])
 }
 
 /// Follows the path forwards from the classifier to an output, and returns the resulting labels of its classes.
@@ -114,6 +136,7 @@ pub(super) fn labels(
     graph: &Graph,
     classifier: Option<&Node>,
     answer: ClassifierOutput,
+    remarks: &mut Vec<String>,
 ) -> Result<Vec<String>, String> {
     let numbers = |classes| (0..classes).map(|class: usize| class.to_string()).collect();
     let (name, mut labels) = match answer {
@@ -124,11 +147,21 @@ pub(super) fn labels(
     let name = name.ok_or("the ONNX classifier has no output")?;
     let mut name = &name;
     for _ in 0..=graph.node.len() {
-        if graph.output.iter().any(|output| output.name() == name) {
+        let is_output = graph.output.iter().any(|output| output.name() == name);
+        let mut all = graph.node.iter().filter(|node| node.input.contains(name));
+        let next = all.next();
+        if next.is_some() && (is_output || all.next().is_some()) {
+            remarks.push(format!("the file gives labels in several ways: the first behind {name} are taken"));
+        }
+        if is_output {
             return Ok(labels);
         }
-        let next = graph.node.iter().find(|node| node.input.contains(name));
-        let next = next.ok_or_else(|| format!("ONNX output {name} of the classifier is no output of the graph"))?;
+        let next = next.ok_or_else(|| {
+            format!(
+                "ONNX output {name} of the classifier is no output of the graph; help: keep the label as an output; \
+                 LightGBM's rf is not read"
+            )
+        })?;
         match next.op_type() {
             "Identity" | "Reshape" | "Flatten" | "Squeeze" | "Unsqueeze" => {}
             "Cast" if to(next).is_some_and(|to| to != BOOL) => {}

@@ -29,6 +29,8 @@ pub(super) struct Before {
     pub(super) is_double: bool,
     /// Steps, in their order.
     pub(super) steps: Vec<Step>,
+    /// How far float32 numbers move each sum of the classifier for usual features: standard deviations, if they are known.
+    pub(super) spreads: Vec<f64>,
 }
 
 impl Before {
@@ -62,6 +64,11 @@ impl Before {
     /// Returns `true` if a step changes numbers.
     pub(super) fn scales(&self) -> bool {
         !self.steps.iter().all(|step| matches!(step, Step::Pick(_)))
+    }
+
+    /// Returns what the classifier gets for these inputs.
+    pub(super) fn applied(&self, inputs: Vec<f64>) -> Vec<f64> {
+        self.steps.iter().fold(inputs, |x, step| step.applied(x))
     }
 
     /// Converts rows of the classifier to weights of the model's inputs.
@@ -183,6 +190,20 @@ impl Step {
                 Some(row) => Err(format!("weighted sums are of {} inputs, expected {inputs}", row.weights.len())),
                 None => Ok(rows.len()),
             },
+        }
+    }
+
+    /// Returns the outputs for inputs.
+    fn applied(&self, x: Vec<f64>) -> Vec<f64> {
+        let each = |change: &dyn Fn(f64, usize) -> f64| x.iter().enumerate().map(|(at, &x)| change(x, at)).collect();
+        match self {
+            Self::Add(list) => each(&|x, at| x + of(list, at)),
+            Self::Subtract(list) => each(&|x, at| x - of(list, at)),
+            Self::Multiply(list) => each(&|x, at| x * of(list, at)),
+            Self::Divide(list) => each(&|x, at| x / of(list, at)),
+            Self::Pick(list) => list.iter().filter_map(|&at| x.get(at).copied()).collect(),
+            Self::Sums(rows) => rows.iter().map(|row| row.sum(&x)).collect(),
+            Self::Rectify => each(&|x, _| x.max(0.0)),
         }
     }
 

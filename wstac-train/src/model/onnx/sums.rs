@@ -2,7 +2,7 @@
 
 use super::path::{ClassifierOutput, before, constant};
 use super::proto::{Graph, Node};
-use super::steps::Before;
+use super::steps::{Before, Step};
 use super::tensor::{DOUBLE, FLOAT, INT32, INT64, Tensor};
 use super::{Read, attribute, not_one};
 use crate::model::trained::{Kind, Linear, Network, Row};
@@ -14,9 +14,16 @@ pub(super) fn read(graph: &Graph) -> Result<Read, String> {
         return Err(not_one(graph));
     };
     let mut rows = sums(graph, last)?;
+    let before = before(graph, last)?;
+    let count = graph.node.iter().filter(|node| is_product(node)).count();
+    let used = 1 + before.steps.iter().filter(|step| matches!(step, Step::Sums(_))).count();
+    if count != used {
+        return Err(format!(
+            "the ONNX graph has {count} MatMul or Gemm, and {used} of them decide; help: export the classes as the only output"
+        ));
+    }
     let name = last.output.first().ok_or("an ONNX node has no output")?;
     let answer = highest(graph, name, rows.len().max(2), Some(&mut rows), true)?;
-    let before = before(graph, last)?;
     let inputs = before.inputs(Some(rows[0].weights.len()))?;
     linear(rows, vec![before], inputs, answer)
 }
@@ -190,6 +197,10 @@ pub(super) fn highest(
             Some(node) => {
                 let kind = node.op_type();
                 format!("ONNX node {kind} after the scores, expected ArgMax, or Softmax of axis 1")
+            }
+            None if is_single => {
+                "ONNX classifier gives one score, expected a Sigmoid after it: the second class wins above one half"
+                    .into()
             }
             None => "ONNX classifier gives scores, expected ArgMax after it, which gives classes".into(),
         });

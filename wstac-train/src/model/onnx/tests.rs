@@ -171,6 +171,12 @@ fn weighted_sums_are_those_of_any_network() {
     assert_eq!(answers(&three(node("Softmax", "z", "label", &[]))), Ok([0, 1, 1, 2]));
     let found = read(&model(&three(node("Softmax", "z", "label", &[]))), None).unwrap().0;
     assert_eq!(found.remarks, ["the file gives scores: the highest is the answer"]);
+    let found = read(&model(&three(node("Sigmoid", "z", "label", &[]))), None).unwrap().0;
+    assert!(
+        found.remarks[1].starts_with("a Sigmoid of float32 is 1 from a score of about 17 on"),
+        "{:?}",
+        found.remarks
+    );
     // One sum is the second class's: with a Sigmoid, or beside its opposite.
     let one = |more: &[Vec<u8>]| [vec![weights(&[1.0]), bias(&[-0.25]), product(), add("z")], more.to_vec()].concat();
     assert_eq!(answers(&one(&[node("Sigmoid", "z", "label", &[])])), Ok([0, 0, 0, 1]));
@@ -184,7 +190,20 @@ fn weighted_sums_are_those_of_any_network() {
     };
     for (nodes, says) in [
         (one(&[highest("z")]), "ONNX node ArgMax after the scores"),
-        (one(&[node("Identity", "z", "label", &[])]), "gives scores, expected ArgMax after it"),
+        (one(&[node("Identity", "z", "label", &[])]), "gives one score, expected a Sigmoid after it"),
+        (
+            [two(), vec![node_of("MatMul", &["X", "w"], "other", &[])]].concat(),
+            "has 2 MatMul or Gemm, and 1 of them decide; help: export",
+        ),
+        (
+            vec![
+                weights(&[1.0, 2.0]),
+                node("Tanh", "X", "x", &[]),
+                node_of("MatMul", &["x", "w"], "y", &[]),
+                highest("y"),
+            ],
+            "; help: train it with activation=",
+        ),
         (one(&opposite(&["z", "n"])), "ONNX node Neg after the scores"),
         // Of a probability, the opposite decides at 0 instead of a half; other samples are no classes.
         (one(&[vec![node("Sigmoid", "z", "p", &[])], opposite_of("p", 1)].concat()), "ONNX node Neg after the scores"),
@@ -299,6 +318,11 @@ fn steps_before_a_classifier_are_folded() {
     ];
     let nodes = [&scaled[..], &[tree("a")]].concat();
     assert_eq!(answers(&nodes), Ok([0, 0, 0, 1]));
+    // A batch's mean of 0.25 and deviation of 2: (x − 0.25) / 2 · 4 + 1.4995 is above 1 there as well. A Flatten changes nothing.
+    let batch = [("g", 4.0), ("s", 1.4995), ("m", 0.25), ("v", 4.0)].map(|(name, number)| list(name, &[number; 2]));
+    let normal = |inputs: &[&str]| node_of("BatchNormalization", inputs, "a", &[]);
+    let scaled_batch = [pick(71), node("Flatten", "p", "q", &[]), normal(&["q", "g", "s", "m", "v"]), tree("a")];
+    assert_eq!(answers(&[&batch[..], &scaled_batch].concat()), Ok([0, 0, 1, 1]));
     // The same before weighted sums: the second class has (x − 1) / 2 + 0.5, which is x / 2.
     let sums = [
         node_of("MatMul", &["a", "w"], "y", &[]),
@@ -339,6 +363,8 @@ fn steps_before_a_classifier_are_folded() {
             "ONNX node Sub before the classifier",
         ),
         (vec![node_of("Gather", &["X", "X"], "a", &[]), tree("a")], "selects by other numbers"),
+        (vec![normal(&["X", "X"]), tree("a")], "BatchNormalization before the classifier, expected constants"),
+        (vec![node("Flatten", "X", "a", &[number_of("axis", 0)]), tree("a")], "help: train it on X.reshape(-1, 700)"),
     ] {
         let error = answers(&nodes).unwrap_err();
         assert!(error.contains(says), "{error}");
@@ -417,7 +443,11 @@ fn labels_are_followed_to_the_output() {
     let picked = model(&[constant, classifier("y"), picks]);
     assert_eq!(read(&picked, None).unwrap().0.labels, ["Saw", "Tri"]);
     let cast = node("Cast", "y", "label", &[number_of("to", 7)]);
-    assert_eq!(read(&model(&[classifier("y"), cast]), None).unwrap().0.labels, ["1", "0"]);
+    let found = read(&model(&[classifier("y"), cast.clone()]), None).unwrap().0;
+    assert_eq!((found.labels, found.remarks), (vec!["1".into(), "0".into()], vec![]));
+    // Another node also makes labels of it.
+    let found = read(&model(&[classifier("y"), cast, node("Identity", "y", "other", &[])]), None).unwrap().0;
+    assert_eq!(found.remarks, ["the file gives labels in several ways: the first behind y are taken"]);
 }
 
 #[test]
@@ -490,10 +520,13 @@ fn probabilities_of_an_svm_do_not_change_its_label() {
             floats_of("rho", &[0.5]),
         ];
         let bytes = model(&[node("SVMClassifier", "X", "label", &[lists.concat(), more.concat()])]);
-        write(&read(&bytes, None).unwrap().0, "", Options::default()).unwrap().words
+        let (model, origin) = read(&bytes, None).unwrap();
+        (write(&model, "", Options::default()).unwrap().words, origin.spreads)
     };
     let probabilities = [floats_of("prob_a", &[-3.5]), floats_of("prob_b", &[f32::NAN])];
-    assert_eq!(svm(&probabilities), svm(&[]));
+    assert_eq!(svm(&probabilities).0, svm(&[]).0);
+    // Two coefficients of about 2^-24, each times a product of -2.5.
+    assert!(svm(&[]).1.iter().all(|spread| (8e-8..9e-8).contains(spread)), "{:?}", svm(&[]).1);
 }
 
 #[test]
@@ -570,7 +603,10 @@ fn whole() -> Vec<u8> {
 fn a_forest_is_read_with_its_labels() {
     let bytes = model(&[node("TreeEnsembleClassifier", "X", "label", &forest("BRANCH_LT", -1.0))]);
     let (found, trainer) = read(&bytes, None).unwrap();
-    assert_eq!((found.labels.join(","), found.inputs, trainer.as_str()), ("Saw,Tri".into(), 700, "ONNX of test 1"));
+    assert_eq!(
+        (found.labels.join(","), found.inputs, trainer.tool.as_str()),
+        ("Saw,Tri".into(), 700, "ONNX of test 1")
+    );
     let words = write(&found, "", Options::default()).unwrap().words;
     let read = wstac_core::model::Model::from_words(&words).unwrap();
     // Feature 1 of frame 1.

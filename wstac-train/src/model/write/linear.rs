@@ -178,7 +178,10 @@ fn warning(model: &Linear, classes: usize, bounds: &[f64]) -> (String, bool) {
     let most = rows.iter().map(|row| range(row, &zero)).fold(0.0, |most, (least, largest)| (largest - least).max(most));
     // Scores that cannot reach the margin have a unit of their own.
     let margin = if most < 2.0 * MARGIN { most / REACH } else { MARGIN };
-    let unsure = bounds.iter().filter(|&&bound| bound >= margin && bound > 0.0).count();
+    // Scores of classes are compared with each other, so that the errors of two of them count.
+    let other = |row: usize| (0..count).filter(|&other| other != row).fold(0.0, |most, other| bounds[other].max(most));
+    let off = |row: usize| bounds[row] + if is_of_classes { other(row) } else { 0.0 };
+    let unsure = (0..count).filter(|&row| off(row) >= margin && off(row) > 0.0).count();
     let is_unsure = unsure > 0 && classes > 1;
     if fixed > 0 {
         let never = if is_of_classes { "can never be the answer" } else { "can have only one winner" };

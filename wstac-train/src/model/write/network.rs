@@ -3,7 +3,7 @@
 use wstac_core::model::network::MOST_WIDTH;
 use wstac_core::params::FEATURES;
 
-use super::super::trained::{Network, Row, ends, file_order};
+use super::super::trained::{Network, file_order};
 use super::linear::{USUAL, corrected, largest, number_of, push_rows, rounded, scale};
 use super::{Body, ONE, Weights};
 
@@ -30,10 +30,7 @@ pub(super) fn body(
         let tops: Vec<f64> = match &network.tops {
             // Without a value above 0 the samples say nothing of the range.
             Some(tops) if at < last && tops[at].iter().any(|top| *top > 0.0) => tops[at].clone(),
-            _ => {
-                let largest = |row: &Row| ends(row.bias, row.weights.iter().copied().zip(ranges.iter().copied())).1;
-                layer.iter().map(largest).collect()
-            }
+            _ => layer.iter().map(|row| row.ends(&ranges).1).collect(),
         };
         let top = tops.iter().fold(0.0_f64, |most, top| most.max(*top));
         let shift = if at == last { 0.0 } else { (top * scale * unit / MOST).log2().ceil().clamp(0.0, 47.0) };
@@ -55,7 +52,11 @@ pub(super) fn body(
         ranges = tops.iter().map(|top| [0.0, top.max(0.0)]).collect();
     }
     let widths: Vec<String> = network.layers.iter().map(|layer| layer.len().to_string()).collect();
-    let exactness = format!("a network of {} sums; scores are in units of {:.2e}", widths.join(", "), 1.0 / unit);
+    let exactness = format!(
+        "a network of {} sums; scores are in units of {:.2e}, without a bound of their error",
+        widths.join(", "),
+        1.0 / unit
+    );
     Ok(Body { kind: 5, number, trees: 0, shift: 0, halves, exactness, score_bound: 0.0 })
 }
 

@@ -1,6 +1,8 @@
 use wstac_core::model::file::{INPUTS, Input, ModelError, TAXEL_INPUTS, Task};
+use wstac_core::model::network::Network as FileNetwork;
 use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::model::trees::NARROW;
+use wstac_core::texture::texture;
 use wstac_scene::rng::SplitMix64;
 
 use super::super::trained::{Boosted, Linear, Network, Node, Row, Score, Tree, file_order, in_file_order};
@@ -353,6 +355,9 @@ fn a_network_decides_as_real_numbers_do() {
             let written = write(&trained, "", Options { weights: Some(width), ..Options::default() }).unwrap();
             let read = Model::from_words(&written.words).unwrap();
             assert_eq!((read.layout(), inspect(&read, &written.words).kind.to_string()), (2, "network".into()));
+            // The firmware's type is of this kind alone.
+            let (alone, first) = (FileNetwork::from_words(&written.words).unwrap(), to_file(&samples[0]));
+            assert_eq!(texture(&first, &alone).class, read.classify(&first));
             let (mut alike, mut wrong) = (0, 0.0_f64);
             for sample in &samples {
                 let (class, margin) = answer(scores(sample).last().unwrap());
