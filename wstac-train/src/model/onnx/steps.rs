@@ -68,7 +68,7 @@ impl Before {
 
     /// Returns what the classifier gets for these inputs.
     pub(super) fn applied(&self, inputs: Vec<f64>) -> Vec<f64> {
-        self.steps.iter().fold(inputs, |x, step| step.applied(x))
+        self.steps.iter().fold(inputs, |x, step| step.applied(&x))
     }
 
     /// Converts rows of the classifier to weights of the model's inputs.
@@ -194,7 +194,7 @@ impl Step {
     }
 
     /// Returns the outputs for inputs.
-    fn applied(&self, x: Vec<f64>) -> Vec<f64> {
+    fn applied(&self, x: &[f64]) -> Vec<f64> {
         let each = |change: &dyn Fn(f64, usize) -> f64| x.iter().enumerate().map(|(at, &x)| change(x, at)).collect();
         match self {
             Self::Add(list) => each(&|x, at| x + of(list, at)),
@@ -202,7 +202,7 @@ impl Step {
             Self::Multiply(list) => each(&|x, at| x * of(list, at)),
             Self::Divide(list) => each(&|x, at| x / of(list, at)),
             Self::Pick(list) => list.iter().filter_map(|&at| x.get(at).copied()).collect(),
-            Self::Sums(rows) => rows.iter().map(|row| row.sum(&x)).collect(),
+            Self::Sums(rows) => rows.iter().map(|row| row.sum(x)).collect(),
             Self::Rectify => each(&|x, _| x.max(0.0)),
         }
     }
