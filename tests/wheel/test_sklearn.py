@@ -56,6 +56,7 @@ def test_what_scikit_learn_does_with_fitted_estimators(data: dict[str, Any], cla
         labels = model.predict(X)
         assert get_scorer("accuracy")(model, X, y) == np.mean(labels == y) > 0.85
         assert model.score(X, y) <= np.mean(labels == y)
+        assert model.classes_[model.decision_function(X).argmax(axis=1)].tolist() == labels.tolist()
         assert make_pipeline(model).predict(X).tolist() == labels.tolist()
         found = permutation_importance(model, X[:20], y[:20], n_repeats=1, max_samples=20, random_state=0)
         assert found.importances.shape == (700, 1)
@@ -96,6 +97,7 @@ def test_scikit_learn_knows_the_probabilities_of_two_classes(data: dict[str, Any
     fixed = FixedThresholdClassifier(wstac.TextureClassifier(), threshold=0.4).fit(X, y)
     above = fixed.estimator_.predict_proba(X)[:, 1] >= 0.4
     assert fixed.predict(X).tolist() == above.astype(int).tolist()
+    assert fixed.estimator_.classes_[(fixed.estimator_.decision_function(X) > 0).astype(int)].tolist() == fixed.estimator_.predict(X).tolist()
     stacked = StackingClassifier([("texture", wstac.TextureClassifier())], cv=2).fit(X, y)
     assert stacked.stack_method_ == ["predict_proba"] and stacked.score(X, y) > 0.9
 
@@ -121,6 +123,7 @@ def test_labels_may_be_numbers(data: dict[str, Any]) -> None:
     probabilities = found.predict_proba(X)
     some = ~np.isnan(probabilities[:, 0])
     assert np.mean(found.classes_[probabilities[some].argmax(axis=1)] == found.predict(X)[some]) > 0.99
+    assert found.classes_[found.decision_function(X).argmax(axis=1)].tolist() == found.predict(X).tolist()
     # Integers may come as other types, and nothing else.
     assert found.predict(X.astype(float)).tolist() == found.predict(X).tolist()
     for wrong in (X * data["scale"], X.astype(int) + 40_000, np.ma.masked_array(X)):

@@ -104,6 +104,18 @@ impl Model {
         self.model.get().input().name().replace('_', "-")
     }
 
+    /// Returns the score of each class for each sample, (n, classes).
+    fn scores<'py>(&self, py: Python<'py>, samples: PyReadonlyArray2<'py, i16>) -> PyResult<Bound<'py, PyAny>> {
+        let each = self.of_each(py, &samples, |model, sample| {
+            let mut scores = Vec::new();
+            model.each_score(&in_file_order(sample), |_, score| scores.push(score as f64));
+            scores
+        })?;
+        let shape = [each.len(), self.model.get().labels().len()];
+        let all: Vec<f64> = each.into_iter().flatten().collect();
+        shaped(PyArray1::from_vec(py, all), shape)
+    }
+
     /// Returns the probability of each class for each sample, (n, classes); NaN for a row of zeros. It is `None` for a
     /// model without a calibration.
     fn probabilities<'py>(

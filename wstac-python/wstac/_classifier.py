@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from . import _frames, _wstac
 from ._estimator import Estimator, check_names, feature_names, of_scikit_learn
-from ._models import Model, accuracy, answered, classifier_tags, inputs_of
+from ._models import Model, accuracy, answered, classifier_tags, decision, inputs_of
 from ._wstac import Error
 
 
@@ -116,6 +116,13 @@ class TextureClassifier(Estimator):
         found = found / found.sum(axis=1, keepdims=True)
         in_order: NDArray[np.float64] = found[:, np.argsort(self._order())]
         return in_order
+
+    def decision_function(self, X: Any) -> NDArray[np.float64]:
+        """Returns the score of each class for each sample, (n, classes) in the order of `classes_`; the highest is the answer's.
+
+        For two classes it is (n,), above 0 for the second. Scores are sums in units of the model.
+        """
+        return decision(self.model_._native.scores(self._given(X))[:, np.argsort(self._order())])
 
     # scikit-learn looks at a method's name to know what it returns.
     _probabilities.__name__, _probabilities.__qualname__ = "predict_proba", "TextureClassifier.predict_proba"

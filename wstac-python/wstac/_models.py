@@ -260,6 +260,20 @@ class Model:
             raise Error(f"{self.name}: has no calibration, expected a model of wstac train or wstac model calibrate")
         return found
 
+    def decision_function(self, X: NDArray[np.int16]) -> NDArray[np.float64]:
+        """Returns the score of each class for each sample, (n, classes) in the order of `classes_`; the highest is the answer's.
+
+        For two classes it is (n,), above 0 for the second. Scores are in units of the model: sums, or numbers of votes. No
+        calibration is needed.
+
+        >>> import wstac
+        >>> [event] = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
+        >>> model = wstac.Model.load("builtin:path-svm")
+        >>> model.labels[model.decision_function(event.path_sample[None])[0].argmax()]
+        'Saw3'
+        """
+        return decision(self._native.scores(self._samples(X)))
+
     def score(self, X: NDArray[np.int16], y: Sequence[str], sample_weight: Optional[Sequence[float]] = None) -> float:
         """Returns the fraction of samples whose answer is that in y: the accuracy of `wstac model eval`.
 
@@ -366,6 +380,11 @@ def answered(flat: NDArray[np.int16], known: Optional[NDArray[np.bool_]]) -> NDA
     """Returns whether each sample has an answer: it is not zero, and not said to be unknown."""
     some: NDArray[np.bool_] = np.asarray(flat.any(axis=1))
     return some if known is None else known
+
+
+def decision(scores: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Returns scores of classes as scikit-learn has them: one column for two classes."""
+    return scores[:, 1] - scores[:, 0] if scores.shape[1] == 2 else scores
 
 
 def accuracy(found: NDArray[Any], answered: NDArray[np.bool_], y: Any, sample_weight: Any = None) -> float:
