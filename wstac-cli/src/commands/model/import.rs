@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     outputs.check([output])?;
     let task = arguments.task.map(Into::into);
-    let input = arguments.input.unwrap_or_default().into();
+    let input = arguments.input.map(Into::into);
     let leaves = match arguments.leaves {
         None | Some(Leaves::Auto) => write::Leaves::Auto,
         Some(Leaves::Int16) => write::Leaves::Int16,
@@ -154,7 +154,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
     let assumed = match arguments.input {
         None => Some(assumed(&arguments.file, model.inputs)?),
-        Some(_) => Some(shorter(input, model.inputs)),
+        Some(_) => Some(shorter(model.input, model.inputs)),
     };
     outputs.write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
