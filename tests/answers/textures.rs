@@ -172,7 +172,7 @@ fn few_and_rest(sensor: u32, input: Input) -> (LabeledSamples, LabeledSamples, u
         };
         let is_few = few.labels.iter().filter(|&&other| other == label).count() < SHOTS;
         let to = if is_few { &mut few } else { &mut rest };
-        to.numbers.push(*path.numbers());
+        to.numbers.push(path.numbers().to_vec());
         to.labels.push(label);
     }
     (few, rest, without)

@@ -9,6 +9,7 @@ use core::mem::{self, MaybeUninit};
 use core::pin::pin;
 
 use embassy_futures::select::select;
+use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
@@ -169,7 +170,10 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: N
     let mut alarm = 0;
     loop {
         board.watchdog.pet();
-        board.serve_host();
+        if board.serve_host() && cfg!(feature = "usb") {
+            // USB is a task, which gets no turn while this one sleeps.
+            yield_now().await;
+        }
         if board.stage != Stage::Run {
             board.prepare_sensor().await;
             alarm = 0;
@@ -282,11 +286,12 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         }
     }
 
-    /// Answers requests, and sends what waits. In the middle of a frame, nothing waits unless the line sends.
-    fn serve_host(&mut self) {
+    /// Answers requests, and sends what waits. In the middle of a frame, nothing waits unless the line sends: then this returns
+    /// false.
+    fn serve_host(&mut self) -> bool {
         let is_between = mem::take(&mut self.is_between);
         if !is_between && self.line.is_idle() {
-            return;
+            return false;
         }
         let Self { reader, store, line, .. } = self;
         restart_if_wanted(*store, line);
@@ -320,6 +325,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         if is_between && line.has_room() {
             reader.keep_model(*store, *line);
         }
+        true
     }
 
     /// Sets the sensor up if that has to be done, and measures its frames. Waits if that fails.

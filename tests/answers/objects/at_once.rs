@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use wstac_core::features::{FeatureScale, Floor};
 use wstac_core::law::{Answer, ByWave};
 use wstac_core::paper::trigger::Event;
 use wstac_core::touch::at_once::AtOnce;
@@ -37,10 +38,13 @@ pub(crate) fn shipped_model() -> Textures {
 pub(crate) fn in_answers<T>(
     script: &SceneConfig,
     scene: &mut Scene,
-    mut take: impl FnMut(&Event<'_>, &Answer, MotionConfig) -> Option<T>,
+    mut take: impl FnMut(&Event<'_>, &Answer, (MotionConfig, &FeatureScale)) -> Option<T>,
 ) -> Option<T> {
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, script.sensor.rate).expect("sums fit 32 bits");
+    let (pixels, full_scale) = (geometry.pixels(), geometry.full_scale());
+    let floor = Floor::new(0.5, full_scale).expect("it is the default");
+    let scale = FeatureScale::new(pixels, full_scale, geometry.rate().frames_added(), floor).expect("the floor fits");
     let builder = Pipeline::builder(geometry).trigger(TriggerConfig::default().one_event_per_touch());
     let mut pipeline = builder.taxels::<TaxelRing>().build().expect("all parameters are defaults");
     let config = MotionConfig::published(script.sensor.rate).with_readout(Readout::GLOBAL);
@@ -52,7 +56,7 @@ pub(crate) fn in_answers<T>(
             _ => continue,
         };
         let touch = update.touch().or(update.event());
-        let answered = touch.and_then(|touch| take(&touch, &at_once.answer(&touch, &law)?, config));
+        let answered = touch.and_then(|touch| take(&touch, &at_once.answer(&touch, &law)?, (config, &scale)));
         if answered.is_some() {
             return answered;
         }
@@ -70,8 +74,8 @@ fn of_texture(textures: &Textures, number: u64) -> Option<(f64, bool)> {
     script.seed = JUDGE + number;
     let mut scene = Scene::new(&script).expect("the scene was drawn within its limits");
     let start = scene.truth()[0].start_frame();
-    in_answers(&script, &mut scene, |touch, found, config| {
-        let texture = textures.of_event(touch, found, config);
+    in_answers(&script, &mut scene, |touch, found, (config, scale)| {
+        let texture = textures.of_event(touch, found, config, scale);
         if touch.is_event() || texture == Err(NoTexture::TooShort) && touch.is_under_way() {
             return None;
         }

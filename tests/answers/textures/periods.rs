@@ -32,8 +32,9 @@ const OBJECTS: [(&str, Kind); 6] = [
 /// Returns the period of the first event, as `wstac run` has it with the model that comes with it.
 fn of_scene(textures: &Textures, script: &SceneConfig) -> Option<Measured> {
     let mut scene = Scene::new(script).expect("the scene was drawn within its limits");
-    in_answers(script, &mut scene, |touch, found, config| {
-        let is_early = touch.is_under_way() && textures.of_event(touch, found, config) == Err(NoTexture::TooShort);
+    in_answers(script, &mut scene, |touch, found, (config, scale)| {
+        let is_early =
+            touch.is_under_way() && textures.of_event(touch, found, config, scale) == Err(NoTexture::TooShort);
         (!is_early).then(|| {
             let velocity = found.velocity().filter(|_| found.reliable)?;
             path_sample::period(touch, &velocity, config)
