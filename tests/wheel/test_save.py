@@ -102,3 +102,19 @@ def test_estimators_that_need_more_than_their_onnx_of_float32(
     estimator.fit(X, data["y_specimen"])
     saved = wstac.save(estimator, X, tmp_path / "model.wsm")
     assert (saved.predict(data["X"]) == estimator.predict(X)).mean() >= 0.995
+
+
+def test_models_of_taxels_answer_as_their_estimators(tmp_path: Path) -> None:
+    data = wstac.dataset({"specimens": ["Fla0", "Saw4"], "slides": 40, "sensors": 8}, input="taxels")
+    X, y, file = data["X_taxels"].reshape(-1, 1750) * data["scale"], data["y_specimen"], tmp_path / "model.wsm"
+    forest = RandomForestClassifier(5, random_state=0).fit(X, y)
+    with pytest.raises(wstac.Error, match="1750 inputs, expected 1750 with --input taxels"):
+        wstac.save(forest, X, file, input="frames")
+    model = wstac.save(forest, X, file)
+    own = X.any(axis=1)
+    assert (model.input, model.n_features_in_, data["X_taxels"].shape[1:]) == ("taxels", 1750, (25, 70))
+    assert (model.predict(data["X_taxels"][own]) == forest.predict(X[own])).all()
+    [event] = wstac.simulate("Saw4@150", frames=False, path_samples=True).events
+    [sample] = wstac.EventSamples(input="taxels").fit_transform([event])
+    assert np.array_equal(sample.reshape(25, 70), event.taxels_sample)
+    assert [model.predict_event(event)] == forest.predict(sample[None] * data["scale"]).tolist()
