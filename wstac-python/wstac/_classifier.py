@@ -122,7 +122,8 @@ class TextureClassifier(Estimator):
 
         For two classes it is (n,), above 0 for the second. Scores are sums in units of the model.
         """
-        return decision(self.model_._native.scores(self._given(X))[:, np.argsort(self._order())])
+        flat = self._given(X)
+        return decision(self.model_._native.scores(flat)[:, np.argsort(self._order())])
 
     # scikit-learn looks at a method's name to know what it returns.
     _probabilities.__name__, _probabilities.__qualname__ = "predict_proba", "TextureClassifier.predict_proba"
