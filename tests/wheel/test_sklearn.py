@@ -267,7 +267,7 @@ BY_SHAPE = """
     check_dtype_object check_pipeline_consistency check_estimators_nan_inf check_estimators_pickle check_f_contiguous_array_estimator
     check_classifier_data_not_an_array check_classifiers_classes check_classifiers_train check_supervised_y_2d
     check_methods_sample_order_invariance check_methods_subset_invariance check_dict_unchanged check_fit_idempotent
-    check_fit_check_is_fitted check_n_features_in check_fit2d_predict1d
+    check_fit_check_is_fitted check_n_features_in check_fit2d_predict1d check_decision_proba_consistency
 """
 """Checks that train on few columns, which the classifier refuses. `Padded` passes them."""
 
