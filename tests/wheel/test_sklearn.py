@@ -176,7 +176,7 @@ def test_a_table_has_the_columns_of_the_training(data: dict[str, Any]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert found.score(table, y) > 0.9
-    methods = [found.predict, found.predict_proba, found.known, lambda X: found.score(X, y)]
+    methods = [found.predict, found.predict_proba, found.decision_function, found.known, lambda X: found.score(X, y)]
     for columns, words in (
         (table.columns[::-1], "Feature names must be in the same order"),
         (["other", *table.columns[1:]], "unseen at fit time:\n- other\nFeature names seen at fit time, yet now missing:\n- n0\n"),
