@@ -268,7 +268,7 @@ fn a_model_of_the_first_frames_looks_at_no_others() {
         assert_eq!(said("1750", taxels).0, Some(0));
         assert!(good(&["inspect", out]).contains("taxels"));
     }
-    for (inputs, input) in [("1750", "path"), ("700", "taxels")] {
+    for (inputs, input) in [("1750", "path"), ("1750", "frames"), ("700", "taxels")] {
         let (code, refused) = said(inputs, &["--input", input]);
         let expected =
             format!("{inputs} inputs, expected 1750 with --input taxels, and at most 700 with another input");

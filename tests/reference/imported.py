@@ -63,12 +63,12 @@ class Imported(unittest.TestCase):
         cls.folder.cleanup()
 
     @classmethod
-    def data(cls, classes, noise=2500):
+    def data(cls, classes, noise=2500, inputs=700):
         """Sets `integers`, `X` and `y`: 400 samples around a center for each class."""
         cls.y = cls.random.integers(0, classes, 400)
         cls.y[:classes] = numpy.arange(classes)
-        centers = cls.random.normal(0, 900, (classes, 700))
-        spread = cls.random.normal(0, noise, (400, 700))
+        centers = cls.random.normal(0, 900, (classes, inputs))
+        spread = cls.random.normal(0, noise, (400, inputs))
         cls.integers = numpy.clip(-4000 + centers[cls.y] + spread, LOW, HIGH).astype(numpy.int16)
         cls.X = cls.integers * SCALE
 
@@ -103,7 +103,8 @@ class Imported(unittest.TestCase):
     def evaluated(self, model, samples, truth=None):
         """Returns the answers of a model file for samples."""
         data = self.path / "data.npz"
-        numpy.savez(data, **({"X": samples} if truth is None else {"X": samples, "y": truth}))
+        X = "X_taxels" if samples.shape[1:] == (1750,) else "X"
+        numpy.savez(data, **({X: samples} if truth is None else {X: samples, "y": truth}))
         found = json.loads(self.wstac("eval", model, data, "--json").stdout)
         self.assertEqual(found["n"], len(samples))
         answers = numpy.array(found["predictions"])

@@ -10,6 +10,11 @@ import unittest
 from pathlib import Path
 
 import numpy as np
+from wstac_reference import y4m
+from wstac_reference.features import taxel_features
+from wstac_reference.green import GreenSums
+from wstac_reference.layout import paper_layout
+from wstac_reference.pipeline import Event, Pipeline
 
 WSTAC = os.environ.get("WSTAC")
 SWEEP = """
@@ -75,6 +80,41 @@ class DatasetTest(unittest.TestCase):
         # The event starts in the dark, and lights up well above the trigger's margin.
         bright = (arrays["X"] * arrays["scale"]).max(axis=2) - arrays["X"][:, :, 0] * arrays["scale"]
         self.assertGreater(bright.min(), 0.2)
+
+    def test_light_of_taxels_is_that_of_the_reference(self) -> None:
+        # Sums have 18 bits, so they lose two; two camera frames are one feature frame, and the first row stays dark.
+        rng, full, side = np.random.default_rng(4), 255, 135
+        y, x = np.mgrid[0:side, 0:side] / side
+        at = np.arange(240)[:, None, None] / 30 - 3.7
+        light = 2 + 150 * np.exp(-((at - x - y / 3) ** 2) / 0.1) * (1 + np.sin(40 * x)) * (at > 0)
+        luma = np.clip(np.rint(light + rng.normal(0, 1, light.shape)), 0, full).astype(np.uint8)
+        luma[:, : side // 4] = 0
+        clip = b"YUV4MPEG2 W135 H135 F60:1 Ip A1:1 Cmono XCOLORRANGE=FULL\n"
+        clip += b"".join(b"FRAME\n" + frame.tobytes() for frame in luma)
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            (folder / "clip.y4m").write_bytes(clip)
+            for command in (
+                ["record", folder / "clip.y4m", "-o", folder / "clip.mcap", "--label", "specimen=Saw3"],
+                ["dataset", folder / "clip.mcap", "--input", "taxels", "-o", folder / "set.npz"],
+            ):
+                done = subprocess.run([WSTAC, *command], capture_output=True, check=False)
+                self.assertEqual(done.returncode, 0, done.stderr)
+            with np.load(folder / "set.npz", allow_pickle=False) as arrays:
+                found = arrays["X_taxels"]
+            with open(folder / "clip.y4m", "rb") as stream:
+                header = y4m.read_header(stream)
+                frames = list(y4m.read_frames(stream, header))
+        bytes_per_line = header.format.min_bytes_per_line(side)
+        green = GreenSums(header.format, side, side, bytes_per_line, paper_layout(side, side))
+        line, sums = Pipeline.of(green, header.fps), [green.sums(frame) for frame in frames]
+        events = [item.sample for one in sums for item in line.push(one) if isinstance(item, Event)]
+        self.assertEqual((len(events), found.shape), (1, (1, 25, 70)))
+        first, of = events[0].frame, line.features
+        pairs = [sums[2 * frame : 2 * frame + 2] for frame in range(first, first + 70)]
+        expected = [taxel_features(pair, of.full, of.floor) for pair in pairs]
+        np.testing.assert_array_equal(found[0].T, expected)
+        self.assertEqual((found == of.floor - 3296).mean(), 0.2)
 
 
 if __name__ == "__main__":

@@ -331,6 +331,22 @@ class Kinds(Imported):
             y = self.y if kind.writer == "keras" else names[self.y]
             self.linear(name, model, y, 2 * SAMPLES, [None], write=lambda model: self.saved(kind, model))
 
+    def test_models_of_taxels(self):
+        """Compares models of 1,750 inputs."""
+        self.data(10, inputs=1750)
+        numpy.savez(self.path / "taxels.npz", X_taxels=self.integers, y_specimen=LABELS[self.y])
+        models = [
+            (ensemble.RandomForestClassifier(31, random_state=1), EXACT),
+            (MLPClassifier((32,), max_iter=20, random_state=1), LINEAR),
+        ]
+        for model, agree in models if os.environ.get("KINDS") == "all" else models[:1]:
+            path = self.onnx(model.fit(self.X, LABELS[self.y]), inputs=1750)
+            samples = self.samples(self.thresholds(path) if agree == EXACT else (), ON_THRESHOLDS)
+            answers, said = self.answers(path, "--check", self.path / "taxels.npz", samples=samples)
+            same = (answers == model.predict(samples * SCALE)).mean()
+            print(f"of taxels: {100 * same:.2f} % of {len(samples)} alike; {said}", flush=True)
+            self.assertGreaterEqual(same, agree)
+
     def test_kinds(self):
         table = kinds()
         self.assertLessEqual(len(table), 40)

@@ -96,6 +96,38 @@ struct Held {
     end: Option<u64>,
 }
 
+/// A reader of checked parts. As a function it would leave a second reader on the stack.
+macro_rules! reader {
+    ($pipeline:expr, $law:expr, $motion:expr, $rate:expr, $size:expr) => {
+        Self {
+            pipeline: $pipeline.build(),
+            sender: Sender {
+                law: $law,
+                at_once: [AtOnce::new($motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
+                slip: [SlipDetector::new($rate); SLIPS],
+                motion: $motion,
+                textures: Textures::default(),
+                #[cfg(feature = "models")]
+                model: setup::MODEL,
+                outbox: Outbox::new(),
+                now: 0,
+                wants_features: false,
+                wants_samples: false,
+                wants_motion: false,
+                held: None,
+                #[cfg(feature = "motion")]
+                live: setup::Live::new($motion),
+            },
+            size: $size,
+            name: env!("CARGO_PKG_NAME"),
+            id: None,
+            telemetry: Telemetry::default(),
+            dropped: 0,
+            status_at: STATUS_EVERY,
+        }
+    };
+}
+
 impl Reader {
     /// Creates the reader for rows of [`setup::PIXELS`] with taxels at `layout`, at this rate.
     ///
@@ -109,7 +141,23 @@ impl Reader {
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
-        Self::check(layout, size, rate, law, setup::FLOOR, setup::TRIGGER).map(|build| build())
+        Self::with(layout, size, rate, law, setup::FLOOR, setup::TRIGGER)
+    }
+
+    // Not by `check`: what its function takes would lie on the stack beside the reader, 400 bytes more.
+    fn with(
+        layout: Layout,
+        size: FrameSize,
+        rate: FrameRate,
+        law: setup::Law,
+        floor: Floor,
+        trigger: TriggerConfig,
+    ) -> Result<Self, ConfigError> {
+        let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
+        let pipeline = setup::checked_with(camera, floor, trigger)?;
+        let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
+        let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
+        Ok(reader!(pipeline, law, motion, rate, size))
     }
 
     /// Checks another floor and trigger than those of the configuration, too. Returns the function that creates the reader:
@@ -129,32 +177,7 @@ impl Reader {
         let pipeline = setup::checked_with(camera, floor, trigger)?;
         let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
         let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
-        Ok(move || Self {
-            pipeline: pipeline.build(),
-            sender: Sender {
-                law,
-                at_once: [AtOnce::new(motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
-                slip: [SlipDetector::new(rate); SLIPS],
-                motion,
-                textures: Textures::default(),
-                #[cfg(feature = "models")]
-                model: setup::MODEL,
-                outbox: Outbox::new(),
-                now: 0,
-                wants_features: false,
-                wants_samples: false,
-                wants_motion: false,
-                held: None,
-                #[cfg(feature = "motion")]
-                live: setup::Live::new(motion),
-            },
-            size,
-            name: env!("CARGO_PKG_NAME"),
-            id: None,
-            telemetry: Telemetry::default(),
-            dropped: 0,
-            status_at: STATUS_EVERY,
-        })
+        Ok(move || reader!(pipeline, law, motion, rate, size))
     }
 
     /// States the time in which the camera reads the rows of a frame. A configuration that states it comes first.

@@ -6,7 +6,9 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::texture;
 use wstac_core::touch::motion::{MotionConfig, Velocity};
 use wstac_core::touch::path_sample::PathSample;
-use wstac_core::wire::{Answers, TextureAnswer};
+#[cfg(not(feature = "learn"))]
+use wstac_core::wire::Answers;
+use wstac_core::wire::TextureAnswer;
 
 use crate::setup::Kind;
 

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-use numpy::PyReadonlyArray2;
+use numpy::{PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict};
 use serde_json::json;
@@ -246,8 +246,8 @@ fn facts<'py>(py: Python<'py>, trained: &TrainedModel) -> PyResult<Bound<'py, Py
     Ok(all)
 }
 
-/// Makes a model file of the bytes of a trainer's file. `samples` are int16 of 700 numbers each, as data sets have them.
-/// Returns the file's bytes.
+/// Makes a model file of the bytes of a trainer's file. `samples` are int16 of one
+/// length, as data sets have them. Returns the file's bytes.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
 pub(crate) fn import_model<'py>(
@@ -256,12 +256,12 @@ pub(crate) fn import_model<'py>(
     content: Vec<u8>,
     labels: Option<Vec<String>>,
     task: Option<&str>,
-    input: &str,
+    input: Option<&str>,
     samples: PyReadonlyArray2<'py, i16>,
     note: Option<String>,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let (task, input) = (task.map(task_of).transpose()?, input_of(input)?);
-    let samples = samples.as_slice()?.chunks_exact(input.numbers()).map(<[i16]>::to_vec).collect();
+    let (task, input) = (task.map(task_of).transpose()?, input.map(input_of).transpose()?);
+    let samples = samples.as_slice()?.chunks_exact(samples.shape()[1].max(1)).map(<[i16]>::to_vec).collect();
     let wanted = Import { labels, task, input, note, samples: Some(samples), ..Import::default() };
     let made = py.detach(|| import_bytes(name, content, &wanted));
     Ok(PyBytes::new(py, &made.map_err(|why| crate::refused(format_args!("{name}: {why}")))?.1.bytes()))

@@ -62,7 +62,6 @@ def save(
     """
     real, samples = _samples(X)
     width = real.shape[1]
-    default = "taxels" if width == TAXELS else "frames"
     if input is None and width in ALONG_PATH:
         along = f"input={ALONG_PATH[width]!r}"
         frames = f"of the first {width // 10} frames"
@@ -88,7 +87,7 @@ def save(
     fewest, reason = len(expected) + 1, ""
     for content in _contents(estimator, width):
         try:
-            made = _wstac.import_model(kind, content, names, task, input or default, samples, note)
+            made = _wstac.import_model(kind, content, names, task, input, samples, note)
         except Error as error:
             reason = str(error)
             continue

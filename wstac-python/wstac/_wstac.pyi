@@ -132,7 +132,7 @@ def import_model(
     content: bytes,
     labels: Optional[list[str]],
     task: Optional[str],
-    input: str,
+    input: Optional[str],
     samples: NDArray[np.int16],
     note: Optional[str],
 ) -> bytes: ...

@@ -57,3 +57,14 @@ class Features:
         if r not in self._known:
             self._known[r] = max(log_ratio(r, self.full), self.floor)
         return self._known[r]
+
+
+def taxel_features(frame: Sequence[Sequence[int]], full: int, floor: int) -> list[int]:
+    """Returns the logarithms of 25 taxels of a feature frame: of the sums of each of its camera frames, kept in 16 bits.
+
+    `full` and `floor` are those of the ten features.
+    """
+    dropped = max(full.bit_length() - 16, 0)
+    light = [min(sum(one >> dropped for one in sums), 0xFFFF) << dropped for sums in zip(*frame, strict=True)]
+    least = max(floor - nearest(UNIT * math.log(5)), FEATURE_MIN)
+    return [max(log_ratio(one, full), least) if one else least for one in light]

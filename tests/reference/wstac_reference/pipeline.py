@@ -48,7 +48,7 @@ class Pipeline:
         self.trigger = Trigger(self.trigger_config)
         self.dropped = 0
         self._binner = Binner(self.added)
-        self._features = Features(self.full_scale, self.pixels, self.floor_levels, self.added)
+        self.features = Features(self.full_scale, self.pixels, self.floor_levels, self.added)
         self._gap = 0
 
     @classmethod
@@ -81,7 +81,7 @@ class Pipeline:
                 self._gap += 1
                 continue
             out += self._resolve_gap()
-            q = tuple(self._features.of(group.sums))
+            q = tuple(self.features.of(group.sums))
             out.append(FeatureFrame(self.trigger.frames, q, group.lost > 0))
             sample = self.trigger.frame(q, filled=group.lost > 0)
             if sample is not None:

@@ -66,7 +66,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with_all = ["set", "exposure"])]
     forget: bool,
 
-    /// Start the boot loader, which takes a new program over USB
+    /// Start the boot loader: it takes a program over USB
     ///
     /// A Raspberry Pi Pico becomes a drive for a .uf2 file, and an OpenMV Cam H7 waits for dfu-util.
     #[arg(long, conflicts_with_all = ["set", "exposure", "forget", "learn", "unlearn", "model", "forget_model", "json"])]

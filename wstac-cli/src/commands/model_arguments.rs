@@ -4,9 +4,8 @@ use clap::ValueEnum;
 use wstac_core::model::file::{Input, Task};
 
 /// The sample that a model takes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum SampleKind {
-    #[default]
     Frames,
     Path,
     TaxelPath,

@@ -810,7 +810,7 @@ WstacFwStatus wstac_fw_link_telemetry(struct WstacFwLink *link,
 /// Checks all of a model file's bytes and sets the model up in `size` bytes of memory: sizeof(WstacFwModel).
 ///
 /// The bytes must be aligned to four. They are not copied: they must stay where and as they are as long as the model is
-/// used, usually in flash. A model of the path of a touch is refused: wstac_fw_sample is a sample over time.
+/// used, usually in flash. A model of another input than frames is refused: wstac_fw_sample has ten features over time.
 ///
 /// # Safety
 /// `model` is null or that memory; `bytes` is null or `length` bytes.

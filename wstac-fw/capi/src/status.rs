@@ -143,7 +143,7 @@ const TEXTS: [(WstacFwStatus, &CStr); 39] = {
         (S::ModelAlignment, c"the model's bytes are not whole words aligned to four, or this machine is not little-endian"),
         (S::ModelContent, c"the model says something impossible: it was not made by wstac model import"),
         (S::Pitch, c"pitch is out of range, expected 0, or above 0 and at most 1000 mm"),
-        (S::ModelInput, c"the model takes a sample along the path, expected a model of frames"),
+        (S::ModelInput, c"the model takes another sample, expected a model of frames"),
         (S::Text, c"a text is not UTF-8, or has no 0 at its end"),
         (S::Choice, c"a choice is neither 0 nor 1, expected false or true"),
         (S::Other, c"the parameters do not fit each other"),

@@ -207,6 +207,7 @@ fn a_model_that_is_damaged_foreign_or_too_large_is_refused_and_the_old_one_stays
         (sealed(mistaken), ModelRefusal::Damaged),
         (sealed(forest), ModelRefusal::Kind(setup::KIND)),
         (file(2, 1, 1), ModelRefusal::Input(Input::Frames)),
+        (file(2, 1, 3), ModelRefusal::Input(Input::Frames)),
         (small(2)[..300].to_vec(), ModelRefusal::Damaged),
         (vec![0xFF; 400], ModelRefusal::Damaged),
         ([&small(2)[..], &[0; 4]].concat(), ModelRefusal::Damaged),

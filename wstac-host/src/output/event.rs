@@ -92,7 +92,8 @@ pub struct Paths {
     pub sums: Option<PathSample>,
     /// Of 25 taxels; also `None` if a frame of the sample was lost.
     pub taxels: Option<PathSample>,
-    /// Light of 25 taxels over time, frame by frame ([`TaxelRing::numbers`](wstac_core::touch::path_sample::TaxelRing::numbers)); `None` behind a long gap.
+    /// Light of 25 taxels over time, frame by frame
+    /// ([`TaxelRing::numbers`](wstac_core::touch::taxel_ring::TaxelRing::numbers)); `None` behind a long gap.
     pub light: Option<[i16; TAXEL_INPUTS]>,
 }
 

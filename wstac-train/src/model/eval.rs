@@ -21,7 +21,7 @@ const MOST_SAMPLES: u64 = 1 << 24;
 /// Largest number of samples that are in memory at a time.
 pub(crate) const MOST_KEPT: u64 = 1 << 18;
 /// Bytes of memory that a number of a sample takes at most, with what is computed of it.
-const BYTES_KEPT: usize = 8 * size_of::<i16>();
+const BYTES_KEPT: usize = 16;
 /// Most bytes of the labels of a data set, or of its other texts.
 const MOST_TEXT: usize = 8 << 20;
 /// Largest number of different labels.

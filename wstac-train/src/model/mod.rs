@@ -44,8 +44,8 @@ pub struct Import {
     pub labels: Option<Vec<String>>,
     /// The model's task, if its labels do not show it.
     pub task: Option<Task>,
-    /// The sample that the model takes.
-    pub input: Input,
+    /// The sample that the model takes; `None` for that over time with its number of inputs.
+    pub input: Option<Input>,
     /// The speeds of the slides that the model was trained on, if they are known.
     pub speeds: Option<KnownSpeeds>,
     /// A note about the training, in addition to the file's name and its trainer's.
@@ -146,7 +146,7 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Origin), String>
     let (mut model, origin) = read(&bytes, wanted.labels.clone())?;
     drop(bytes);
     model.task = wanted.task.unwrap_or(model.task);
-    model.input = if wanted.input == Input::Frames { input_for(model.inputs) } else { wanted.input };
+    model.input = wanted.input.unwrap_or(input_for(model.inputs));
     if (model.input == Input::Taxels) != (input_for(model.inputs) == Input::Taxels) {
         let (inputs, taxels) = (model.inputs, Input::Taxels.numbers());
         return Err(format!(

@@ -1,7 +1,7 @@
 //! Entry points from features to events, and from events to answers.
 
 use wstac_core::error::{ConfigError, FrameError};
-use wstac_core::features::Features;
+use wstac_core::features::{FeatureScale, Features};
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges, ByWave, EventLaw};
 use wstac_core::layout::Layout;
@@ -168,6 +168,7 @@ entries! {
     complete_in_ring(ring: &mut TaxelRing, has_missing_frames: bool) -> () { ring.complete(has_missing_frames) }
     lose_in_ring(ring: &mut TaxelRing) -> () { ring.lose() }
     skip_in_ring(ring: &mut TaxelRing, frames: u64) -> () { ring.skip(frames) }
+    numbers_of_ring(ring: &TaxelRing, scale: &FeatureScale) -> [i16; 1750] { ring.numbers(scale) }
     frames_of_ring(ring: &TaxelRing) -> usize { ring.frames().flatten().count() }
     ring_of_ring(ring: &TaxelRing) -> Option<&TaxelRing> { TaxelStore::ring(ring) }
     ring_of_none(store: &NoTaxels) -> Option<&TaxelRing> { store.ring() }

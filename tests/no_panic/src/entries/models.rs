@@ -66,6 +66,7 @@ entries! {
     texture_of_model(sample: &[i16; 700], model: &Model<'static>) -> u8 { texture::texture(sample, model).class }
     classification(model: &Model<'_>, sample: &[i16; 700]) -> Classification { model.classification(sample) }
     classify(model: &Model<'_>, sample: &[i16; 700]) -> u8 { model.classify(sample) }
+    of_taxels(model: &Model<'_>, sample: &[i16; 1750]) -> Classification { model.classification(sample) }
     scores(model: &Model<'_>, sample: &[i16; 700]) -> i64 {
         let mut sum = 0_i64;
         model.each_score(sample, |_, score| sum = sum.wrapping_add(score));

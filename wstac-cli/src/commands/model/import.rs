@@ -53,11 +53,11 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
-    /// The sample that the model was trained on: frames by default
+    /// The sample it was trained on: frames by default
     ///
     /// path and taxel-path are light along the path of a touch, of ten sums and of 25 taxels: the arrays X_path and
     /// X_taxel_path of a data set. A model with as many inputs as those of path (390) or taxel-path (280) needs this
-    /// option. A model of 1750 inputs is one of taxels, the array X_taxels.
+    /// option. A model of 1750 inputs is one of taxels: X_taxels.
     #[arg(long, value_enum)]
     input: Option<SampleKind>,
 
@@ -129,7 +129,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     outputs.check([output])?;
     let task = arguments.task.map(Into::into);
-    let input = arguments.input.unwrap_or_default().into();
+    let input = arguments.input.map(Into::into);
     let leaves = match arguments.leaves {
         None | Some(Leaves::Auto) => write::Leaves::Auto,
         Some(Leaves::Int16) => write::Leaves::Int16,
@@ -154,7 +154,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_options(arguments, &model.kind, backend).unwrap_or_else(|idle| idle.exit());
     let assumed = match arguments.input {
         None => Some(assumed(&arguments.file, model.inputs)?),
-        Some(_) => Some(shorter(input, model.inputs)),
+        Some(_) => Some(shorter(model.input, model.inputs)),
     };
     outputs.write(output, &bytes)?;
     let (path, classes, task) = (output.display(), model.labels.len(), model.task.name());
