@@ -107,7 +107,7 @@ fn wrong_arguments_about_outputs_end_with_2() {
         ("record a.mcap --force -o a.mcap", "is an input of the command"),
         ("recover a.mcap --force -o a.mcap", "is the recording itself"),
         ("plot scene:Saw3@150 -o a.jsonl", "expected one of .svg"),
-        ("scene render Saw3@150 -o a.svg", ".y4m or .raw"),
+        ("scene render Saw3@150 -o a.svg", ".y4m, .raw or .mp4"),
         ("run scene:Saw3@150 -o a.txt --output-format csv", "its name ends in .txt, but --output-format csv is given"),
         ("run scene:Saw3@150 -o b.mcap --json", "its name ends in .mcap, expected .jsonl"),
         ("trade --budget M4F<60k -o b.svg", "only the figure of a map is a file"),

@@ -37,7 +37,7 @@ WRONG = [
     (lambda: wstac.Model.load("builtin:svm").predict(np.ma.masked_array(SAMPLE)), wstac.Error, "X: a masked array"),
     (lambda: wstac.Model.load("builtin:svm").known(SAMPLE), wstac.Error, "builtin:svm: does not tell what is unknown"),
     (lambda: wstac.Model.from_bytes(b"none"), wstac.Error, "expected a model file"),
-    (lambda: wstac.dataset({}, input="time"), wstac.Error, 'input is "time", expected "frames", "path" or "taxel-path"'),
+    (lambda: wstac.dataset({}, input="time"), wstac.Error, 'input is "time", expected "frames", "path", "taxel-path"'),
     (lambda: wstac.TextureClassifier(input="time").fit(SAMPLES, LABELS), wstac.Error, 'input is "time"'),
     (lambda: wstac.TextureClassifier().fit(SAMPLES, LABELS[:3]), wstac.Error, "y: shape (3,), expected (4,)"),
     (lambda: wstac.TextureClassifier().fit(SAMPLES, ["a"] * 4), wstac.Error, "y: one class (a), expected at least 2"),

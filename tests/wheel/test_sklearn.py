@@ -97,7 +97,8 @@ def test_scikit_learn_knows_the_probabilities_of_two_classes(data: dict[str, Any
     fixed = FixedThresholdClassifier(wstac.TextureClassifier(), threshold=0.4).fit(X, y)
     above = fixed.estimator_.predict_proba(X)[:, 1] >= 0.4
     assert fixed.predict(X).tolist() == above.astype(int).tolist()
-    assert fixed.estimator_.classes_[(fixed.estimator_.decision_function(X) > 0).astype(int)].tolist() == fixed.estimator_.predict(X).tolist()
+    second = fixed.estimator_.decision_function(X) > 0
+    assert second.astype(int).tolist() == fixed.estimator_.predict(X).tolist()
     stacked = StackingClassifier([("texture", wstac.TextureClassifier())], cv=2).fit(X, y)
     assert stacked.stack_method_ == ["predict_proba"] and stacked.score(X, y) > 0.9
 
@@ -176,7 +177,7 @@ def test_a_table_has_the_columns_of_the_training(data: dict[str, Any]) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert found.score(table, y) > 0.9
-    methods = [found.predict, found.predict_proba, found.known, lambda X: found.score(X, y)]
+    methods = [found.predict, found.predict_proba, found.decision_function, found.known, lambda X: found.score(X, y)]
     for columns, words in (
         (table.columns[::-1], "Feature names must be in the same order"),
         (["other", *table.columns[1:]], "unseen at fit time:\n- other\nFeature names seen at fit time, yet now missing:\n- n0\n"),
@@ -267,7 +268,7 @@ BY_SHAPE = """
     check_dtype_object check_pipeline_consistency check_estimators_nan_inf check_estimators_pickle check_f_contiguous_array_estimator
     check_classifier_data_not_an_array check_classifiers_classes check_classifiers_train check_supervised_y_2d
     check_methods_sample_order_invariance check_methods_subset_invariance check_dict_unchanged check_fit_idempotent
-    check_fit_check_is_fitted check_n_features_in check_fit2d_predict1d
+    check_fit_check_is_fitted check_n_features_in check_fit2d_predict1d check_decision_proba_consistency
 """
 """Checks that train on few columns, which the classifier refuses. `Padded` passes them."""
 

@@ -209,7 +209,7 @@ fn a_touch_that_is_no_slide_names_its_kind() {
     well_formed(&text);
     legible(&text);
     let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
-    assert!(text.contains(">press<") && caption.contains(" s): press."), "{caption}");
+    assert!(text.contains(">press<") && caption.contains(" s): press,"), "{caption}");
 }
 
 #[test]

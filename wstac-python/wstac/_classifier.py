@@ -32,8 +32,9 @@ class TextureClassifier(Estimator):
     >>> classifier = wstac.TextureClassifier().fit(X[train], y[train], groups=sensors[train])
     >>> classifier.classes_.tolist(), classifier.score(X[~train], y[~train]) > 0.9
     (['Fla0', 'Saw4'], True)
-    >>> [array.shape for array in (classifier.predict(X[~train]), classifier.predict_proba(X[~train]), classifier.known(X[~train]))]
-    [(59,), (59, 2), (59,)]
+    >>> methods = classifier.predict, classifier.predict_proba, classifier.decision_function, classifier.known
+    >>> [method(X[~train]).shape for method in methods]
+    [(59,), (59, 2), (59,), (59,)]
     >>> classifier.get_params(), classifier.set_params(threads=2)
     ({'input': 'path', 'task': None, 'threads': None}, TextureClassifier(threads=2))
     """
@@ -122,7 +123,8 @@ class TextureClassifier(Estimator):
 
         For two classes it is (n,), above 0 for the second. Scores are sums in units of the model.
         """
-        return decision(self.model_._native.scores(self._given(X))[:, np.argsort(self._order())])
+        flat = self._given(X)
+        return decision(self.model_._native.scores(flat)[:, np.argsort(self._order())])
 
     # scikit-learn looks at a method's name to know what it returns.
     _probabilities.__name__, _probabilities.__qualname__ = "predict_proba", "TextureClassifier.predict_proba"

@@ -28,6 +28,7 @@ use wstac_host::visible::OneLine;
 /// with the feature models takes a texture model.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
     /// Serial device or tcp:HOST:PORT, as for wstac monitor
     port: OsString,
@@ -66,7 +67,7 @@ pub(super) struct Arguments {
     #[arg(long, conflicts_with_all = ["set", "exposure"])]
     forget: bool,
 
-    /// Start the boot loader, which takes a new program over USB
+    /// Start the boot loader: it takes a program over USB
     ///
     /// A Raspberry Pi Pico becomes a drive for a .uf2 file, and an OpenMV Cam H7 waits for dfu-util.
     #[arg(long, conflicts_with_all = ["set", "exposure", "forget", "learn", "unlearn", "model", "forget_model", "json"])]

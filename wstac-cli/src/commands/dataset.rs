@@ -188,8 +188,9 @@ With --input path, taxel-path or taxels:
   processors. Slides have random gains of 0.6 to 1.4, too.
   X_path, X_taxel_path or X_taxels takes the place of X. A path is zero
   if there is no velocity or too little of it. X_taxels has the shape
-  (n, 25, 70): taxels row by row, over 70 frames. Further arrays: length, period
-  and depth in mm, sensor, measured_speed, measured_direction, split.
+  (n, 25, 70): taxels row by row, over 70 frames. Further arrays:
+  length, period and depth in mm, sensor, measured_speed,
+  measured_direction, split.
   direction is float64. Recordings keep their arrays. With the label
   sensor in all of them, there is an array sensor, too.
 

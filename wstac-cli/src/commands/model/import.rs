@@ -53,11 +53,11 @@ pub(super) struct Arguments {
     #[arg(long, value_enum)]
     task: Option<Classes>,
 
-    /// The sample that the model was trained on: frames by default
+    /// The sample it was trained on: frames by default
     ///
     /// path and taxel-path are light along the path of a touch, of ten sums and of 25 taxels: the arrays X_path and
     /// X_taxel_path of a data set. A model with as many inputs as those of path (390) or taxel-path (280) needs this
-    /// option. A model of 1750 inputs is one of taxels, the array X_taxels.
+    /// option. A model of 1750 inputs is one of taxels: X_taxels.
     #[arg(long, value_enum)]
     input: Option<SampleKind>,
 

@@ -29,7 +29,7 @@ pub(super) struct Arguments {
     /// Saw3@150[,90deg][,60mm][,seed=N], or FILE.toml
     scene: OsString,
 
-    /// FILE.y4m, FILE.raw, FILE.mp4, or - for Y4M on standard output
+    /// FILE.y4m, FILE.raw, FILE.mp4, or - for standard output
     ///
     /// Y4M has the formats GREY, Y10, Y12, Y16, YU12 and 422P. FILE.raw has frames of any format back to back, for
     /// other programs. FILE.mp4 is H.264 of what Y4M has, in 8 bits and with losses; ffmpeg, which must be installed,
