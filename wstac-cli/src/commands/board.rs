@@ -28,6 +28,7 @@ use wstac_host::visible::OneLine;
 /// with the feature models takes a texture model.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
+#[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
     /// Serial device or tcp:HOST:PORT, as for wstac monitor
     port: OsString,

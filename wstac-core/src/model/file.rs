@@ -175,7 +175,7 @@ const fn range(half: u8) -> &'static str {
         10 => "1 to 70, or to 175 of taxels",
         11 => "as many trees as there are, and none of a linear model or a network",
         12 => "a place within the file",
-        14 => "a shift of 0 to 8, or from 1 on for trees of taxels, and a slowest speed of at most the fastest",
+        14 => "a shift of 0 to 8, of trees of taxels 1 to 8, and a slowest speed of at most the fastest",
         15 => "0 to 3, or 256 to 259 with a calibration",
         _ => "0",
     }

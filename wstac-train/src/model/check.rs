@@ -8,9 +8,9 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 
 use super::eval::{MOST_KEPT, Truth, array_of, each_sample, is_sample, kept, truth};
-use super::integers;
 use super::npz::Npz;
 use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, ends, in_file_order};
+use super::{integers, usual_mean};
 
 /// Largest fraction of changed answers that is accepted.
 const MOST_CHANGED: f64 = 0.005;
@@ -18,8 +18,6 @@ const MOST_CHANGED: f64 = 0.005;
 const RANGE: [f64; 2] = [-11.0, 5.0];
 /// The margin that scores are trained for, as of an SVM or of log-odds.
 const MARGIN: f64 = 1.0;
-/// A usual feature of simulated slides, -2.5.
-const USUAL_UNITS: i16 = -5120;
 /// Standard deviation of the rounding to float32, as a part of a number: it is off by up to 2^-24, evenly.
 pub(super) const FLOAT32_SPREAD: f64 = 0.42 / 16_777_216.0;
 /// The remedy for a model whose sums have the wrong unit.
@@ -247,7 +245,8 @@ fn use_float64(spreads: &[f64]) -> &'static str {
 /// Returns a warning if float32 numbers move scores of usual features by the margin of a training; otherwise no text.
 pub(super) fn float32_warning(trained: &Trained, spreads: &[f64]) -> String {
     let rows = of_float32(trained).map_or(&[][..], |linear| &linear.rows);
-    let spread = |row: &Row| blurred(row, &[USUAL_UNITS; TAXEL_INPUTS], trained.inputs).1.sqrt();
+    let usual = vec![(usual_mean(trained.inputs) * f64::from(FEATURE_ONE)) as i16; TAXEL_INPUTS];
+    let spread = |row: &Row| blurred(row, &usual, trained.inputs).1.sqrt();
     let all: Vec<f64> = rows.iter().map(spread).chain(spreads.iter().copied()).collect();
     let moved = all.iter().filter(|&&spread| spread >= MARGIN).count();
     if moved == 0 {

@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     writeln!(out, "classes   {}: {}", found.labels.len(), OneLine(found.labels.join(", ")))?;
     match model.input().steps() {
         None if found.input == "taxels" => {
-            writeln!(out, "frames    {} of taxels", 10 * usize::from(found.frames) / TAXELS)?
+            writeln!(out, "frames    {} of taxels", 10 * usize::from(found.frames) / TAXELS)?;
         }
         None => writeln!(out, "frames    {} of a sample", found.frames)?,
         Some((step_mm, numbers)) => {

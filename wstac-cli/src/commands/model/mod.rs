@@ -122,10 +122,10 @@ Models that can be imported:
 Inputs and limits:
   A model has 700 inputs, feature by feature: X.reshape(n, 700) of a data
   set, times its scale; one of taxels has 1750. A model that answers
-  after the first N frames has X[:, :, :N].reshape(n, 10 * N); it cannot answer before frame 15, when
-  the trigger fires. Of the path, the first N tens are its start; a slide
-  that shows less of it has no answer. A model has at most 64 classes and
-  65535 trees.
+  after the first N frames has X[:, :, :N].reshape(n, 10 * N); it cannot
+  answer before frame 15, when the trigger fires. Of the path, the first
+  N tens are its start; a slide that shows less of it has no answer. A
+  model has at most 64 classes and 65535 trees.
   Exit code: 0, 1 if a file cannot be used, 2 for wrong arguments.
 "#;
 

@@ -3,7 +3,7 @@ use super::*;
 
 /// Returns a file as one of taxels, with all of its tens of inputs and a shift.
 fn of_taxels(mut words: Vec<u32>, shift: u32) -> Vec<u32> {
-    (words[5], words[7]) = (words[5] & !0xFFFF | 175, shift | 3 << 16);
+    (words[5], words[7]) = (words[5] & !0xFFFF | 0xAF, shift | 3 << 16);
     sealed(words)
 }
 
@@ -36,7 +36,7 @@ fn a_linear_model_of_taxels_reads_all_of_them() {
 fn features_of_taxels_have_eleven_bits() {
     let both = LEFT_LEAF | RIGHT_LEAF;
     // x1749 ≤ −1 ? class 7 in the feature's half : (x1749 ≤ 5 ? class 8 : class 1), and padding.
-    let part = [1, 0, 0, 0, 3, LEFT_LEAF | 7 << 11 | 1749, below(-1), both | NARROW | 1749, 5, 1 << 8 | 8, 0];
+    let part = [1, 0, 0, 0, 3, LEFT_LEAF | 7 << 11 | 0x6D5, below(-1), both | NARROW | 0x6D5, 5, 1 << 8 | 8, 0];
     let words = of_taxels(file(3, 0, 9, 1, &part), 1);
     let model = Model::from_words(&words).unwrap();
     assert_eq!([-1, 0, 5, 6].map(|last| model.classify(&sample(last))), [7, 8, 8, 1]);

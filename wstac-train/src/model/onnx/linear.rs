@@ -5,9 +5,9 @@ use super::proto::Node;
 use super::steps::Before;
 use super::sums::linear;
 use super::{Read, attribute, floats, integers, labels, post_transform};
-use crate::model::USUAL_MEAN;
 use crate::model::check::FLOAT32_SPREAD;
 use crate::model::trained::{Kind, Linear, Row, frames};
+use crate::model::usual_mean;
 
 /// Reads `LinearClassifier`.
 pub(super) fn classifier(node: &Node, before: Before) -> Result<Read, String> {
@@ -114,7 +114,7 @@ pub(super) fn svm(node: &Node, mut before: Before) -> Result<Read, String> {
         .collect();
     let mut rows = Vec::with_capacity(pairs);
     // Coefficients are rounded to float32, and multiply sums of many products, which cancel if all vectors are alike.
-    let usual = before.applied(vec![USUAL_MEAN; inputs]);
+    let usual = before.applied(vec![usual_mean(inputs); inputs]);
     let product = |vector: &[f32]| vector.iter().zip(&usual).map(|(&x, usual)| f64::from(x) * usual).sum::<f64>();
     let products: Vec<f64> = vectors.chunks_exact(taken.max(1)).map(product).collect();
     for first in 0..classes {
