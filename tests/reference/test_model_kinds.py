@@ -271,7 +271,8 @@ class Kinds(Imported):
 
         Half of the samples of trees are then on thresholds. ONNX scales in float32, and the library in float64: a scaled
         feature is often exactly between two values of the training, where rounding decides. So trees behind scalers are
-        compared with the library's behind scalers of float32.
+        compared with the library's behind scalers of float32. If the library adds float64, nearly equal scores may have either
+        answer.
         """
         path = self.saved(kind, model)
         if not hasattr(model, "classes_") or model.classes_.dtype.kind in "iu":
@@ -283,10 +284,17 @@ class Kinds(Imported):
         if kind.agree == EXACT and "scales in float32" in said:
             expected = numpy.asarray(model.predict(samples * SCALE))
             self.assertGreater((answers == expected)[:-ON_THRESHOLDS].mean(), 0.98)
-            expected = model[-1].predict(self.in_float32(steps, samples))
+            model, seen = model[-1], self.in_float32(steps, samples)
         else:
-            expected = numpy.asarray(model.predict(samples * SCALE)).ravel()
-        return answers, names[expected] if expected.dtype.kind in "iu" else expected.astype(str), said
+            seen = samples * SCALE
+        expected = numpy.asarray(model.predict(seen)).ravel()
+        expected = names[expected] if expected.dtype.kind in "iu" else expected.astype(str)
+        if "adds float64" in said:
+            best = numpy.sort(model.predict_proba(seen), axis=1)
+            near = best[:, -1] - best[:, -2] < 1e-5
+            self.proves(said, near.mean() < 0.01)
+            expected[near] = answers[near]
+        return answers, expected, said
 
     def slides(self, name, kind):
         """Compares ten classes."""
