@@ -41,9 +41,13 @@ const SELF_TEST: Duration = Duration::from_millis(800);
 const LUMA_TEST: Duration = Duration::from_millis(250);
 /// The failures of the bus in a row after which the sensor counts as gone, although frames come.
 const BUS_FAILURES: u32 = 30;
-/// The microseconds after which the watchdog restarts a program that hangs. The longest self-test, with a second try,
-/// takes three seconds.
+/// The microseconds after which the watchdog restarts a program that hangs.
 pub const HANGS: u32 = 4_000_000;
+// A self-test with a second try, and 150 ms for the resets of each.
+const _: () = assert!(
+    2 * (2 * sensor::six_frames(setup::FPS) as u64 + SELF_TEST.as_millis() + LUMA_TEST.as_millis() + 150)
+        <= HANGS as u64 / 1000
+);
 /// The cycles for the last two bytes of the line, or for a host to fetch the last packet.
 const LAST_BYTES: u32 = 200_000;
 /// The time between two attempts to find a sensor.
