@@ -9,7 +9,6 @@ use core::mem::{self, MaybeUninit};
 use core::pin::pin;
 
 use embassy_futures::select::select;
-use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
@@ -174,15 +173,13 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: N
     let mut alarm = 0;
     loop {
         board.watchdog.pet();
-        if board.serve_host() && cfg!(feature = "usb") {
-            // USB is a task, which gets no turn while this one sleeps.
-            yield_now().await;
-        }
+        board.serve_host();
         if board.stage != Stage::Run {
             board.prepare_sensor().await;
             alarm = 0;
         } else if let Some(until) = board.steps()
-            && !board.stripes.capture().doze(alarm)
+            // USB is a task, which gets no turn while this one sleeps.
+            && (cfg!(feature = "usb") || !board.stripes.capture().doze(alarm))
         {
             // The executor keeps the earliest of a task's alarms: with a later one, it would not be known when it has none.
             if board.stripes.capture().now() >= alarm {
@@ -290,12 +287,11 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         }
     }
 
-    /// Answers requests, and sends what waits. In the middle of a frame, nothing waits unless the line sends: then this returns
-    /// false.
-    fn serve_host(&mut self) -> bool {
+    /// Answers requests, and sends what waits. In the middle of a frame, nothing waits unless the line sends.
+    fn serve_host(&mut self) {
         let is_between = mem::take(&mut self.is_between);
         if !is_between && self.line.is_idle() {
-            return false;
+            return;
         }
         let Self { reader, store, line, .. } = self;
         restart_if_wanted(*store, line);
@@ -329,7 +325,6 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         if is_between && line.has_room() {
             reader.keep_model(*store, *line);
         }
-        true
     }
 
     /// Sets the sensor up if that has to be done, and measures its frames. Waits if that fails.
