@@ -166,8 +166,8 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: Node<B, WIDTH, STRIPES>) -> ! {
-    let (reader, is_told) = introduce(&mut node);
-    let sensor = find(&mut node, reader).await;
+    let (reader, mut is_told) = introduce(&mut node);
+    let sensor = find(&mut node, reader, &mut is_told).await;
     let mut board = Running::new(node, reader, is_told, sensor);
     // The time for which the executor has an alarm.
     let mut alarm = 0;
@@ -296,11 +296,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         let Self { reader, store, line, .. } = self;
         restart_if_wanted(*store, line);
         let asked = answer_requests(reader, *store, line);
-        // A host that has just opened the line was told now.
-        if !self.is_told && line.is_open() && line.is_drained() {
-            self.is_told = true;
-            crash_record::erase();
-        }
+        erase_if_read(&mut self.is_told, line);
         if asked.hello && self.absent != Told::None {
             self.absent = Told::Again;
         }
@@ -644,6 +640,14 @@ fn tell_last_run(line: &mut Link<impl Line, impl OutputPin>) -> (bool, u32) {
     (!is_kept, restarts)
 }
 
+/// Erases the reason why the program restarted when a host has it.
+fn erase_if_read(is_told: &mut bool, line: &Link<impl Line, impl OutputPin>) {
+    if !*is_told && line.is_read() {
+        *is_told = true;
+        crash_record::erase();
+    }
+}
+
 /// Frees the bus if the sensor holds it.
 fn free(i2c: &mut impl Bus) {
     if i2c.free() {
@@ -655,6 +659,7 @@ fn free(i2c: &mut impl Bus) {
 async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
     node: &mut Node<B, WIDTH, STRIPES>,
     reader: &mut Reader,
+    is_told: &mut bool,
 ) -> CameraSensor {
     let Node { sensors, store, bus, line, watchdog, .. } = node;
     let mut said = Told::None;
@@ -667,6 +672,7 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
         if answer_requests(reader, *store, line).hello {
             said = Told::None;
         }
+        erase_if_read(is_told, line);
         reader.set_time(Instant::now().as_micros());
         #[cfg(feature = "learn")]
         reader.keep_textures(*store, *line);
