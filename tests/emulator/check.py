@@ -671,9 +671,11 @@ class Check:
                 problems.append(f"{line!r} at frame {at:.2f}, expected within two frame times of {begins}")
         self.say(name, problems)
 
-    def slow_bus(self, name):
+    def slow_bus(self, name, sensor=Ov7725, fps=30, readout_ms=READOUT_MS):
         """The sensor's bus has 100 kHz: the core waits for three registers after each frame, and loses none."""
-        board = self.board(self.host.frames[:12])
+        clip, frames = self.host.rendered(SCENE.read_text(), "a slow bus", readout_ms, fps)
+        board = self.board(frames[:12], sensor, elf=self.elf if fps == 30 else f"{self.elf}.{fps}")
+        board.sensor.nominal = 480 * 30 // fps
         (bus,) = (part for part in board.machine.peripherals if part.base == I2C1)
         bus.clock, bus.byte_time = lambda: board.machine.now, 9 * CLOCK // 100_000
         begun = []
@@ -681,7 +683,10 @@ class Check:
         board.camera.faults[10] = lambda: begun.append(bus.busy)
         board.line.receive(request(FEATURES, 1))
         lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
-        problems = [] if lines == self.features[:12] else [f"features are those of {len(lines)} frames"]
+        expected = of_kind(self.host.of_file(clip, "--features", readout_ms=readout_ms), "features")
+        problems = [] if lines and lines == expected[: len(lines)] else ["features are not the host's"]
+        if len(lines) != 12 * 30 // fps:
+            problems.append(f"features are those of {len(lines)} frames")
         problems += [f"the log says {line}" for _, line in fault_lines(board)]
         # Three times an address, a register, an address and a value.
         if [after - before for before, after in zip(begun, begun[1:], strict=False)] != [8 * 12 * bus.byte_time]:
@@ -981,6 +986,7 @@ def main():
         check.settings("settings")
         check.faulty("features", {}, (), [])
         check.slow_bus("a bus of 100 kHz")
+        check.slow_bus("a bus of 100 kHz at 60 frames per second", Ov7690, 60, 239 * 776 * 2 / 24_000)
         check.faulty("overrun", {40: "overrun"}, [40], [(40, OVERRUN)])
         check.faulty("late core", {40: halt}, [40], [(40, OVERRUN)])
         # While the last rows are read, and after that.

@@ -28,7 +28,7 @@ import {
   same,
 } from './host.mjs';
 import { exposure, settings } from './settings.mjs';
-import { bootloader, late, reopened, unread } from './usb_check.mjs';
+import { bootloader, late, modem, reopened, unread } from './usb_check.mjs';
 import { FEATURES, HELLO, request } from './wire.mjs';
 
 const [, , wstac, one, four, eight, uf2, taking, compiled, sent, ...more] = process.argv;
@@ -183,6 +183,9 @@ function crash(name, program, how, why, { count = 60, again = false } = {}) {
   }
   if (board.resets !== restarts) problems.push(`the chip restarted ${board.resets} times`);
   if (!board.uses()) problems.push('no frames are used after it');
+  // On USB, it is a host once it asks for something.
+  board.requests.push(request(HELLO));
+  for (let k = 0; k < 3; k++) board.frame(null);
   const before = board.sent.length;
   board.reset();
   for (let k = 0; k < 40 && !board.uses(); k++) board.frame(null);
@@ -342,6 +345,7 @@ lights('lights', eight);
 late('USB: a host opens the port late', host, eight);
 unread('USB: a host that does not read', host, eight);
 reopened('USB: the port is closed and opened, and the cable unplugged and plugged', host, eight);
+modem('USB: a program that looks for a modem', host, eight);
 bootloader('USB: the boot loader', host, eight, four);
 start('the UF2 file', uf2, () => {}, []);
 settings('settings', host, eight);

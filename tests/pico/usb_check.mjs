@@ -2,7 +2,7 @@
 
 import { ofKind, same } from './host.mjs';
 import { Board } from './machine.mjs';
-import { BEGIN, BOOTLOADER, BOOTLOADER_IS, FEATURES, contents, request } from './wire.mjs';
+import { BEGIN, BOOTLOADER, BOOTLOADER_IS, FEATURES, HELLO, contents, request } from './wire.mjs';
 
 const FRAMES = 40;
 
@@ -77,6 +77,28 @@ export function reopened(name, host, program) {
   again('a cable was unplugged', () => board.usb.plug());
   if (!same(Object.values(board.usb.times), [2, 3])) problems.push(`resets and openings: ${Object.values(board.usb.times)}`);
   host.say(name, [...problems, ...wrong(host, board)]);
+}
+
+/** What a program reads that looks for a modem is told again to a host, also if there is no camera. */
+export function modem(name, host, program) {
+  const problems = [];
+  for (const present of [true, false]) {
+    const { board, run } = running(host, program, (board) => (board.sensor.present = present));
+    board.crash();
+    const tells = (what, expected, ...requests) => {
+      const before = board.sent.length;
+      board.requests.push(...requests);
+      run();
+      const found = new TextDecoder().decode(Uint8Array.from(board.sent.slice(before))).split('hard fault').length - 1;
+      if (found !== expected) problems.push(`${what} is told ${found} times, expected ${expected}`);
+    };
+    tells('a program after the crash', 1, Buffer.from('AT\r\n'));
+    board.reset();
+    tells('a host after a reset', 1, request(HELLO));
+    board.reset();
+    tells('the next one', 0);
+  }
+  host.say(name, problems);
 }
 
 /** A request starts the boot loader, after the answer. The watchdog does not end it. A board without one says so. */

@@ -57,7 +57,7 @@ pub fn fps(chosen: Option<&str>) -> Result<String, String> {
     let text = chosen.unwrap_or("30");
     match text.parse::<u32>() {
         Ok(fps @ 15..=60) => Ok(format!("/// The frames per second of the sensors.\npub const FPS: u32 = {fps};\n")),
-        _ => Err(format!("WSTAC_FPS={text}: expected whole frames per second, 15 to 60")),
+        _ => Err(format!("WSTAC_FPS is \"{text}\", expected whole frames per second, 15 to 60; help: without it, 30")),
     }
 }
 

@@ -62,9 +62,9 @@ pub trait Line: Read + ReadReady + Write {
     /// Returns whether all bytes have left the queue.
     fn is_drained(&self) -> bool;
 
-    /// Returns whether somebody may read: bytes of a line that is not open are discarded.
-    fn is_open(&self) -> bool {
-        true
+    /// Returns a number that is another at each opening of the line; `None` if it is not open, and bytes are discarded.
+    fn opened(&self) -> Option<u32> {
+        Some(0)
     }
 
     /// Returns the board's boot loader, if it takes programs over USB.
@@ -80,26 +80,32 @@ pub struct Link<S, T> {
     decoder: Decoder<LONGEST_REQUEST>,
     trouble: T,
     events: u32,
-    was_open: bool,
+    opened: Option<u32>,
+    has_reader: bool,
     is_leaving: bool,
 }
 
 impl<S: Line, T: OutputPin> Link<S, T> {
     /// Creates the link on this line; `trouble` is the light.
     pub fn new(serial: S, trouble: T) -> Self {
-        let was_open = serial.is_open();
-        Self { serial, sequence: 0, decoder: Decoder::new(), trouble, events: 0, was_open, is_leaving: false }
-    }
-
-    /// Returns whether somebody may read.
-    pub fn is_open(&self) -> bool {
-        self.serial.is_open()
+        let opened = serial.opened();
+        // On a line that is open from the start, nothing says whether somebody reads.
+        let has_reader = opened.is_some();
+        Self { serial, sequence: 0, decoder: Decoder::new(), trouble, events: 0, opened, has_reader, is_leaving: false }
     }
 
     /// Returns true once when a host has opened the line since the last call.
     pub fn is_newly_open(&mut self) -> bool {
-        let is_open = self.is_open();
-        !mem::replace(&mut self.was_open, is_open) && is_open
+        let opened = self.serial.opened();
+        let is_other = mem::replace(&mut self.opened, opened) != opened;
+        self.has_reader &= !is_other;
+        is_other && opened.is_some()
+    }
+
+    /// Returns whether a host has all messages. One that has opened the line counts once it has sent a request: other
+    /// programs open every port to look for a modem.
+    pub fn is_read(&self) -> bool {
+        self.has_reader && self.serial.opened() == self.opened && self.is_drained()
     }
 
     /// Says whether the board has a boot loader. If it has one, it is to be started when that was sent.
@@ -143,6 +149,7 @@ impl<S: Line, T: OutputPin> Link<S, T> {
     pub fn request(&mut self) -> Option<Request> {
         while let Some(byte) = self.receive() {
             if let Some(Ok(received)) = self.decoder.push::<Request>(byte) {
+                self.has_reader = true;
                 return Some(received.message);
             }
         }

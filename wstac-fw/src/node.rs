@@ -9,7 +9,6 @@ use core::mem::{self, MaybeUninit};
 use core::pin::pin;
 
 use embassy_futures::select::select;
-use embassy_futures::yield_now;
 use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
 use embassy_sync::signal::Signal;
 use embassy_time::{Delay, Duration, Instant, TICK_HZ, Timer};
@@ -41,9 +40,13 @@ const SELF_TEST: Duration = Duration::from_millis(800);
 const LUMA_TEST: Duration = Duration::from_millis(250);
 /// The failures of the bus in a row after which the sensor counts as gone, although frames come.
 const BUS_FAILURES: u32 = 30;
-/// The microseconds after which the watchdog restarts a program that hangs. The longest self-test, with a second try,
-/// takes three seconds.
+/// The microseconds after which the watchdog restarts a program that hangs.
 pub const HANGS: u32 = 4_000_000;
+// A self-test with a second try, and 150 ms for the resets of each.
+const _: () = assert!(
+    2 * (2 * sensor::six_frames(setup::FPS) as u64 + SELF_TEST.as_millis() + LUMA_TEST.as_millis() + 150)
+        <= HANGS as u64 / 1000
+);
 /// The cycles for the last two bytes of the line, or for a host to fetch the last packet.
 const LAST_BYTES: u32 = 200_000;
 /// The time between two attempts to find a sensor.
@@ -163,22 +166,20 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: Node<B, WIDTH, STRIPES>) -> ! {
-    let (reader, is_told) = introduce(&mut node);
-    let sensor = find(&mut node, reader).await;
+    let (reader, mut is_told) = introduce(&mut node);
+    let sensor = find(&mut node, reader, &mut is_told).await;
     let mut board = Running::new(node, reader, is_told, sensor);
     // The time for which the executor has an alarm.
     let mut alarm = 0;
     loop {
         board.watchdog.pet();
-        if board.serve_host() && cfg!(feature = "usb") {
-            // USB is a task, which gets no turn while this one sleeps.
-            yield_now().await;
-        }
+        board.serve_host();
         if board.stage != Stage::Run {
             board.prepare_sensor().await;
             alarm = 0;
         } else if let Some(until) = board.steps()
-            && !board.stripes.capture().doze(alarm)
+            // USB is a task, which gets no turn while this one sleeps.
+            && (cfg!(feature = "usb") || !board.stripes.capture().doze(alarm))
         {
             // The executor keeps the earliest of a task's alarms: with a later one, it would not be known when it has none.
             if board.stripes.capture().now() >= alarm {
@@ -286,21 +287,16 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         }
     }
 
-    /// Answers requests, and sends what waits. In the middle of a frame, nothing waits unless the line sends: then this returns
-    /// false.
-    fn serve_host(&mut self) -> bool {
+    /// Answers requests, and sends what waits. In the middle of a frame, nothing waits unless the line sends.
+    fn serve_host(&mut self) {
         let is_between = mem::take(&mut self.is_between);
         if !is_between && self.line.is_idle() {
-            return false;
+            return;
         }
         let Self { reader, store, line, .. } = self;
         restart_if_wanted(*store, line);
         let asked = answer_requests(reader, *store, line);
-        // A host that has just opened the line was told now.
-        if !self.is_told && line.is_open() && line.is_drained() {
-            self.is_told = true;
-            crash_record::erase();
-        }
+        erase_if_read(&mut self.is_told, line);
         if asked.hello && self.absent != Told::None {
             self.absent = Told::Again;
         }
@@ -325,7 +321,6 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         if is_between && line.has_room() {
             reader.keep_model(*store, *line);
         }
-        true
     }
 
     /// Sets the sensor up if that has to be done, and measures its frames. Waits if that fails.
@@ -645,6 +640,14 @@ fn tell_last_run(line: &mut Link<impl Line, impl OutputPin>) -> (bool, u32) {
     (!is_kept, restarts)
 }
 
+/// Erases the reason why the program restarted when a host has it.
+fn erase_if_read(is_told: &mut bool, line: &Link<impl Line, impl OutputPin>) {
+    if !*is_told && line.is_read() {
+        *is_told = true;
+        crash_record::erase();
+    }
+}
+
 /// Frees the bus if the sensor holds it.
 fn free(i2c: &mut impl Bus) {
     if i2c.free() {
@@ -656,6 +659,7 @@ fn free(i2c: &mut impl Bus) {
 async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
     node: &mut Node<B, WIDTH, STRIPES>,
     reader: &mut Reader,
+    is_told: &mut bool,
 ) -> CameraSensor {
     let Node { sensors, store, bus, line, watchdog, .. } = node;
     let mut said = Told::None;
@@ -668,6 +672,7 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
         if answer_requests(reader, *store, line).hello {
             said = Told::None;
         }
+        erase_if_read(is_told, line);
         reader.set_time(Instant::now().as_micros());
         #[cfg(feature = "learn")]
         reader.keep_textures(*store, *line);

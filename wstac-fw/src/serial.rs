@@ -34,8 +34,8 @@ pub struct Serial(&'static Peripheral);
 pub(crate) struct Peripheral {
     /// Lets it take the bytes to be sent.
     pub begin: fn(),
-    /// Returns whether a host has opened the line.
-    pub is_open: fn() -> bool,
+    /// Returns a number that is another at each opening of the line; `None` if it is not open.
+    pub opened: fn() -> Option<u32>,
     /// Returns whether it has sent all bytes that it took.
     pub is_sent: fn() -> bool,
     /// The board's boot loader, if it takes programs over USB.
@@ -45,7 +45,7 @@ pub(crate) struct Peripheral {
 impl Peripheral {
     /// Creates one that is always open, of a board without such a boot loader.
     pub(crate) const fn always_open(begin: fn()) -> Self {
-        Self { begin, is_open: || true, is_sent: || true, bootloader: None }
+        Self { begin, opened: || Some(0), is_sent: || true, bootloader: None }
     }
 }
 
@@ -84,8 +84,8 @@ impl Line for Serial {
         QUEUES.lock(|queues| queues.borrow().out.is_empty()) && (self.0.is_sent)()
     }
 
-    fn is_open(&self) -> bool {
-        (self.0.is_open)()
+    fn opened(&self) -> Option<u32> {
+        (self.0.opened)()
     }
 
     fn bootloader(&self) -> Option<EnterBootloader> {

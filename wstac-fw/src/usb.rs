@@ -1,9 +1,10 @@
 //! USB as the serial line: one CDC-ACM port, which every system knows without a driver.
 //!
-//! What is written while no host has opened the port (DTR) is discarded, as on a wire without a reader. A host that opens
-//! it late gets the description. One that stops reading fills the queue, and messages without room are left out.
+//! What is written while no host has opened the port (DTR) is discarded, as on a wire without a reader. A host that
+//! opens it late gets the description. One that stops reading fills the queue, and messages without room are left out. A port
+//! that is closed and opened before this task has a turn counts as open all the time: its host has to ask.
 
-use core::sync::atomic::{AtomicBool, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
 use embassy_futures::join::join3;
 use embassy_futures::select::select;
@@ -23,8 +24,8 @@ const PACKET: usize = 64;
 /// The time between two looks at a queue without room for a packet.
 const FULL: Duration = Duration::from_millis(1);
 
-/// Whether a host has opened the port.
-static IS_OPEN: AtomicBool = AtomicBool::new(false);
+/// How often a host has opened and closed the port: it is open if this is odd.
+static CHANGES: AtomicU32 = AtomicU32::new(0);
 /// Whether a packet that left the queue waits for the host.
 static IS_HELD: AtomicBool = AtomicBool::new(false);
 /// The signal that the queue has bytes.
@@ -40,11 +41,21 @@ struct Buffers {
 /// Returns the peripheral of a board with this boot loader.
 pub(crate) const fn peripheral(bootloader: Option<EnterBootloader>) -> Peripheral {
     Peripheral {
-        begin: || if IS_OPEN.load(Ordering::Relaxed) { WRITTEN.signal(()) } else { serial::discard() },
-        is_open: || IS_OPEN.load(Ordering::Relaxed),
+        begin: || if opened().is_some() { WRITTEN.signal(()) } else { serial::discard() },
+        opened,
         is_sent: || !IS_HELD.load(Ordering::Relaxed),
         bootloader,
     }
+}
+
+fn opened() -> Option<u32> {
+    let changes = CHANGES.load(Ordering::Relaxed);
+    (changes % 2 == 1).then_some(changes)
+}
+
+/// Notes that the port was opened or closed. Only this task does, so nothing comes between.
+fn change() {
+    CHANGES.store(CHANGES.load(Ordering::Relaxed).wrapping_add(1), Ordering::Relaxed);
 }
 
 /// Serves a host for ever, as the device with these numbers.
@@ -71,11 +82,11 @@ async fn serve<D: Driver<'static>>(sender: &mut Sender<'static, D>, control: &Co
     loop {
         until(control, true).await;
         serial::discard();
-        IS_OPEN.store(true, Ordering::Relaxed);
+        change();
         // The board says what it is.
         CHANGED.signal(());
         select(until(control, false), send(sender)).await;
-        IS_OPEN.store(false, Ordering::Relaxed);
+        change();
         IS_HELD.store(false, Ordering::Relaxed);
     }
 }

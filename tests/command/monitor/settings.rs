@@ -199,10 +199,24 @@ fn a_board_starts_its_boot_loader_or_says_that_it_has_none() {
         });
         board.run(&["--bootloader"])
     };
-    for (kind, advice) in [(Bootloader::Uf2, "a drive now: copy the .uf2"), (Bootloader::Dfu, "waits for: dfu-util ")] {
+    for (kind, advice) in
+        [(Bootloader::Uf2, "becomes a drive: copy the .uf2"), (Bootloader::Dfu, "waits for: dfu-util ")]
+    {
         let done = started(Some(Some(kind)));
         assert!(done.status.success() && said(&done).contains(advice), "{}", said(&done));
     }
+    // A board that was just opened says hello, too, and the first request is lost.
+    let mut asked = 0;
+    let board = Board::that(move |request, sent| {
+        asked += usize::from(request == Request::Bootloader);
+        match request {
+            Request::Bootloader if asked > 1 => sent.push(&Message::Bootloader(Some(Bootloader::Uf2))),
+            Request::Hello => (asked..3).for_each(|_| sent.push(&Message::Hello(hello()))),
+            _ => {}
+        }
+    });
+    let done = board.run(&["--bootloader"]);
+    assert!(done.status.success(), "{}", said(&done));
     for (answer, words) in
         [(Some(None), "has no boot loader that takes"), (None, "does not know of a boot loader; help:")]
     {

@@ -190,8 +190,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut board = SettableBoard::open(&arguments.port, arguments.baud)?;
     if arguments.bootloader {
         note(match board.start_bootloader()? {
-            Bootloader::Uf2 => "the board is a drive now: copy the .uf2 file to it",
-            Bootloader::Dfu => "the board waits for: dfu-util -d 37c5:9204 -a FIRMWARE --reset -D FILE.dfu",
+            Bootloader::Uf2 => "the board becomes a drive: copy the .uf2 file to it",
+            Bootloader::Dfu => "the board waits for: dfu-util -w -d 37c5:9204 -a FIRMWARE --reset -D FILE.dfu",
             _ => "the board's boot loader waits for a program",
         });
         return Ok(());

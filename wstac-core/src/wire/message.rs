@@ -574,7 +574,8 @@ pub enum Request {
         /// The host's time.
         host_us: u64,
     },
-    // Each has its number also where a feature is missing, since the last request has one for all.
+    // Each has its number also where a feature is missing, since the last request has one for all. Missing ones come at the
+    // end in the same order, because every feature includes the one before: settings, learn, models.
     /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
     #[cfg(feature = "settings")]
     Settings,

@@ -199,10 +199,16 @@ fn arrived(message: &Message, lost: u16) -> Found {
 }
 
 #[test]
-fn a_boot_loader_has_its_numbers_whatever_the_features() {
+fn requests_have_their_numbers_whatever_the_features() {
     let number = |bytes: &[u8]| bytes[4];
     let mut buffer = [0; LONGEST];
     assert_eq!(number(encode(&Message::Bootloader(None), 1, &mut buffer)), 22);
+    #[cfg(feature = "settings")]
+    assert_eq!(number(encode(&Request::Settings, 1, &mut buffer)), 8);
+    #[cfg(feature = "learn")]
+    assert_eq!(number(encode(&Request::Textures, 1, &mut buffer)), 11);
+    #[cfg(feature = "models")]
+    assert_eq!(number(encode(&Request::Model, 1, &mut buffer)), 15);
     assert_eq!(number(encode(&Request::Bootloader, 1, &mut buffer)), 19);
 }
 

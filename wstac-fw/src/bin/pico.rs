@@ -25,7 +25,7 @@ const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
 };
 const _: () = assert!(
     DATA_WIRES > 1 || setup::FPS <= 30,
-    "WSTAC_FPS is above 30, which an HM01B0 reaches with more than 1 data wire, expected WSTAC_DATA_WIRES=4 or 8, or 30"
+    "WSTAC_FPS is above 30, expected at most 30 with 1 data wire; help: WSTAC_DATA_WIRES=4 or 8"
 );
 #[cfg(not(feature = "usb"))]
 const BAUD: u32 = 115_200;

@@ -314,7 +314,7 @@ const fn usual_exposure(most: u16, lines: u16, spare: u16) -> u16 {
 }
 
 /// Returns the milliseconds of six frames.
-const fn six_frames(fps: u32) -> u32 {
+pub(crate) const fn six_frames(fps: u32) -> u32 {
     6000 / fps
 }
 

@@ -86,11 +86,15 @@ impl SettableBoard {
     /// # Errors
     /// The board has none, or its firmware does not know this request. The port cannot be read.
     pub fn start_bootloader(&mut self) -> Result<Bootloader, Error> {
-        // An older firmware only answers the second request. One that has just been opened may say hello before.
-        let has_waited = Cell::new(false);
+        // An older firmware only answers the second request. A board that has just been opened says hello unasked, and an
+        // answer may be lost once: the third hello decides.
+        let hellos = Cell::new(0);
         let found = self.ask(&[Request::Bootloader, Request::Hello], |message| match message {
             Message::Bootloader(found) => Some(Ok(*found)),
-            Message::Hello(_) => has_waited.replace(true).then_some(Err("does not know of a boot loader")),
+            Message::Hello(_) => {
+                hellos.update(|hellos| hellos + 1);
+                (hellos.get() > 2).then_some(Err("does not know of a boot loader"))
+            }
             _ => None,
         })?;
         let found = found.and_then(|found| found.ok_or("has no boot loader that takes programs over USB"));
