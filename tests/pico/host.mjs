@@ -66,7 +66,7 @@ export class Host {
   rendered(name, toml, readout = READOUT_MS, fps = 30) {
     const [scene, clip, raw] = ['toml', 'y4m', 'raw'].map((ending) => this.file(`${name}.${ending}`));
     fs.writeFileSync(scene, `${toml}`.replace('[sensor]\n', `[sensor]\nfps = ${fps}\nreadout_ms = ${readout}\n`));
-    for (const output of [clip, raw]) execFileSync(this.wstac, ['scene', 'render', scene, '-o', output], { stdio: 'ignore' });
+    for (const output of [clip, raw]) execFileSync(this.wstac, ['scene', 'render', scene, '-o', output, '--force'], { stdio: 'ignore' });
     const pixels = fs.readFileSync(raw);
     const frames = Array.from({ length: pixels.length / SIZE }, (_, k) => pixels.subarray(k * SIZE, (k + 1) * SIZE));
     return { clip, raw, frames };

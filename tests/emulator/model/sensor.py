@@ -259,6 +259,10 @@ class Mt9m114(Sensor):
         """Returns the seconds of a frame that is not sent."""
         return 1 / 30
 
+    def row(self):
+        """Returns the seconds of a row that is not sent."""
+        return self.period() / self.size()[1]
+
     def size(self):
         """Returns the size of a frame that is not sent."""
         return 1280, 960
