@@ -59,12 +59,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "expected a name that ends in .y4m, .raw or .mp4, or -";
         return Err(Error::new(ErrorKind::Usage, path.display(), message).into());
     }
-    if mp4 && (info.size.width() % 2 > 0 || info.size.height() % 2 > 0) {
-        let even = [info.size.width(), info.size.height()].map(|side| side.next_multiple_of(2));
+    let sides = [info.size.width(), info.size.height()];
+    let even = sides.map(|side| side.next_multiple_of(2));
+    if mp4 && even != sides {
         let message = format_args!(
-            "has frames of {}, expected an even width and height for a video; help: set [sensor] size = [{}, {}], or \
+            "has frames of {}x{}, expected an even width and height for a video; help: set [sensor] size = [{}, {}], or \
              write FILE.y4m",
-            info.size, even[0], even[1]
+            sides[0], sides[1], even[0], even[1]
         );
         return Err(Error::new(ErrorKind::Unsupported, &info.about, message).into());
     }
