@@ -1,5 +1,8 @@
 //! Tests the simulated sensor through the command: every specimen, direction and speed, and `wstac scene`.
 
+use std::fs::Permissions;
+use std::os::unix::fs::PermissionsExt;
+
 use serde_json::Value;
 use wstac_tests::command::{Signal, good, program, refusal, run, said, send, start, wstac};
 use wstac_tests::folder::Folder;
@@ -59,6 +62,26 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
         render.args(["scene", "render", scene, "-o", &folder.path("s.mp4")]).env("PATH", &folder.0).output().unwrap();
     assert!(said(&done).contains("ffmpeg, which is not installed; help: sudo apt"), "{}", said(&done));
     assert!(done.status.code() == Some(1) && !folder.0.join("s.mp4").exists());
+}
+
+#[test]
+fn a_video_that_ffmpeg_refuses_says_so() {
+    let folder = Folder::new("scene-refused");
+    let ffmpeg = folder.file("ffmpeg", "#!/bin/sh\nexit 3\n");
+    std::fs::set_permissions(ffmpeg, Permissions::from_mode(0o755)).unwrap();
+    let render = |size: &str| {
+        let scene = folder.file("s.toml", format!("specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = {size}"));
+        let arguments = ["scene", "render", scene.to_str().unwrap(), "-o", &folder.path("s.mp4")];
+        let done = program(wstac()).args(arguments).env("PATH", &folder.0).output().unwrap();
+        assert!(done.status.code() == Some(1) && !folder.0.join("s.mp4").exists());
+        said(&done)
+    };
+    // It ends before it has read anything: the pipe breaks, which is not the cause.
+    let message = render("[80, 60]");
+    assert!(message.contains("s.mp4: ffmpeg failed: exit status: 3"), "{message}");
+    let message = render("[81, 61]");
+    let expected = "frames of 81x61, expected an even width and height for a video; help: set [sensor] size = [82, 62]";
+    assert!(message.contains(expected), "{message}");
 }
 
 /// An interrupted command leaves what was there, and nothing else.

@@ -30,7 +30,7 @@ fn recordings_need_a_folder() {
 
 #[test]
 fn an_address_that_is_none_or_taken_names_the_option() {
-    for given in ["80260", "localhost:8026"] {
+    for given in ["80260", "+8026", "localhost:8026"] {
         let done = run(&["serve", SCENE, "--listen", given]);
         assert_eq!(done.status.code(), Some(2));
         let expected = "expected an address and a port, such as 127.0.0.1:8025";

@@ -17,6 +17,7 @@ SAMPLES = np.arange(4 * 700, dtype=np.int16).reshape(4, 700)
 LABELS = ["a", "b", "a", "b"]
 WRONG = [
     (lambda: wstac.open("scene:Saw3@150", model="builtin", models="builtin"), TypeError, "model and models are both given"),
+    (lambda: wstac.Pipeline(fps=30, model="builtin", models=["builtin"]), TypeError, "model and models are both given"),
     (lambda: wstac.features([[1, 2]]), TypeError, "frames is a list, expected a NumPy array"),
     (lambda: wstac.features(GREY.astype(float)), wstac.Error, "type float64, expected uint8, or uint16"),
     (lambda: wstac.features(GREY.astype("<u2")), wstac.Error, "expected format = Y10, Y12 or Y16"),
@@ -56,6 +57,18 @@ WRONG = [
 def test_wrong_things_are_refused_with_words(call: Any, error: type[Exception], words: str) -> None:
     with pytest.raises(error, match=re.escape(words)):
         call()
+
+
+def test_model_is_another_name_of_models() -> None:
+    scene = {"specimen": "Saw3", "speed": 150, "fidelity": "taxel"}
+    expected = wstac.simulate(scene, models="builtin").events[0].texture
+    assert expected is not None and wstac.simulate(scene).events[0].texture is None
+    assert wstac.simulate(scene, model="builtin").events[0].texture == expected
+    assert wstac.simulate(scene, models=[], model=["builtin"]).events[0].texture == expected
+    read = wstac.read("scene:Saw3@150", models=(), model="builtin", frames=False).events[0]
+    opened = next(wstac.open("scene:Saw3@150", models=[], model="builtin"))
+    assert read.texture == opened.texture is not None
+    wstac.Pipeline(fps=30, models=[], model="builtin")
 
 
 def test_a_rate_that_is_not_given_is_said_to_be_assumed() -> None:

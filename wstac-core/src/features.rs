@@ -125,8 +125,8 @@ impl<L: Ln> FeatureScale<L> {
         self.above(self.floor, sum)
     }
 
-    /// Returns ln `sum` − ln(full scale) of one taxel's sum, rounded as a feature is. The floor is that of a line of five
-    /// such taxels, less ln 5.
+    /// Returns ln `sum` − ln(full scale) of one taxel's sum, rounded as a feature is. The floor is that of a line of
+    /// five such taxels, less ln 5.
     pub fn taxel(&self, sum: u32) -> i16 {
         self.above(self.floor.saturating_sub(LN_5), sum)
     }

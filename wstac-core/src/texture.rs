@@ -55,7 +55,8 @@ macro_rules! texture_models {
 texture_models!(LinearSvm Forest Boosted Network Model);
 
 /// Returns a model's answer for a sample of its input, such as 700 numbers:
-/// [`Sample::flat`](crate::paper::sample::Sample::flat) of an event, or [`SamplePrefix::flat`](crate::paper::early::SamplePrefix::flat) of a sample that is still under way.
+/// [`Sample::flat`](crate::paper::sample::Sample::flat) of an event, or
+/// [`SamplePrefix::flat`](crate::paper::early::SamplePrefix::flat) of a sample that is still under way.
 pub fn texture<'m, const N: usize>(numbers: &[i16; N], model: &impl TextureModel<'m, N>) -> Texture<'m> {
     let Classification { class, confidence, known } = model.classification(numbers);
     Texture { class, label: model.labels().of(class), task: model.task(), confidence, known }

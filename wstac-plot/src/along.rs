@@ -15,10 +15,18 @@ const REACH: f64 = 3.0;
 /// Largest fraction by which the way of the centroids may differ from the event's speed.
 const MOST_OFF: f64 = 0.3;
 
-/// Returns the speed, the place along the motion and the centroid of each taxel, and frames per mm; `None` if there is no
-/// speed, or if the centroids do not move as it says, such as those of light that was there before the motion.
-fn points(found: &Found) -> Option<(f64, Vec<[f64; 2]>, f64)> {
-    let (speed, degrees) = found.record.speed.ok().zip(found.record.direction.degrees.ok())?;
+/// Why the panel has no points.
+enum Empty {
+    NoSpeed,
+    NoDirection,
+    /// The centroids do not move as speed and direction say, such as those of light that was there before the motion.
+    OtherLight,
+}
+
+/// Returns the speed, the place along the motion and the centroid of each taxel, and frames per mm.
+fn points(found: &Found) -> Result<(f64, Vec<[f64; 2]>, f64), Empty> {
+    let speed = found.record.speed.map_err(|_| Empty::NoSpeed)?;
+    let degrees = found.record.direction.degrees.map_err(|_| Empty::NoDirection)?;
     let (sine, cosine) = f64::from(degrees).to_radians().sin_cos();
     // Columns count to the right, rows downwards.
     let place = |taxel: usize| {
@@ -33,7 +41,7 @@ fn points(found: &Found) -> Option<(f64, Vec<[f64; 2]>, f64)> {
         |of: &dyn Fn(f64, f64) -> f64| points.iter().map(|point| of(point[0] - mm, point[1] - frame)).sum::<f64>();
     let (across, both) = (sum(&|mm, _| mm * mm), sum(&|mm, frame| mm * frame));
     let is_followed = (both - per_mm * across).abs() <= MOST_OFF * per_mm * across;
-    is_followed.then_some((f64::from(speed.mm_s), points, per_mm))
+    if is_followed { Ok((f64::from(speed.mm_s), points, per_mm)) } else { Err(Empty::OtherLight) }
 }
 
 fn middle(points: &[[f64; 2]]) -> [f64; 2] {
@@ -43,10 +51,14 @@ fn middle(points: &[[f64; 2]]) -> [f64; 2] {
 
 /// Returns what the caption says of the panel.
 pub(super) fn caption(found: &Found) -> &'static str {
-    if found.record.speed.is_ok() && found.record.direction.degrees.is_ok() && points(found).is_none() {
-        return " d: empty, because the centroids of panel c do not follow the motion; light was there before it, or after.";
+    match points(found) {
+        Ok(_) => " d: centroids of panel c along the motion, and the line of the event's speed.",
+        Err(Empty::NoSpeed) => " d: empty, because the event has no speed.",
+        Err(Empty::NoDirection) => " d: empty, because the event has no direction.",
+        Err(Empty::OtherLight) => {
+            " d: empty, because the centroids of panel c do not follow the motion; light was there before it, or after."
+        }
     }
-    " d: centroids of panel c along the motion, and the line of the event's speed."
 }
 
 /// Draws a point per taxel, and the straight line of the event's speed.
@@ -58,12 +70,18 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], 
     let reach = REACH * found.pitch_mm;
     let frames = if first <= last { [first - 1.0, last + 1.0] } else { [0.0, 1.0] };
     let panel = Axes::new([left, top], size, Span::linear([-reach, reach]), Span::linear(frames));
-    let Some((mm_s, points, per_mm)) = points(found) else {
-        let kind = |_| found.record.contact.map_or("no speed", |contact| contact.as_str());
-        let why = found.record.speed.map_or_else(kind, |_| "not the motion's");
-        drawing.text([panel.right() - 4.0, top + SIZE + 3.0], SIZE, Anchor::End, why);
-        panel.draw(drawing, titles);
-        return;
+    let (mm_s, points, per_mm) = match points(found) {
+        Ok(points) => points,
+        Err(empty) => {
+            let why = match empty {
+                Empty::NoSpeed => found.record.contact.map_or("no speed", |contact| contact.as_str()),
+                Empty::NoDirection => "no direction",
+                Empty::OtherLight => "light is not of the motion",
+            };
+            drawing.text([panel.right() - 4.0, top + SIZE + 3.0], SIZE, Anchor::End, why);
+            panel.draw(drawing, titles);
+            return;
+        }
     };
     // The line of the speed through the middle of the points.
     let middle = middle(&points);

@@ -77,7 +77,8 @@ impl Model {
         self.model.get().frames()
     }
 
-    /// Returns the number of the class of each sample: int16 (n, 700), or (n, 1750) of taxels, feature by feature, in units of 1/2048.
+    /// Returns the number of the class of each sample: int16 (n, 700), or (n, 1750) of taxels, feature by feature, in
+    /// units of 1/2048.
     fn classes<'py>(&self, py: Python<'py>, samples: PyReadonlyArray2<'py, i16>) -> PyResult<Bound<'py, PyArray1<u8>>> {
         let classes = self.of_each(py, &samples, |model, sample| model.classify(&in_file_order(sample)))?;
         Ok(PyArray1::from_vec(py, classes))

@@ -228,8 +228,8 @@ fn over_time<'py>(py: Python<'py>, sample: Option<&SampleFrames>) -> PyResult<Bo
     shaped(PyArray1::from_vec(py, values.collect()), [FEATURES, frames.len()])
 }
 
-/// Returns a sample along the path, or of taxels, as data sets have it: zeros if there is none, or if it shows too little of the path.
-/// It is `None` if none was asked for.
+/// Returns a sample along the path, or of taxels, as data sets have it: zeros if there is none, or if it shows too
+/// little of the path. It is `None` if none was asked for.
 fn along_path<'py>(py: Python<'py>, paths: Option<&Paths>, input: Input) -> PyResult<Bound<'py, PyAny>> {
     let Some(paths) = paths else { return Ok(py.None().into_bound(py)) };
     let numbers = path_sample(paths, input).map_or_else(|| vec![0; input.numbers()], in_set_order);

@@ -423,7 +423,11 @@ def native_config(config: Configuration) -> Optional[_wstac.Config]:
     return config._native if isinstance(config, Config) else Config(config)._native
 
 
-def native_models(models: Models) -> list[_wstac.Model]:
-    """Returns the models of an argument."""
+def native_models(models: Models, model: Optional[Models] = None) -> list[_wstac.Model]:
+    """Returns the models of an argument that has two names."""
+    if model is not None:
+        if models not in ((), []):
+            raise TypeError("model and models are both given, expected one of them")
+        models = model
     several = [models] if isinstance(models, (str, bytes, os.PathLike, Model)) else models
-    return [model._native if isinstance(model, Model) else Model.load(model)._native for model in several]
+    return [one._native if isinstance(one, Model) else Model.load(one)._native for one in several]

@@ -114,6 +114,7 @@ class Pipeline(Recorded):
         fps: Optional[Fps] = None,
         config: Configuration = None,
         models: Models = (),
+        model: Optional[Models] = None,
         bytes_per_row: Optional[int] = None,
         matrix: Optional[str] = None,
         range: Optional[str] = None,
@@ -131,7 +132,7 @@ class Pipeline(Recorded):
         if fps is None:
             warnings.warn("fps is not given: speeds are those of 30 frames per second", stacklevel=2)
             fps = 30
-        made = (_frames.rate(fps), native_config(config), native_models(models), bytes_per_row, matrix, range)
+        made = (_frames.rate(fps), native_config(config), native_models(models, model), bytes_per_row, matrix, range)
         file = None if record is None else os.fsdecode(record)
         self._timed = bool(timed)
         self._made = (*made, bool(motion), bool(path_samples), self._timed, file, labels)

@@ -113,6 +113,7 @@ def read(
     *,
     config: Configuration = None,
     models: Models = (),
+    model: Optional[Models] = None,
     fps: Optional[Fps] = None,
     matrix: Optional[str] = None,
     range: Optional[str] = None,
@@ -140,7 +141,7 @@ def read(
     name = os.fsdecode(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
-    options = source_options(config, models, fps=fps, matrix=matrix, range=range, path_samples=path_samples, sensor=sensor)
+    options = source_options(config, models, model, fps=fps, matrix=matrix, range=range, path_samples=path_samples, sensor=sensor)
     return _recording(_wstac.open_source(name, options, True), frames, [])
 
 
@@ -149,6 +150,7 @@ def simulate(
     *,
     config: Configuration = None,
     models: Models = (),
+    model: Optional[Models] = None,
     fps: Optional[Fps] = None,
     format: Optional[str] = None,
     size: Optional[tuple[int, int]] = None,
@@ -167,7 +169,7 @@ def simulate(
     >>> scene.truth[0].speed, scene.events[0].speed.mm_s, scene.frames is None
     (120.0, 120.0, True)
     """
-    options = source_options(config, models, fps=fps, format=format, size=size, path_samples=path_samples)
+    options = source_options(config, models, model, fps=fps, format=format, size=size, path_samples=path_samples)
     if isinstance(scene, Mapping):
         for name, value in (("fps", fps), ("format", format), ("size", size)):
             if value is not None:

@@ -294,7 +294,7 @@ def open(
 
     `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
     `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also those of scenes. `model` is
-    another name of it, as the command has.
+    another name of it, as the command has; `read`, `simulate` and `Pipeline` take it, too.
 
     The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
     or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
@@ -312,11 +312,10 @@ def open(
     Traceback (most recent call last):
     wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, rpicam:, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -
     """
-    if model is not None and models != ():
-        raise TypeError("model and models are both given, expected one of them")
     options = source_options(
         config,
-        models if model is None else model,
+        models,
+        model,
         fps=fps,
         format=format,
         size=size,
@@ -336,6 +335,7 @@ def open(
 def source_options(
     config: Configuration,
     models: Models,
+    model: Optional[Models],
     *,
     fps: Optional[Fps] = None,
     format: Optional[str] = None,
@@ -363,7 +363,7 @@ def source_options(
         "keep_controls": bool(keep_controls),
         "controls": values,
         "config": native_config(config),
-        "models": native_models(models),
+        "models": native_models(models, model),
         "motion": bool(motion),
         "paths": bool(path_samples),
         "at_once": bool(at_once),

@@ -119,10 +119,7 @@ class Sensor {
     if (frames) this.tools.order({ order: "seek", frames, pause: true });
     else if (seconds) this.tools.order({ order: "seek", frames: Math.round(seconds * factor * this.about.rate), pause: false });
     else if (!this.isOver()) this.tools.order({ order: "play", on: Boolean(this.status?.paused) });
-    else {
-      this.again = true;
-      this.tools.order({ order: "seek", frames: WAYS[0].seconds, pause: false });
-    }
+    else this.again = this.tools.order({ order: "seek", frames: WAYS[0].seconds, pause: false });
   }
 
   isOver() {
@@ -506,7 +503,7 @@ function connect() {
         say("connected");
       } else if (message.refused !== undefined) {
         const sensor = sensors[message.refused];
-        if (sensor) sensor.tools.refuse("Refused: " + message.why);
+        if (sensor) { sensor.again = false; sensor.tools.refuse("Refused: " + message.why); }
       } else {
         if (sensors[message.update]) sensors[message.update].take(message);
         own.send("ok");

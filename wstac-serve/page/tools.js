@@ -51,8 +51,9 @@ class Tools {
   // --- what a person asks for
 
   order(action) {
-    this.refuse("");
-    if (!this.ask(action)) this.refuse("There is no connection to the server.");
+    const isSent = this.ask(action);
+    this.refuse(isSent ? "" : "There is no connection to the server.");
+    return isSent;
   }
 
   refuse(why) {

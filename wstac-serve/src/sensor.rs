@@ -61,12 +61,13 @@ impl ServedSensor {
         &self.about
     }
 
-    /// Reads to the end of the source, from the first page on if it is a file or a scene, and does what pages ask until the server ends. Returns whether nothing failed.
+    /// Reads to the end of the source, and does what pages ask until the server ends. A file or a scene is read from the
+    /// first page on. Returns whether nothing failed.
     ///
     /// `tell` gets lines about the sensor: why its source has failed, and what was recorded. The page shows them, too.
     pub(crate) fn run(self, number: usize, hub: &Hub, tell: &dyn Fn(&str)) -> bool {
         let Self { mut station, about, jobs } = self;
-        let waits = about.seeks;
+        let mut waits = about.seeks;
         let sampler = about.pictures.then(|| Sampler::new(station.info()));
         let mut reader = NewsObserver {
             number,
@@ -81,13 +82,15 @@ impl ServedSensor {
             jobs,
         };
         let mut is_good = true;
-        // A file or a scene begins when somebody sees it.
-        while waits && !hub.is_watched() && !hub.is_over() {
-            std::thread::sleep(BETWEEN_PICTURES);
-        }
         while !hub.is_over() {
             // A calibration may wait for a person's word at the end, and a file or a scene may be read again.
             reader.follow_orders(&mut station, tell);
+            // A file or a scene begins when somebody sees it.
+            waits &= !hub.is_watched();
+            if waits {
+                std::thread::sleep(BETWEEN_PICTURES);
+                continue;
+            }
             let was_over = station.is_over();
             let turn = station.advance(&mut reader);
             reader.jobs.look(&mut station, tell);

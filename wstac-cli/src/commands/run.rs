@@ -35,7 +35,8 @@ pub(super) struct Arguments {
     /// Camera, recording, scene or board, or several as NAME=SOURCE
     ///
     /// Sources are /dev/videoN, rpicam:, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
-    /// FILE.mcap, a video such as FILE.mp4, a folder of pictures, and a board such as /dev/ttyACM0; see wstac help sources.
+    /// FILE.mcap, a video such as FILE.mp4, a folder of pictures, and a board such as /dev/ttyACM0; see wstac help
+    /// sources.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 

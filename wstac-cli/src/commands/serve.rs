@@ -36,9 +36,9 @@ const MOST_SENSORS: usize = 20;
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
 /// The first line on standard error is the address to open. Of a camera, the newest frame is shown. A file or a scene
-/// waits for the first browser, is played at its own rate, and its events stay on the page. The first 25 frames are the baseline: nothing may
-/// touch the sensor during them. The page can also record with labels, calibrate the sensor and examine it. Ctrl-C ends
-/// the command.
+/// waits for the first browser, is played at its own rate, and its events stay on the page. The first 25 frames are the
+/// baseline: nothing may touch the sensor during them. The page can also record with labels, calibrate the sensor and
+/// examine it. Ctrl-C ends the command.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -94,8 +94,12 @@ pub(super) struct Arguments {
 }
 
 fn address(text: &str) -> Result<SocketAddr, String> {
-    let alone = text.parse().map(|port| SocketAddr::new(LISTEN.ip(), port));
-    alone.or_else(|_| text.parse()).map_err(|_| format!("expected an address and a port, such as {LISTEN}, or a port"))
+    // A number may begin with +, a port may not.
+    let port = text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok()).flatten();
+    let alone = port.map(|port| SocketAddr::new(LISTEN.ip(), port));
+    alone
+        .or_else(|| text.parse().ok())
+        .ok_or_else(|| format!("expected an address and a port, such as {LISTEN}, or a port"))
 }
 
 const HELP: &str = "\

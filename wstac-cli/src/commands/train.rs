@@ -35,7 +35,8 @@ pub(super) struct Arguments {
 
     /// The sample that the model takes
     ///
-    /// path and taxel-path hold for any speed, direction and length; frames and taxels hold for those that were trained.
+    /// path and taxel-path hold for any speed, direction and length; frames and taxels hold for those that were
+    /// trained.
     #[arg(long, value_enum, default_value = "path")]
     input: SampleKind,
 

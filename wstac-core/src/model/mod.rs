@@ -65,8 +65,8 @@ macro_rules! common {
             /// A sample is 700 features in units of 2^-11, frame by frame
             /// ([`crate::paper::sample::Sample::flat`]), or what else the [`input`](Self::input) says.
             ///
-            /// `N` is [`INPUTS`](file::INPUTS). It is [`TAXEL_INPUTS`](file::TAXEL_INPUTS) for a model of taxels, and may be
-            /// for any model: then its sample is in front. Other samples have an answer without meaning.
+            /// `N` is [`INPUTS`](file::INPUTS). It is [`TAXEL_INPUTS`](file::TAXEL_INPUTS) for a model of taxels, and
+            /// may be for any model: then its sample is in front. Other samples have an answer without meaning.
             #[inline(always)]
             pub fn classify<const N: usize>(&self, sample: &[i16; N]) -> u8 {
                 self.decide::<true, N>(sample, false, |_, _| {})

@@ -49,8 +49,8 @@ impl<'a> Rows<'a> {
         let (biases, _) = biases.as_chunks::<2>();
         let row_words = if number == INT8 { inputs.div_ceil(4) } else { inputs / 2 };
         let fits_32_bits = match largest(biases, weights, row_words, number == INT8, most_bias) {
-            // 1750 products of int16 are below 2^41. With a bias below 2^62 no sum of them overflows; one of 2^46 may be
-            // multiplied by 2^15.
+            // 1750 products of int16 are below 2^41. With a bias below 2^62 no sum of them overflows; one of 2^46 may
+            // be multiplied by 2^15.
             None => return Err(ModelError::Overflow),
             Some(largest) => largest <= i32::MAX as u64,
         };

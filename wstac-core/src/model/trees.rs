@@ -17,8 +17,8 @@
 //! no offset follows its parent. Offsets count from their node in units of 2^shift halves. A right child follows the
 //! left subtree, with less than a unit of padding, and so does the next tree. Leaves are one half, or two (float32).
 //!
-//! Features of 25 taxels over time have one more bit ([`FeatureBits`]): the class begins behind it and is below 8. The shift
-//! of such trees is 1 or more.
+//! Features of 25 taxels over time have one more bit ([`FeatureBits`]): the class begins behind it and is below 8. The
+//! shift of such trees is 1 or more.
 
 use super::file::{Header, INPUTS, Input, ModelError, half, long};
 

@@ -234,11 +234,11 @@ impl TaxelRing {
         self.frames.get(self.place(frame)).and_then(|frame| frame.get(taxel)).copied().unwrap_or(0)
     }
 
-    /// Returns the logarithms of all light relative to full scale, in units of 2^-11: 25 numbers for each of 70 frames, the
-    /// oldest first. A lost frame has those of the last one before it.
+    /// Returns the logarithms of all light relative to full scale, in units of 2^-11: 25 numbers for each of 70 frames,
+    /// the oldest first. A lost frame has those of the last one before it.
     ///
-    /// They are what a model of [`Input::Taxels`](crate::model::file::Input::Taxels) takes, if the last frame is that of the
-    /// event's sample. The scale is that of the ring's sums.
+    /// They are what a model of [`Input::Taxels`](crate::model::file::Input::Taxels) takes, if the last frame is that
+    /// of the event's sample. The scale is that of the ring's sums.
     pub fn numbers<L: Ln>(&self, scale: &FeatureScale<L>) -> [i16; TAXELS * SAMPLE_FRAMES] {
         let shift = self.shift & 31;
         let mut numbers = [0; TAXELS * SAMPLE_FRAMES];

@@ -239,8 +239,8 @@ impl PathSlide {
     }
 }
 
-/// Returns the sample other than ten features that a model of this input takes; `None` if there is none, or if it shows too little
-/// of the path.
+/// Returns the sample other than ten features that a model of this input takes; `None` if there is none, or if it shows
+/// too little of the path.
 pub fn path_sample(paths: &Paths, input: Input) -> Option<&[i16]> {
     if input == Input::Taxels {
         return paths.light.as_ref().map(<[i16; TAXEL_INPUTS]>::as_slice);

@@ -11,7 +11,8 @@ use crate::model::trained::in_set_order;
 
 /// Writes all samples with their recordings' labels; for each recording, `tests` holds whether it is for tests.
 ///
-/// The samples are those of one input. Other than ten features they are `paths`, one for each event, and zeros if it has none.
+/// The samples are those of one input. Other than ten features they are `paths`, one for each event, and zeros if it
+/// has none.
 ///
 /// # Errors
 /// The file cannot be written.

@@ -1,8 +1,8 @@
 //! A trained model as its trainer saved it: every reader produces it and the writer takes it.
 //!
 //! Inputs are in the order of data sets: input n k + t is feature k of frame t, of n frames. Features are the natural
-//! logarithms that a trainer sees, so an integer x of a sample is x / 2048. Of 25 taxels over time, input 70 i + t is taxel i
-//! of frame t.
+//! logarithms that a trainer sees, so an integer x of a sample is x / 2048. Of 25 taxels over time, input 70 i + t is
+//! taxel i of frame t.
 
 use wstac_core::model::file::{Input, TAXEL_INPUTS, Task};
 use wstac_core::model::speeds::KnownSpeeds;
@@ -209,8 +209,8 @@ pub(crate) const fn input_for(inputs: usize) -> Input {
     if inputs == TAXEL_INPUTS { Input::Taxels } else { Input::Frames }
 }
 
-/// Returns the position of a data set's input in a model file, which is ordered frame by frame. More than 70 frames are the
-/// tens of inputs of taxels.
+/// Returns the position of a data set's input in a model file, which is ordered frame by frame. More than 70 frames are
+/// the tens of inputs of taxels.
 pub fn file_order(input: usize, frames: usize) -> usize {
     if frames > SAMPLE_FRAMES {
         return TAXELS * (input % SAMPLE_FRAMES) + input / SAMPLE_FRAMES;
@@ -218,8 +218,8 @@ pub fn file_order(input: usize, frames: usize) -> usize {
     FEATURES * (input % frames) + input / frames
 }
 
-/// Returns a sample in the order of a model file, with zeros behind it; it is in that of a data set: feature after feature,
-/// of 70 frames each.
+/// Returns a sample in the order of a model file, with zeros behind it; it is in that of a data set: feature after
+/// feature, of 70 frames each.
 pub fn in_file_order(sample: &[i16]) -> [i16; TAXEL_INPUTS] {
     let mut ordered = [0; TAXEL_INPUTS];
     for (input, &number) in sample.iter().enumerate() {

@@ -16,9 +16,10 @@ use wstac_train::model::eval::{Answers, Truth, answers, answers_of_recordings};
 /// Measure a model's accuracy and confusions on data or recordings
 ///
 /// The data set is an .npz file with X, int16 of shape (n, 10, 70) or (n, 700), as wstac dataset writes it. A model of
-/// another input takes X_path, X_taxel_path or X_taxels instead. Accuracy and confusions need the true labels: the array
-/// y, or y_specimen, y_pattern or y_depth by the model's task. For a model of other names it is y, or a y_specimen that
-/// has some of these names. If a data set has only patterns or depths, those of the answered specimen are compared.
+/// another input takes X_path, X_taxel_path or X_taxels instead. Accuracy and confusions need the true labels: the
+/// array y, or y_specimen, y_pattern or y_depth by the model's task. For a model of other names it is y, or a
+/// y_specimen that has some of these names. If a data set has only patterns or depths, those of the answered specimen
+/// are compared.
 ///
 /// Recordings need the label specimen, as for wstac train. Every event is a sample.
 ///

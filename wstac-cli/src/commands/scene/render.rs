@@ -59,6 +59,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "expected a name that ends in .y4m, .raw or .mp4, or -";
         return Err(Error::new(ErrorKind::Usage, path.display(), message).into());
     }
+    let sides = [info.size.width(), info.size.height()];
+    let even = sides.map(|side| side.next_multiple_of(2));
+    if mp4 && even != sides {
+        let message = format_args!(
+            "has frames of {}x{}, expected an even width and height for a video; help: set [sensor] size = [{}, {}], or \
+             write FILE.y4m",
+            sides[0], sides[1], even[0], even[1]
+        );
+        return Err(Error::new(ErrorKind::Unsupported, &info.about, message).into());
+    }
     let header = if raw {
         None
     } else {
@@ -128,7 +138,11 @@ impl Output {
             Self::File(new, path) => new.file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into()),
             Self::Video(_, path, ffmpeg) => {
                 let written = ffmpeg.stdin.as_mut().map_or(Ok(()), |input| input.write_all(bytes));
-                written.map_err(|error| Error::io(path.display(), error).into())
+                written.or_else(|error| {
+                    // It reads no more because it has ended, and its exit code says more than the pipe.
+                    ended(ffmpeg, path)?;
+                    Err(Error::io(path.display(), error).into())
+                })
             }
         }
     }
@@ -138,16 +152,19 @@ impl Output {
             Self::Standard(mut out) => Ok(out.flush()?),
             Self::File(new, _) => Ok(new.commit()?),
             Self::Video(new, path, mut ffmpeg) => {
-                // The end of its input, after which it writes the rest.
-                drop(ffmpeg.stdin.take());
-                let status = ffmpeg.wait().map_err(|error| Error::io(path.display(), error))?;
-                if !status.success() {
-                    return Err(
-                        Error::new(ErrorKind::Io, path.display(), format_args!("ffmpeg failed: {status}")).into()
-                    );
-                }
+                ended(&mut ffmpeg, &path)?;
                 Ok(new.commit()?)
             }
         }
     }
+}
+
+/// Ends the input of ffmpeg, after which it writes the rest, and waits until it has ended.
+fn ended(ffmpeg: &mut Child, path: &Path) -> Result<(), Error> {
+    drop(ffmpeg.stdin.take());
+    let status = ffmpeg.wait().map_err(|error| Error::io(path.display(), error))?;
+    if status.success() {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Io, path.display(), format_args!("ffmpeg failed: {status}")))
 }

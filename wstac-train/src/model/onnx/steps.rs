@@ -29,7 +29,8 @@ pub(super) struct Before {
     pub(super) is_double: bool,
     /// Steps, in their order.
     pub(super) steps: Vec<Step>,
-    /// How far float32 numbers move each sum of the classifier for usual features: standard deviations, if they are known.
+    /// How far float32 numbers move each sum of the classifier for usual features: standard deviations, if they are
+    /// known.
     pub(super) spreads: Vec<f64>,
 }
 

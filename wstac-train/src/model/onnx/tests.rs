@@ -318,7 +318,8 @@ fn steps_before_a_classifier_are_folded() {
     ];
     let nodes = [&scaled[..], &[tree("a")]].concat();
     assert_eq!(answers(&nodes), Ok([0, 0, 0, 1]));
-    // A batch's mean of 0.25 and deviation of 2: (x − 0.25) / 2 · 4 + 1.4995 is above 1 there as well. A Flatten changes nothing.
+    // A batch's mean of 0.25 and deviation of 2: (x − 0.25) / 2 · 4 + 1.4995 is above 1 there as well. A Flatten
+    // changes nothing.
     let batch = [("g", 4.0), ("s", 1.4995), ("m", 0.25), ("v", 4.0)].map(|(name, number)| list(name, &[number; 2]));
     let normal = |inputs: &[&str]| node_of("BatchNormalization", inputs, "a", &[]);
     let scaled_batch = [pick(71), node("Flatten", "p", "q", &[]), normal(&["q", "g", "s", "m", "v"]), tree("a")];
