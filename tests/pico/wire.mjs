@@ -94,6 +94,6 @@ export function modelPieces(file) {
 /** Returns what a message says of a board's model: the checksum in use, whether it was sent, and what happened last. */
 export function modelState(content) {
   const { found, rest } = content[1] ? numbers(content.subarray(2), 1) : { found: [null], rest: content.subarray(2) };
-  // Behind kind and sample is the size.
-  return { checksum: found[0], isSent: rest[0] === 1, step: [...numbers(rest.subarray(3), 1).rest] };
+  // Behind kind and sample is the size, and at the end the newest layout that the board reads: 1, 2.
+  return { checksum: found[0], isSent: rest[0] === 1, step: [...numbers(rest.subarray(3), 1).rest].slice(0, -2) };
 }
