@@ -1020,7 +1020,7 @@ def main():
             ("60 frames per second whatever the divider", {0x11: 0x00}, [DIVIDED], sends(another, clock, rate=r"60\.\d\d")),
             ("45 frames per second", {0x0D: 0x81}, [], sends(another, clock, rate=r"4[45]\.\d\d")),
             ("VGA", {0x65: 0x20}, [], sends("frames of another size", f"{wires}, then register 0x29", lines=480, words=153600)),
-            ("RGB", {0x12: 0x06}, [], sends(order, "the sensor's type, then register 0x0c")),
+            ("RGB", {0x12: 0x06}, [], sends(order, "the data wires and the sensor's type, then register 0x0c")),
         ):
             check.never(name, [SENDS], told, first=[FOUND, *first], slips=slips)
         check.never("an MT9M114", [UNKNOWN], r"says it is 0x2481 \(an MT9M114; OpenMV Cams need an OV7725\), which .*", sensor=Mt9m114)

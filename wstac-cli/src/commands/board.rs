@@ -39,7 +39,8 @@ pub(super) struct Arguments {
 
     /// Set the exposure in lines of the camera
     ///
-    /// At most 264 for an HM01B0, and 500 for an OV7725, OV7690 or OV7692: a longer one does not fit in a frame.
+    /// At 30 frames per second at most 264 for an HM01B0, and 500 for an OV7725, OV7690 or OV7692: a longer one does
+    /// not fit in a frame. At other rates the board says its limit.
     #[arg(long, value_name = "LINES", value_parser = at_least(1_u16))]
     exposure: Option<u16>,
 

@@ -408,7 +408,7 @@ fn identity_in_words(id: u16) -> String {
 fn part_in_words(part: FramePart) -> [&'static str; 2] {
     match part {
         FramePart::Size => ["frames of another size", "the wires HREF, VSYNC and PCLK and the number of data wires"],
-        FramePart::Format => ["bytes in another order, or with color", "the sensor's type"],
+        FramePart::Format => ["bytes in another order, or with color", "the data wires and the sensor's type"],
         FramePart::Pattern => ["bits in another order, or without those of a wire", "the data wires and PCLK"],
         FramePart::Rate => ["frames at another rate", "the sensor's clock, 24 MHz"],
         _ => ["other frames", "the wires"],

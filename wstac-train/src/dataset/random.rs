@@ -8,7 +8,7 @@
 //! lengths = [60, 120]           # mm, from and to
 //! sensors = 500                 # number of different sensors
 //! first_sensor = 0              # number of the first; another set of other sensors has another
-//! seed = 1
+//! seed = 1                      # by default the first sensor's number and one
 //! test = 0.2                    # fraction of the sensors that is for tests
 //! ```
 
@@ -41,7 +41,7 @@ struct RandomSlidesFile {
     lengths: [f64; 2],
     sensors: i64,
     first_sensor: i64,
-    seed: u32,
+    seed: Option<u32>,
     test: f64,
 }
 
@@ -56,7 +56,7 @@ impl Default for RandomSlidesFile {
             lengths: slides.lengths_mm,
             sensors: 500,
             first_sensor: 0,
-            seed: 1,
+            seed: None,
             test: 0.2,
         }
     }
@@ -128,7 +128,8 @@ impl RandomSweep {
         let slides = RandomSlides {
             specimens,
             slides: integer("slides", file.slides, MOST_SLIDES)?,
-            seed: file.seed.into(),
+            // Other sensors have other slides: a test of the same ones would tell nothing.
+            seed: file.seed.map_or(u64::from(first) + 1, u64::from),
             speeds_mm_s: range("speeds", file.speeds, [10.0, 600.0], "mm/s")?,
             directions_deg: range("directions", file.directions, [-360.0, 360.0], "degrees")?,
             lengths_mm: range("lengths", file.lengths, [20.0, 200.0], "mm")?,
@@ -187,6 +188,10 @@ mod tests {
         assert!(first_test == 1008 && found.iter().all(|sensor| (1000..1010).contains(sensor)), "{found:?}");
         let (first_test, found) = sensors("sensors = 10");
         assert!(first_test == 8 && found.iter().all(|sensor| (0..10).contains(sensor)), "{found:?}");
+        // By default, they have none of the slides in common either.
+        let seed = |text: &str| RandomSweep::parse("s", text).unwrap().slides.seed;
+        let seeds = ["", "first_sensor = 1000", "first_sensor = 1000\nseed = 7"].map(seed);
+        assert_eq!(seeds, [1, 1001, 7]);
         let error = RandomSweep::parse("s", "first_sensor = -1").unwrap_err().to_string();
         assert_eq!(error, "s: first_sensor is -1, expected 0 to 1000000000");
     }

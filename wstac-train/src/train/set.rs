@@ -144,7 +144,7 @@ impl TrainingSet {
         let array = array_of(options.input);
         let has = |name: &str| npz.names().any(|found| found == name);
         if !has(array) {
-            let others = [Input::Path, Input::TaxelPath, Input::Frames];
+            let others = [Input::Path, Input::TaxelPath, Input::Frames, Input::Taxels];
             let other = others.into_iter().find(|input| has(array_of(*input)));
             let help = other.map_or_else(String::new, |input| {
                 format!(": it has {} for --input {}", array_of(input), input.name().replace('_', "-"))

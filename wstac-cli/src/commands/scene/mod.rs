@@ -182,7 +182,7 @@ specimen to radius. Other touches: any number of [[touch]] tables.
   kind = "hold"          # a press whose hold is 5 by default
   [[touch]]
   kind = "poke"          # a tip on one whisker
-  whisker = [3, 2]       # its row and column
+  whisker = [3, 3]       # its row and column
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
