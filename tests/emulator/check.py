@@ -1007,7 +1007,7 @@ def main():
         for at in (0, 4, 9, 12, 13, 14, 15):
             said = [FOUND] if at == 0 else [GONE, FOUND]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
-        check.never("no sensor", [GONE], "does not answer; help: check SDA, .*", present=False)
+        check.never("no sensor", [GONE], "does not answer; help: check that it is connected, .*", present=False)
         other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
@@ -1064,7 +1064,7 @@ def check_openmv(host, elf):
     check.faulty("features", {}, (), [])
     check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
     check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 85), [(70, SILENT), (None, BACK)])
-    check.never("no sensor", [GONE], "does not answer; help: check SDA, .*", present=False)
+    check.never("no sensor", [GONE], "does not answer; help: check that it is connected, .*", present=False)
     check.start("data line held low", [HELD, FOUND], holds=5)
     hard_fault = r"hard fault at 0x30000100, called from 0x\w+, fault status 0x\w+"
     check.crash("hard fault", Machine.crash, hard_fault)

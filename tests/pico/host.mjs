@@ -17,12 +17,12 @@ const BUDGETS = FIRMWARE('budgets.toml'), SCENE = FIRMWARE('two_slides.toml');
 const CONFIG = FIRMWARE('../../wstac-fw/wstac.toml');
 // What the host says.
 export const OVERRUN = 'pixels came faster than they were taken';
-export const SILENT = 'the camera sends no pixels; help: check XCLK, PCLK and power';
-export const GONE = 'the camera does not answer; help: check SDA, SCL, their pull-ups, XCLK and power';
+export const SILENT = 'the camera sends no pixels; help: check PCLK, VSYNC, HREF, then XCLK and power';
+export const GONE = 'the camera does not answer; help: check that it is connected, its power, SDA, SCL, their pull-ups and XCLK';
 export const BACK = 'the camera sends frames again';
 export const FORGETS = (register, found, expected) =>
   `the camera does not keep what register ${register} is set to (address 0x24, found ${found}, expected ${expected}); ` +
-  'help: check the supply voltage, then the pull-ups of SDA and SCL';
+  'help: check the sensor\'s type, the supply voltage, then the pull-ups of SDA and SCL';
 /** What a camera sends in place of 30 frames per second of 244 lines of 324 pixels. */
 export const SENDS = (what, found, first, register) => {
   const size = (lines, words, rate) => `${lines} lines, ${words} words, ${rate} per second`;

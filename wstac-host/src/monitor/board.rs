@@ -371,9 +371,12 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
     match fault {
         Fault::Overrun => "pixels came faster than they were taken".to_owned(),
         Fault::LostSync => "a frame did not begin or end when it should have".to_owned(),
-        Fault::SensorSilent => "the camera sends no pixels; help: check XCLK, PCLK and power".to_owned(),
+        Fault::SensorSilent => {
+            "the camera sends no pixels; help: check PCLK, VSYNC, HREF, then XCLK and power".to_owned()
+        }
         Fault::SensorGone => {
-            "the camera does not answer; help: check SDA, SCL, their pull-ups, XCLK and power".to_owned()
+            "the camera does not answer; help: check that it is connected, its power, SDA, SCL, their pull-ups and XCLK"
+                .to_owned()
         }
         Fault::SensorUnknown { id } => {
             format!("the camera says it is {}, which the firmware does not know", identity_in_words(*id))
@@ -384,7 +387,7 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
         }
         Fault::SensorRefuses { register, values: Some(RegisterValues { address, found, expected }) } => format!(
             "the camera does not keep what register {register:#04x} is set to (address {address:#04x}, found {found:#04x}, \
-             expected {expected:#04x}); help: check the supply voltage, then the pull-ups of SDA and SCL"
+             expected {expected:#04x}); help: check the sensor's type, the supply voltage, then the pull-ups of SDA and SCL"
         ),
         Fault::SensorDiffers { part, address, register, found, expected } => {
             let [what, first] = part_in_words(*part);
