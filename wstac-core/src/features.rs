@@ -1,9 +1,11 @@
 //! Turns 25 taxel sums into ten features (SPEC §2, equation 1 of the paper).
 
 use crate::error::ConfigError;
+use crate::green::GreenChannel;
 use crate::ln::constant;
 use crate::ln::{LN_FRACTION_BITS, Ln, fixed::Fixed};
 use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES, ROWS, TAXELS};
+use crate::taxels::FrameGeometry;
 
 /// The ten features of a frame, in units of 2^-11.
 ///
@@ -82,6 +84,15 @@ impl<L: Ln> FeatureScale<L> {
     /// [`ConfigError::SumTooLarge`] if 5 · `pixels` · `full_scale` · `frames` exceeds 32 bits.
     pub fn new(pixels: u32, full_scale: u32, frames: u32, floor: Floor) -> Result<Self, ConfigError> {
         Self::with_ln(pixels, full_scale, frames, floor, L::default())
+    }
+
+    /// Creates the scale of a camera's taxels, with a floor of `floor_levels` gray levels of a taxel.
+    ///
+    /// # Errors
+    /// Returns [`ConfigError::FloorLevels`] if the floor is not 0 to the green full scale.
+    pub fn of<G: GreenChannel>(camera: &FrameGeometry<G>, floor_levels: f64) -> Result<Self, ConfigError> {
+        let (pixels, full_scale) = (camera.pixels(), camera.full_scale());
+        Self::new(pixels, full_scale, camera.rate().frames_added(), Floor::new(floor_levels, full_scale)?)
     }
 
     /// Creates the scale with a log kernel that was chosen at run time.

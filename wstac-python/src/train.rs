@@ -19,7 +19,7 @@ use wstac_train::dataset::random::RandomSweep;
 use wstac_train::dataset::recordings::{comparable, find, parts, read, read_paths};
 use wstac_train::model::calibrate::{LabeledSamples, projection_of};
 use wstac_train::model::eval::is_sample;
-use wstac_train::model::trained::{guess_task, in_file_order};
+use wstac_train::model::trained::{guess_task, vec_in_file_order};
 use wstac_train::model::{Import, import_bytes};
 use wstac_train::train::{LabeledSlide, TrainOptions, TrainedModel, TrainingSet, wilson};
 
@@ -280,7 +280,7 @@ pub(crate) fn learn<'py>(
     let mut slides = LabeledSamples::default();
     for (sample, name) in samples.as_slice()?.chunks_exact(base.inputs()).zip(names) {
         if is_sample(sample) {
-            let numbers = vec![in_file_order(sample)[..sample.len()].to_vec()];
+            let numbers = vec![vec_in_file_order(sample)];
             slides.append(LabeledSamples { numbers, labels: vec![0], names: vec![name] });
         }
     }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use wstac_core::features::{FeatureScale, Floor};
+use wstac_core::features::FeatureScale;
 use wstac_core::law::{Answer, ByWave};
 use wstac_core::paper::trigger::Event;
 use wstac_core::touch::at_once::AtOnce;
@@ -42,9 +42,7 @@ pub(crate) fn in_answers<T>(
 ) -> Option<T> {
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
     let geometry = FrameGeometry::new(Gray, layout, script.sensor.rate).expect("sums fit 32 bits");
-    let (pixels, full_scale) = (geometry.pixels(), geometry.full_scale());
-    let floor = Floor::new(0.5, full_scale).expect("it is the default");
-    let scale = FeatureScale::new(pixels, full_scale, geometry.rate().frames_added(), floor).expect("the floor fits");
+    let scale = FeatureScale::of(&geometry, 0.5).expect("the floor fits");
     let builder = Pipeline::builder(geometry).trigger(TriggerConfig::default().one_event_per_touch());
     let mut pipeline = builder.taxels::<TaxelRing>().build().expect("all parameters are defaults");
     let config = MotionConfig::published(script.sensor.rate).with_readout(Readout::GLOBAL);

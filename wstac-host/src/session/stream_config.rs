@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use wstac_core::features::{FeatureScale, Floor};
+use wstac_core::features::FeatureScale;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
@@ -188,10 +188,8 @@ impl Config {
     /// # Errors
     /// `[features]` does not fit the geometry.
     pub(crate) fn scale_of(&self, geometry: &FrameGeometry<Any>, about: &str) -> Result<FeatureScale, Error> {
-        let (pixels, full_scale, frames) = (geometry.pixels(), geometry.full_scale(), geometry.rate().frames_added());
-        let floor = Floor::new(self.features.floor_levels, full_scale);
-        let scale = floor.and_then(|floor| FeatureScale::new(pixels, full_scale, frames, floor));
-        scale.map_err(|error| self.does_not_fit(about, "[features]", error))
+        FeatureScale::of(geometry, self.features.floor_levels)
+            .map_err(|error| self.does_not_fit(about, "[features]", error))
     }
 
     /// Builds the pipeline of frames of this geometry. Its feature frames are counted from `first` on.

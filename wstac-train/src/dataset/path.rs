@@ -6,8 +6,7 @@ use std::io::{self, Seek, Write};
 use std::ops::Range;
 
 use rayon::prelude::*;
-use wstac_core::error::ConfigError;
-use wstac_core::features::{FeatureScale, Floor};
+use wstac_core::features::FeatureScale;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{ByWave, EventLaw};
 use wstac_core::layout::Layout;
@@ -165,13 +164,6 @@ pub const fn frames_of(input: Input) -> u8 {
     }
 }
 
-/// Returns the scale of taxels in a sample, with the floor of a pipeline that has no other.
-fn scale_of(geometry: &FrameGeometry<Gray>) -> Result<FeatureScale, ConfigError> {
-    let (pixels, full_scale) = (geometry.pixels(), geometry.full_scale());
-    let floor = Floor::new(DEFAULT_FLOOR_LEVELS, full_scale)?;
-    FeatureScale::new(pixels, full_scale, geometry.rate().frames_added(), floor)
-}
-
 fn wrong(error: &dyn std::fmt::Display) -> Error {
     Error::new(ErrorKind::Config, "random slides", error.to_string())
 }
@@ -191,7 +183,7 @@ impl PathSlide {
     ) -> Result<Self, Error> {
         let rate = script.sensor.rate;
         let geometry = FrameGeometry::new(Gray, layout, rate).map_err(|error| wrong(&error))?;
-        let scale = scale_of(&geometry).map_err(|error| wrong(&error))?;
+        let scale: FeatureScale = FeatureScale::of(&geometry, DEFAULT_FLOOR_LEVELS).map_err(|error| wrong(&error))?;
         let trigger = TriggerConfig::default().one_event_per_touch();
         let mut pipeline =
             Pipeline::builder(geometry).trigger(trigger).taxels().build().map_err(|error| wrong(&error))?;
@@ -231,24 +223,26 @@ impl PathSlide {
         if input == Input::Frames {
             return self.frames.iter().any(|number| *number != 0).then_some(&self.frames);
         }
-        if input == Input::Taxels {
-            return self.light.as_deref().map(<[i16; TAXEL_INPUTS]>::as_slice);
-        }
-        let path = if input == Input::TaxelPath { &self.taxel_path } else { &self.path };
-        long_enough(path.as_ref(), input)
+        other_sample(self.light.as_deref(), self.path.as_ref(), self.taxel_path.as_ref(), input)
     }
 }
 
 /// Returns the sample other than ten features that a model of this input takes; `None` if there is none, or if it shows
 /// too little of the path.
 pub fn path_sample(paths: &Paths, input: Input) -> Option<&[i16]> {
-    if input == Input::Taxels {
-        return paths.light.as_ref().map(<[i16; TAXEL_INPUTS]>::as_slice);
-    }
-    long_enough(if input == Input::TaxelPath { &paths.taxels } else { &paths.sums }.as_ref(), input)
+    other_sample(paths.light.as_ref(), paths.sums.as_ref(), paths.taxels.as_ref(), input)
 }
 
-fn long_enough(path: Option<&PathSample>, input: Input) -> Option<&[i16]> {
+fn other_sample<'s>(
+    light: Option<&'s [i16; TAXEL_INPUTS]>,
+    sums: Option<&'s PathSample>,
+    taxels: Option<&'s PathSample>,
+    input: Input,
+) -> Option<&'s [i16]> {
+    if input == Input::Taxels {
+        return light.map(<[i16; TAXEL_INPUTS]>::as_slice);
+    }
+    let path = if input == Input::TaxelPath { taxels } else { sums };
     path.filter(|path| path.covers(frames_of(input))).map(|path| path.numbers().as_slice())
 }
 

@@ -9,7 +9,7 @@ use wstac_core::rate::FrameRate;
 
 use super::path::path_sample;
 use super::{Facts, Sample, by_feature, session};
-use crate::model::trained::in_file_order;
+use crate::model::trained::vec_in_file_order;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::{Output, Paths};
@@ -99,7 +99,7 @@ impl Recording {
         match input {
             Input::Frames => {
                 let sample = self.samples.get(event)?.1.as_flattened();
-                Some(in_file_order(sample)[..sample.len()].to_vec())
+                Some(vec_in_file_order(sample))
             }
             _ => path_sample(self.paths.get(event)?, input).map(<[i16]>::to_vec),
         }

@@ -9,7 +9,7 @@ use wstac_core::model::{Classification, Model};
 use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
 
 use super::npz::{Array, Npz};
-use super::trained::{in_file_order, padded};
+use super::trained::{in_file_order, padded, vec_in_file_order};
 pub use crate::dataset::arrays::array_of;
 use crate::dataset::npz::rows_of;
 use crate::dataset::recordings::Recording;
@@ -182,7 +182,7 @@ pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<Vec<i16>>, Opti
     let npz = Npz::open(path)?;
     let array = array_of(model.input());
     let mut samples = Vec::with_capacity(kept(&npz, array, 0)?);
-    each_sample(&npz, array, 0..=MOST_KEPT, |sample| samples.push(in_file_order(sample)[..sample.len()].to_vec()))?;
+    each_sample(&npz, array, 0..=MOST_KEPT, |sample| samples.push(vec_in_file_order(sample)))?;
     let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
     Ok((samples, truth))
 }

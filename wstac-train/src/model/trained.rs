@@ -230,6 +230,11 @@ pub fn in_file_order(sample: &[i16]) -> [i16; TAXEL_INPUTS] {
     ordered
 }
 
+/// Returns a sample in the order of a model file, as long as it is in that of a data set.
+pub fn vec_in_file_order(sample: &[i16]) -> Vec<i16> {
+    in_file_order(sample)[..sample.len()].to_vec()
+}
+
 /// Returns a sample in the order of a data set; it is in that of a model file: frame after frame.
 pub fn in_set_order(sample: &[i16]) -> Vec<i16> {
     (0..sample.len()).map(|input| sample[file_order(input, frames_in(sample))]).collect()
