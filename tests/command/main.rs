@@ -1,6 +1,7 @@
 //! Tests of the `wstac` command as a program of its own: what it prints, writes and refuses, and how it ends.
 
 mod calibrate;
+mod characterize;
 mod completions;
 mod dataset;
 mod escapes;

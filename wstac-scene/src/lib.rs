@@ -10,6 +10,7 @@
 //! | [`specimen`] | the specimens that slide over the sensor |
 //! | [`sensor`] | the camera: noise, pixels and formats |
 //! | [`source`] | scenes as sources of `wstac-host` |
+//! | [`measured`] | the keys of a scene that a real sensor's slides tell |
 //! | [`effects`] | the modeled effects, and how to switch them off |
 //! | [`along`] | the strain along one whisker |
 //! | [`rng`] | random numbers that are the same on every machine |
@@ -22,6 +23,7 @@ mod elastomer;
 mod elliptic;
 mod keys;
 mod light;
+pub mod measured;
 mod object;
 pub mod rng;
 mod rolling;

@@ -149,7 +149,7 @@ impl FileSlide {
         let (direction_deg, offset_mm) = (checked_direction(self.direction)?, self.offset.unwrap_or(0.0));
         let (skew_key, skew_deg) = match (self.angle, self.skew) {
             (Some(_), Some(_)) if specimen.body == Body::Rod => {
-                return Err("angle is there, expected it without skew".into());
+                return Err("angle and skew both state how the rod lies; leave one of them out".into());
             }
             // Both ends of a rod are alike.
             (Some(angle), None) if specimen.body == Body::Rod => {
@@ -195,7 +195,7 @@ impl FileSlide {
         }
         if body != Body::Prism && is_sphere || matches!(body, Body::Rod | Body::Ball) && is_textured {
             let shape = body.name().unwrap_or_default();
-            return Err(format!("specimen is \"{named}\", expected none with shape = \"{shape}\""));
+            return Err(format!("specimen is \"{named}\", but a {shape} has no texture; leave specimen or shape out"));
         }
         if is_sphere {
             let radius = self.radius.unwrap_or(named.depth_mm);

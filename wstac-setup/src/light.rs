@@ -11,17 +11,19 @@ use crate::calibrate::UNTOUCHED;
 
 /// Reads the light of taxels above what it was in the first 25 frames, as fractions of full scale.
 #[derive(Clone, Debug)]
-pub(crate) struct LightAboveDark {
+pub struct LightAboveDark {
     sums: TaxelSums<Any>,
     untouched: Vec<[f64; TAXELS]>,
-    /// Mean of the untouched frames, and the largest standard deviation of a taxel.
+    /// Mean of the untouched frames, and the largest and the mean standard deviation of a taxel.
     dark: [f64; TAXELS],
     noise: f64,
+    mean_noise: f64,
 }
 
 impl LightAboveDark {
-    pub(crate) fn new(geometry: FrameGeometry<Any>) -> Self {
-        Self { sums: TaxelSums::new(geometry), untouched: Vec::new(), dark: [0.0; TAXELS], noise: 0.0 }
+    /// Creates it before the first frame.
+    pub fn new(geometry: FrameGeometry<Any>) -> Self {
+        Self { sums: TaxelSums::new(geometry), untouched: Vec::new(), dark: [0.0; TAXELS], noise: 0.0, mean_noise: 0.0 }
     }
 
     #[cfg(test)]
@@ -34,13 +36,23 @@ impl LightAboveDark {
         self.untouched.len()
     }
 
-    /// Returns the largest standard deviation of a taxel in the untouched frames.
-    pub(crate) fn noise(&self) -> f64 {
+    /// Returns the largest standard deviation of a taxel in the untouched frames, as a fraction of full scale.
+    pub fn noise(&self) -> f64 {
         self.noise
     }
 
+    /// Returns the root mean square of the taxels' standard deviations in the untouched frames, as a fraction of full scale.
+    pub fn mean_noise(&self) -> f64 {
+        self.mean_noise
+    }
+
+    /// Returns the mean of the untouched frames, as fractions of full scale.
+    pub fn dark(&self) -> &[f64; TAXELS] {
+        &self.dark
+    }
+
     /// Returns the light of a frame behind the untouched ones.
-    pub(crate) fn take(&mut self, event: &SourceEvent<'_>) -> Option<[f64; TAXELS]> {
+    pub fn take(&mut self, event: &SourceEvent<'_>) -> Option<[f64; TAXELS]> {
         let sums = match event {
             SourceEvent::Frame(Frame { bytes, .. }) => self.sums.push_frame(bytes).ok()?,
             SourceEvent::Taxels(frame) => frame.sums,
@@ -65,7 +77,9 @@ impl LightAboveDark {
             self.dark[taxel] = values().sum::<f64>() / count;
             let squares: f64 = values().map(|value| (value - self.dark[taxel]).powi(2)).sum();
             self.noise = self.noise.max((squares / (count - 1.0)).sqrt());
+            self.mean_noise += squares / (count - 1.0) / TAXELS as f64;
         }
+        self.mean_noise = self.mean_noise.sqrt();
     }
 }
 

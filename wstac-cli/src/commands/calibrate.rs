@@ -79,6 +79,25 @@ pub(super) struct Arguments {
     options: SourceArguments,
 }
 
+impl Arguments {
+    /// Returns those of a calibration that writes this configuration.
+    pub(super) fn of(source: OsString, output: PathBuf, options: SourceArguments) -> Self {
+        let (overlay, frames, baud) = (None, None, None);
+        Self {
+            source,
+            output,
+            crosstalk: false,
+            gains: false,
+            overlay,
+            frames,
+            force: false,
+            json: false,
+            baud,
+            options,
+        }
+    }
+}
+
 const NO_READOUT: &str = "no presses tell the readout; if the camera has a rolling shutter, press a flat plate slowly on all \
                           whiskers, hold it, and let go, three times";
 

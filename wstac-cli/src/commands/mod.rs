@@ -3,6 +3,7 @@
 mod arenas;
 mod board;
 mod calibrate;
+mod characterize;
 mod completions;
 mod csv;
 mod dataset;
@@ -137,6 +138,7 @@ enum Command {
     Devices(devices::Arguments),
     Doctor(doctor::Arguments),
     Calibrate(calibrate::Arguments),
+    Characterize(characterize::Arguments),
     Dataset(dataset::Arguments),
     Train(train::Arguments),
     Model(model::Arguments),
@@ -172,6 +174,7 @@ pub(crate) fn main() -> ExitCode {
         Command::Devices(arguments) => devices::run(&arguments),
         Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
+        Command::Characterize(arguments) => characterize::run(&arguments),
         Command::Dataset(arguments) => dataset::run(&arguments),
         Command::Train(arguments) => train::run(&arguments),
         Command::Model(arguments) => model::run(&arguments),

@@ -109,6 +109,35 @@ pub(super) struct Arguments {
     force: bool,
 }
 
+impl Arguments {
+    /// Returns those of a guided session that records the slides of a plan to a folder.
+    pub(super) fn guided(
+        source: OsString,
+        output: PathBuf,
+        plan: PathBuf,
+        config: PathBuf,
+        options: SourceArguments,
+    ) -> Self {
+        Self {
+            sources: vec![source],
+            output,
+            guide: Some(plan),
+            labels: Vec::new(),
+            compress: None,
+            crop: None,
+            features_only: false,
+            config: Some(config),
+            models: Vec::new(),
+            json: false,
+            options,
+            frames: None,
+            duration: None,
+            events: None,
+            force: false,
+        }
+    }
+}
+
 /// The margin around the taxels of a part, in pixels.
 const MARGIN: &str = "16";
 

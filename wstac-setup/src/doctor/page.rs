@@ -81,14 +81,7 @@ impl Page<'_> {
 
     fn write(&self, page: &mut String) -> std::fmt::Result {
         let Self { report, picture, system, configuration, json } = *self;
-        writeln!(page, "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">")?;
-        // A phone lays it out as wide as itself.
-        writeln!(page, "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">")?;
-        // Whatever a text contains, a browser loads and runs nothing.
-        let policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
-        writeln!(page, "<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">")?;
-        writeln!(page, "<title>WSTac: {}</title>", escaped(&report.source))?;
-        writeln!(page, "<style>{STYLE}</style></head><body>\n<h1>Examination of a WSTac sensor</h1>")?;
+        write_head(page, &format!("WSTac: {}", report.source), "Examination of a WSTac sensor")?;
         writeln!(page, "<p>{}</p>\n<h2>Advice</h2>", escaped(&report.source))?;
         if report.healthy {
             writeln!(page, "<p>Nothing to change.</p>")?;
@@ -123,8 +116,20 @@ impl Page<'_> {
     }
 }
 
+/// Writes a page up to its heading.
+pub(crate) fn write_head(page: &mut String, title: &str, heading: &str) -> std::fmt::Result {
+    writeln!(page, "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">")?;
+    // A phone lays it out as wide as itself.
+    writeln!(page, "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">")?;
+    // Whatever a text contains, a browser loads and runs nothing.
+    let policy = "default-src 'none'; img-src data:; style-src 'unsafe-inline'";
+    writeln!(page, "<meta http-equiv=\"Content-Security-Policy\" content=\"{policy}\">")?;
+    writeln!(page, "<title>{}</title>", escaped(title))?;
+    writeln!(page, "<style>{STYLE}</style></head><body>\n<h1>{}</h1>", escaped(heading))
+}
+
 /// Returns a text that shows as it is in HTML, in elements and in attributes.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for character in visible::lines(text).chars() {
         match character {
@@ -140,7 +145,7 @@ fn escaped(text: &str) -> String {
 }
 
 /// Returns bytes in base64 (RFC 4648), with padding.
-fn base64(bytes: &[u8]) -> String {
+pub(crate) fn base64(bytes: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for group in bytes.chunks(3) {

@@ -1,0 +1,67 @@
+//! Tests `wstac characterize` as whoever builds a sensor runs it: slides of a simulated sensor, answers beside the truth, and
+//! the scene that is this sensor.
+
+use std::fs;
+
+use wstac_tests::command::{good, refusal};
+use wstac_tests::folder::Folder;
+
+/// A sensor that is not the default one: dimmer, with a weak whisker, a longer afterglow and more noise.
+const SENSOR: &str = "lead_in = 45\nnoise = 1\n[light]\nflash_ms = 8\nafterglow_ms = 60\ngain_deviation = 0\n\
+                      weak = [[2, 3, 0.5]]\n[sensor]\nsize = [240, 240]\nnoise = 1.5\n";
+const PLAN: &str = "specimens = [\"Fla0\"]\nspeeds = [80, 100]\ndirections = [0, 90]\ncount = 2\n";
+
+#[test]
+fn a_sensor_is_characterized_and_becomes_a_scene() {
+    let folder = Folder::new("characterize");
+    let slides: String = [(80, 0), (80, 0), (80, 90), (80, 90), (100, 0), (100, 0), (100, 90), (100, 90)]
+        .map(|(speed, degrees)| format!("[[slide]]\nspecimen = \"Fla0\"\nspeed = {speed}\ndirection = {degrees}\n"))
+        .concat();
+    let source = format!("scene:{}", folder.file("sensor.toml", &format!("{SENSOR}{slides}")).display());
+    let plan = folder.file("plan.toml", PLAN);
+    let output = &*folder.path("out");
+    let table = good(&["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()]);
+    assert!(table.contains("8 slides: 8 reliable, of which 0 are off"), "{table}");
+    let scene = fs::read_to_string(folder.0.join("out/scene.toml")).unwrap();
+    let number = |key: &str| -> f64 {
+        let line = scene.lines().find_map(|line| line.strip_prefix(key)).unwrap_or_else(|| panic!("{key} in {scene}"));
+        line.split_whitespace().next().unwrap().parse().unwrap()
+    };
+    for (key, expected, most) in
+        [("flash_ms = ", 8.0, 0.12), ("rubbing_ms = ", 0.01, 0.15), ("afterglow_ms = ", 60.0, 0.04)]
+    {
+        assert!((number(key) / expected - 1.0).abs() < most, "{key}: {scene}");
+    }
+    assert!(scene.contains("[2, 3, 0.4") || scene.contains("[2, 3, 0.5"), "{scene}");
+    // It is a scene as soon as it has a slide.
+    let again = folder.file("again.toml", &format!("specimen = \"Fla0\"\nspeed = 100\n{scene}"));
+    let event = good(&["run", &format!("scene:{}", again.display())]);
+    assert!(event.contains("slide, speed"), "{event}");
+    let page = fs::read_to_string(folder.0.join("out/report.html")).unwrap();
+    for part in ["8 slides: 8 reliable", "data:image/png;base64,", "Fla0-80mm_s-90deg-2", "afterglow_ms"] {
+        assert!(page.contains(part), "{part}");
+    }
+
+    // What is there is not made again, and the truth may come from a table.
+    let recording = folder.0.join("out/Fla0-80mm_s-0deg-1.mcap");
+    let before = fs::metadata(&recording).unwrap().modified().unwrap();
+    let truth = folder.file("arm.csv", "recording,speed,direction\nFla0-80mm_s-0deg-1,120,\n");
+    let truth = truth.to_str().unwrap();
+    let table = good(&["characterize", &source, "-o", output, "--truth", truth]);
+    assert!(table.contains("8 reliable, of which 1 are off") && table.contains("120"), "{table}");
+    assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), before);
+    let again = refusal(&["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()]);
+    assert!(again.contains("is the plan of this folder already"), "{again}");
+    for (text, says) in [
+        ("speed\n", "arm.csv: line 1: \"speed\", expected recording,speed,direction"),
+        ("recording,speed,direction\na,1\n", "line 2: 2 fields, expected 3"),
+        ("recording,speed,direction\na,-1,0\n", "line 2: \"-1\", expected a speed in mm/s above 0"),
+        ("recording,speed,direction\na,1,up\n", "line 2: \"up\", expected a direction in degrees"),
+        ("recording,speed,direction\na,1,0\na,1,0\n", "line 3: \"a\" is there twice"),
+        ("recording,speed,direction\na,1,0\n", "a is no recording of"),
+    ] {
+        folder.file("arm.csv", text);
+        let message = refusal(&["characterize", &source, "-o", output, "--truth", truth]);
+        assert!(message.contains(says), "{message}, expected {says}");
+    }
+}

@@ -1,0 +1,235 @@
+//! `wstac characterize` measures a real sensor by slides, and reports its answers beside the truth.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use super::files::Outputs;
+use super::output::{Stop, note};
+use super::source_arguments::SourceArguments;
+use super::{calibrate, record};
+use crate::open;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::output::{Output, OutputOptions};
+use wstac_host::record::labels;
+use wstac_host::session::Processor;
+use wstac_host::source::open::OpenOptions;
+use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
+use wstac_host::text_file::file_text;
+use wstac_scene::Slide;
+use wstac_scene::measured::{MeasuredSensor, MeasuredSlide};
+use wstac_scene::sensor::SensorConfig;
+use wstac_scene::specimen::{Pattern, Specimen};
+use wstac_setup::characterize::{AnswerReport, SlideAnswer, SlideTruth};
+use wstac_setup::light::LightAboveDark;
+use wstac_train::dataset::recordings::find;
+
+/// Measure a sensor: calibrate it, record slides, and report the answers beside the truth
+///
+/// The folder keeps everything. What is there is not made again, so the same command continues after a stop, and makes
+/// the report again.
+#[derive(Debug, clap::Args)]
+#[command(after_long_help = HELP)]
+pub(super) struct Arguments {
+    /// A camera, or any other source of wstac run
+    source: OsString,
+
+    /// The folder for the configuration, the recordings and the report
+    #[arg(short, long, value_name = "FOLDER")]
+    output: PathBuf,
+
+    /// The plan of the slides, as for wstac record --guide
+    ///
+    /// By default, 50 slides of a flat block at 80 to 200 mm/s, to the right and upward.
+    #[arg(long, value_name = "PLAN.toml")]
+    plan: Option<PathBuf>,
+
+    /// The true speeds and directions, such as those of an arm, instead of the planned ones
+    #[arg(long, value_name = "FILE.csv")]
+    truth: Option<PathBuf>,
+
+    #[command(flatten)]
+    options: SourceArguments,
+}
+
+const PLAN: &str = "specimens = [\"Fla0\"]\nspeeds = [80, 100, 120, 150, 200]\ndirections = [0, 90]\ncount = 5\n";
+
+const HELP: &str = r#"Steps:
+  1 FOLDER/wstac.toml is missing: wstac calibrate writes it. Do not touch
+    the sensor for a second; then press a flat plate slowly on all
+    whiskers, hold it, and let go, three times.
+  2 wstac record --guide records each slide of the plan. Use a flat block
+    that is longer and wider than the sensor, with an arm or along a
+    ruler. Only blocks that stay for a second tell the light of rubbing:
+    one of 105 mm at 80 to 150 mm/s.
+  3 The answers are compared with the truth, and the light with that of
+    the same slides of the simulated sensor.
+
+Files of the folder:
+  wstac.toml   the configuration, for --config
+  plan.toml    the plan
+  *.mcap       a recording of each slide
+  report.html  one page to keep or to send; it loads nothing
+  scene.toml   the sensor as keys of a scene: light, gains, noise and
+               afterglow, each with its standard deviation. Put a slide's
+               keys on top, and the simulated sensor is this one.
+
+Truth (--truth FILE.csv):
+  recording,speed,direction
+  Fla0-50mm_s-0deg-1,49.8,0.4
+  recording is the name of the file without .mcap, speed is in mm/s, and
+  direction in degrees: 0 is to the right, 90 up. A field may be empty.
+
+Examples:
+  wstac characterize /dev/video0 -o my-sensor
+  wstac characterize /dev/video0 -o my-sensor --truth arm.csv
+"#;
+
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    let folder = arguments.output.as_path();
+    let truth = arguments.truth.as_deref().map(read_truth).transpose()?.unwrap_or_default();
+    fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+    let [config, plan, page, scene] =
+        ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
+    if !config.exists() {
+        note("1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times");
+        let options = arguments.options.clone();
+        calibrate::run(&calibrate::Arguments::of(arguments.source.clone(), config.clone(), options))?;
+    }
+    if !plan.exists() {
+        let text = arguments.plan.as_deref().map_or_else(|| Ok(PLAN.to_owned()), file_text)?;
+        Outputs::new(false).write(&plan, text)?;
+    } else if arguments.plan.is_some() {
+        let message = "is the plan of this folder already; leave --plan out, or name another folder";
+        return Err(Error::new(ErrorKind::Usage, plan.display(), message).into());
+    }
+    note("2 of 3: slides");
+    let options = arguments.options.clone();
+    let session = record::Arguments::guided(arguments.source.clone(), folder.to_owned(), plan, config.clone(), options);
+    record::run(&session)?;
+    note("3 of 3: answers and light");
+    let mut found = Found::default();
+    for file in find(&[folder.to_owned()])? {
+        found.read(&file, &truth)?;
+    }
+    if let Some(name) = truth.keys().find(|name| !found.names.contains(name)) {
+        let file = arguments.truth.as_deref().unwrap_or(folder).display();
+        let message = format_args!("{name} is no recording of {}", folder.display());
+        return Err(Error::new(ErrorKind::Data, file, message).into());
+    }
+    let measured = found.measured();
+    let overlay = fs::read(config.with_extension("png")).ok();
+    let about = found.info.as_ref().map_or_else(String::new, |info| info.about.clone());
+    let outputs = Outputs::new(true).source(&arguments.source);
+    outputs.write(&page, found.report.to_html(&about, overlay.as_deref(), &measured))?;
+    match measured {
+        Ok(keys) => {
+            outputs.write(&scene, keys)?;
+            note(format_args!("wrote {} and {}", page.display(), scene.display()));
+        }
+        Err(why) => note(format_args!("wrote {}; the sensor's light was not measured: {why}", page.display())),
+    }
+    Ok(write!(super::output::stdout(), "{}", found.report)?)
+}
+
+/// Reads the true speeds and directions of recordings by name.
+fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
+    let text = file_text(path)?;
+    let wrong = |line: usize, message: String| {
+        Error::new(ErrorKind::Data, path.display(), format_args!("line {line}: {message}"))
+    };
+    let mut lines = (1..).zip(text.lines());
+    let heads = lines.next().map(|(_, line)| line.trim()).unwrap_or_default();
+    if heads != "recording,speed,direction" {
+        return Err(wrong(1, format!("{heads:?}, expected recording,speed,direction")));
+    }
+    let mut truth = BTreeMap::new();
+    for (line, row) in lines.filter(|(_, row)| !row.trim().is_empty()) {
+        let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+        let [name, speed, direction] = fields[..] else {
+            return Err(wrong(line, format!("{} fields, expected 3", fields.len())));
+        };
+        let number = |field: &str, expected: &str, is_valid: fn(f64) -> bool| match field {
+            "" => Ok(None),
+            _ => field
+                .parse()
+                .ok()
+                .filter(|number| is_valid(*number))
+                .map(Some)
+                .ok_or_else(|| wrong(line, format!("{field:?}, expected {expected}, or an empty field"))),
+        };
+        let mm_s = number(speed, "a speed in mm/s above 0", |mm_s| mm_s > 0.0 && mm_s.is_finite())?;
+        let degrees = number(direction, "a direction in degrees", f64::is_finite)?;
+        if truth.insert(name.to_owned(), SlideTruth { mm_s, degrees }).is_some() {
+            return Err(wrong(line, format!("{name:?} is there twice, expected each recording once")));
+        }
+    }
+    Ok(truth)
+}
+
+/// What recordings have told.
+#[derive(Default)]
+struct Found {
+    names: Vec<String>,
+    info: Option<StreamInfo>,
+    readout_ms: f64,
+    report: AnswerReport,
+    slides: Vec<MeasuredSlide>,
+}
+
+impl Found {
+    /// Reads a recording of one slide.
+    fn read(&mut self, file: &Path, truth: &BTreeMap<String, SlideTruth>) -> Result<(), Error> {
+        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let mut source = open(file, &OpenOptions::default())?;
+        let info = source.info().clone();
+        let config = config_of(&info, None)?;
+        let labeled = info.recorded.as_ref().map(|recorded| &recorded.labels);
+        let specimen = labeled.and_then(|labels| labels.get("specimen")).cloned().unwrap_or_default();
+        let wrong = |message: String| Error::new(ErrorKind::Data, file.display(), message);
+        let (mm_s, degrees) = labeled.map(labels::check).transpose().map_err(wrong)?.unwrap_or_default();
+        let planned = SlideTruth { mm_s, degrees: degrees.map(f64::from) };
+        let truth = truth.get(&name).copied().unwrap_or(planned);
+        let mut light = LightAboveDark::new(config.geometry(&info)?);
+        let mut processor = Processor::new(&info, &config, OutputOptions::default())?;
+        let (mut frames, mut has_lost, mut answer) = (Vec::new(), false, None);
+        loop {
+            let event = source.next_event()?;
+            frames.extend(light.take(&event));
+            has_lost |= matches!(event, SourceEvent::Lost { .. });
+            let goes_on = processor.process(&event, |output| {
+                if let Output::Event(event) = &output {
+                    answer.get_or_insert_with(|| SlideAnswer::new(name.clone(), truth, event));
+                }
+                Ok::<(), Error>(())
+            })?;
+            if !goes_on {
+                break;
+            }
+        }
+        match answer {
+            Some(answer) => self.report.slides.push(answer),
+            None => self.report.without_event.push(name.clone()),
+        }
+        if let (Some(mm_s), Some(degrees), "Fla0", false) = (truth.mm_s, truth.degrees, &*specimen, has_lost) {
+            let slide = Slide::new(Specimen::block(Pattern::Flat, 0.0), mm_s, degrees);
+            let dark = light.dark().iter().sum::<f64>() / light.dark().len() as f64;
+            self.slides.push(MeasuredSlide { slide, frames, noise: light.mean_noise(), dark });
+        }
+        self.readout_ms = config.sensor.readout.map_or(0.0, |readout| readout.ms().into());
+        self.names.push(name);
+        self.info.get_or_insert(info);
+        Ok(())
+    }
+
+    /// Returns the keys of the scene that is this sensor, or why there are none.
+    fn measured(&self) -> Result<String, String> {
+        let info = self.info.as_ref().ok_or("there is no recording")?;
+        let sensor =
+            SensorConfig { size: info.size, rate: info.rate, readout_ms: self.readout_ms, ..SensorConfig::default() };
+        let found = MeasuredSensor::new(&self.slides, &sensor).map_err(|error| error.to_string())?;
+        Ok(found.to_string())
+    }
+}
