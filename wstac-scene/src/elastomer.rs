@@ -6,7 +6,7 @@ use super::Truth;
 use super::contact::Rub;
 use super::light::LightConfig;
 use super::object::{self, Object};
-use super::skin::{self, Pace, Skin};
+use super::skin::{self, Passing, Skin};
 use super::surface::Surface;
 use super::touch::{Slide, Touch};
 use super::whisker::{Whisker, WhiskerConfig};
@@ -78,7 +78,7 @@ impl Elastomer {
     fn pass_evenly(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
         let under_way = |current: &&Current| current.start < from + length && current.end > from;
         let current = self.current.as_ref().filter(under_way);
-        let pace = current.map(|current| {
+        let passing = current.map(|current| {
             let (speed_mm_s, share) = match &current.touch {
                 _ if !current.objects.is_empty() => (1.0, Some(1.0)),
                 Touch::Slide(slide) => {
@@ -95,9 +95,9 @@ impl Elastomer {
                 // The surface of a press is a path in time.
                 _ => (1.0, None),
             };
-            Pace { speed_mm_s, share, fastest_s: fastest_s(&self.skin.whisker, &self.skin.light, &current.touch) }
+            Passing { speed_mm_s, share, fastest_s: fastest_s(&self.skin.whisker, &self.skin.light, &current.touch) }
         });
-        self.skin.advance(length, pace, |passage, taxel, site, exposure| {
+        self.skin.advance(length, passing, |passage, taxel, site, exposure| {
             let Some(current) = current.filter(|current| current.meets[taxel]) else { return false };
             let passed = passed(current, current.behind_mm[taxel], from);
             let rub = current.rub(taxel, &site.whisker, passed, passage.speed_mm_s, length);

@@ -47,7 +47,7 @@ pub(crate) struct Site {
 
 /// How what is there passes the whiskers in a stretch of time.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pace {
+pub(crate) struct Passing {
     /// See [`Passage`].
     pub speed_mm_s: f64,
     /// The part of the path that `speed_mm_s` counts, or `None` if nothing rubs.
@@ -172,14 +172,14 @@ impl Skin {
     fn advance_to(&mut self, overlap_mm: &[f64; TAXELS], rubbing_mm_s: &[f64; TAXELS], seconds: f64) -> [f64; TAXELS] {
         self.count_touch(overlap_mm, seconds);
         let fastest_mm_s = rubbing_mm_s.iter().copied().fold(0.0, f64::max);
-        let pace = Pace {
+        let passing = Passing {
             // Only a surface has a speed.
             speed_mm_s: 1.0,
             share: Some(1.0),
             fastest_s: fastest_s(&self.whisker, &self.light, Some(fastest_mm_s)),
         };
         let Steps { overlap_mm: before, mut moved_mm, seconds: from, .. } = self.steps;
-        let light = self.advance(seconds, Some(pace), |passage, taxel, site, exposure| {
+        let light = self.advance(seconds, Some(passing), |passage, taxel, site, exposure| {
             let (ends, mm_s) = ([before[taxel], overlap_mm[taxel]], rubbing_mm_s[taxel]);
             let is_met = ends.iter().any(|overlap| *overlap > 0.0);
             if is_met {
@@ -222,25 +222,25 @@ impl Skin {
 
     /// Advances all whiskers by `length` s, and returns the brightness of each base integrated over it, in full scales · s.
     ///
-    /// `meet` advances the tip of a taxel's whisker if something meets it, and returns whether it does. Without a `pace`
+    /// `meet` advances the tip of a taxel's whisker if something meets it, and returns whether it does. Without a `passing`
     /// nothing does.
     pub(crate) fn advance(
         &mut self,
         length: f64,
-        pace: Option<Pace>,
+        passing: Option<Passing>,
         mut meet: impl FnMut(&Passage<'_>, usize, &mut Site, &mut Exposure) -> bool,
     ) -> [f64; TAXELS] {
         let afterglow = self.light.afterglow_ms * 1e-3;
         let relaxation_s = self.whisker.relaxation_ms * 1e-3;
         let flash = self.light.flash_ms * 1e-3 * self.gain;
-        let passage = pace.map(|pace| Passage {
+        let passage = passing.map(|passing| Passage {
             bending: &self.bending,
-            speed_mm_s: pace.speed_mm_s,
+            speed_mm_s: passing.speed_mm_s,
             relaxation_s,
-            step_s: pace.fastest_s / self.fineness,
+            step_s: passing.fastest_s / self.fineness,
             step_mm: WIDEST_STEP * self.whisker.length_mm / self.fineness,
             flash,
-            rubbing: pace.share.map_or(0.0, |share| self.light.rubbing_ms * 1e-3 * self.gain / share),
+            rubbing: passing.share.map_or(0.0, |share| self.light.rubbing_ms * 1e-3 * self.gain / share),
             fluctuation: self.light.fluctuation * self.noise,
             fluctuation_mm: self.light.fluctuation_mm,
         });
