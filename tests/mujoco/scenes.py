@@ -46,13 +46,16 @@ def block(kind: str) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     kept = np.concatenate([[True], np.abs(np.diff(slope)) > 1e-6, [True]])
     behind, top = behind[kept], top[kept]
     count = len(behind)
-    rows = [np.column_stack([-behind, np.full(count, y), -z]) for y in (-WIDTH_MM / 2, WIDTH_MM / 2) for z in (top, np.full(count, BASE_MM))]
+    sides, base = (-WIDTH_MM / 2, WIDTH_MM / 2), np.full(count, BASE_MM)
+    rows = [np.column_stack([-behind, np.full(count, y), -z]) for y in sides for z in (top, base)]
     vertices = np.concatenate(rows) * 1e-3
     right, right_base, left, left_base = (np.arange(count) + k * count for k in range(4))
     faces = []
     # Four sides, each counterclockwise from outside, and both ends.
     for a, b in ((right, left), (right_base, right), (left, left_base), (left_base, right_base)):
-        faces += [(b[k], a[k], a[k + 1]) for k in range(count - 1)] + [(b[k], a[k + 1], b[k + 1]) for k in range(count - 1)]
+        faces += [(b[k], a[k], a[k + 1]) for k in range(count - 1)] + [
+            (b[k], a[k + 1], b[k + 1]) for k in range(count - 1)
+        ]
     for k, turn in ((0, 1), (count - 1, -1)):
         corners = (right_base[k], left_base[k], left[k], right[k])[::turn]
         faces += [corners[:3], (corners[0], corners[2], corners[3])]
@@ -70,10 +73,10 @@ def first_mm(half: float, direction: float) -> float:
 def model(kind: str, direction: float) -> mujoco.MjModel:
     """Returns a sensor whose whiskers point down, and a specimen below it that slides to its x at no force.
 
-    At qpos 0 its leading end is below the middle whisker. `kind` is as "Saw3", or "ball" or "rod" with a diameter in mm.
+    At qpos 0 its leading end is below the middle whisker. `kind` is "Saw3", or "ball12" or "rod 6" of so many mm.
     """
-    spec = mujoco.MjSpec.from_string(f'<mujoco><option timestep="{STEP_S}" gravity="0 0 0"/><worldbody><body name="holder"/></worldbody></mujoco>')
-    wstac.mujoco.attach(spec, "holder")
+    option = f'<option timestep="{STEP_S}" gravity="0 0 0"/>'
+    spec = wstac.mujoco.attach(f'<mujoco>{option}<worldbody><body name="holder"/></worldbody></mujoco>', "holder")
     turned = np.radians(direction) / 2
     crest = (OVERLAP_MM - wstac.Skin().length_mm) * 1e-3
     body = spec.worldbody.add_body(name="specimen", pos=(0, 0, crest), quat=(np.cos(turned), 0, 0, np.sin(turned)))
@@ -102,10 +105,12 @@ class Slide:
         shape, size = kind[:4].strip(), kind[4:]
         what = {"shape": shape, "diameter": float(size)} if shape in ("ball", "rod") else {"specimen": kind}
         self.sensor_keys = {"seed": 0, **scene}
-        self.scene = wstac.simulate({**what, "speed": speed, "direction": direction, "fidelity": "taxel", **self.sensor_keys})
+        keys = {**what, "speed": speed, "direction": direction, "fidelity": "taxel", **self.sensor_keys}
+        self.scene = wstac.simulate(keys)
         self.model = model(kind, direction)
         self.data = mujoco.MjData(self.model)
-        self.sensor = wstac.mujoco.Sensor(self.model, self.data, scene=self.sensor_keys, models="builtin:taxel-path-svm")
+        given = {"scene": self.sensor_keys, "models": "builtin:taxel-path-svm"}
+        self.sensor = wstac.mujoco.Sensor(self.model, self.data, **given)
         half = float(size) / 2 if shape == "ball" else np.inf
         start = self.scene.truth[0].start_s
         # Rangefinders see the state that a step starts with.

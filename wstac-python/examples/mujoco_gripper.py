@@ -89,5 +89,6 @@ def run(listens: bool = True) -> Run:
 if __name__ == "__main__":
     seen = run("--blind" not in sys.argv)
     for slip in seen.slips:
-        print(f"frame {slip.frame}: slip since frame {slip.onset_frame}; the part has moved by {seen.moved_mm[slip.frame]:.1f} mm")
+        moved = seen.moved_mm[slip.frame]
+        print(f"frame {slip.frame}: slip since frame {slip.onset_frame}; the part has moved by {moved:.1f} mm")
     print(f"at the end it has moved by {seen.moved_mm[-1]:.1f} mm")

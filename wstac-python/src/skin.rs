@@ -59,8 +59,8 @@ impl Skin {
         })
     }
 
-    /// Returns the length of a whisker, and for each its place to the right and above, and how far its tip is lowered, float64
-    /// (25, 3); all in mm. A whisker that is not there has NaN.
+    /// Returns the length of a whisker, and for each its place to the right and above, and how far its tip is lowered,
+    /// float64 (25, 3); all in mm. A whisker that is not there has NaN.
     #[getter]
     fn whiskers<'py>(&self, py: Python<'py>) -> PyResult<(f64, Bound<'py, PyAny>)> {
         let (length, whiskers) = self.with(|camera| (camera.skin().length_mm(), camera.skin().whiskers()));

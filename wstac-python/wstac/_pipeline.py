@@ -166,9 +166,9 @@ class Pipeline(Recorded):
     def push_sums(self, sums: NDArray[Any], time_ns: Optional[int] = None) -> Optional[Event]:
         """Takes the 25 taxel sums of a frame in place of its picture. Returns the event that they complete, or None.
 
-        `sums` are whole numbers, (25,) or (5, 5), rows from above. Each is the sum of green over the pixels of a taxel, which
-        `format`, `size` and the layout give: such as 0 to 637500 for GREY of 400 x 400. What follows is what follows from the
-        frame. `Skin.sums` makes them. `time_ns` is as for `push`.
+        `sums` are whole numbers, (25,) or (5, 5), rows from above. Each is the sum of green over the pixels of a taxel,
+        which `format`, `size` and the layout give: such as 0 to 637500 for GREY of 400 x 400. What follows is what
+        follows from the frame. `Skin.sums` makes them. `time_ns` is as for `push`.
 
         Raises `Error` for sums of another length or range, without `format` and `size`, and in a pipeline of frames.
 
@@ -184,7 +184,7 @@ class Pipeline(Recorded):
         time_ns = self._time(time_ns)
         numbers = _skin.numbers("sums", sums)
         if self._native is None:
-            raise _wstac.Error("sums: format or size is not given, expected both, as in Pipeline(\"GREY\", size=(400, 400))")
+            raise _wstac.Error('sums: format or size is not given, expected both, as in Pipeline("GREY", size=(400, 400))')
         return self._pushed(self._native.push_sums(numbers, time_ns))
 
     def _time(self, time_ns: Optional[int]) -> Optional[int]:

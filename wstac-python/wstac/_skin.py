@@ -28,9 +28,9 @@ def numbers(name: str, array: Any) -> NDArray[np.float64]:
 class Skin:
     """The 25 whiskers of a simulated sensor, and the light of their bases as its camera sees it.
 
-    A program says how deep each whisker is in whatever is there; the light follows by the arithmetic of `simulate`. What the
-    whiskers do to the object, drag and a force that pushes it back, is not modeled. `scene` has keys of a scene that are not of
-    touches: `seed`, `noise`, `whisker`, `light`, and `sensor` with a global shutter.
+    A program says how deep each whisker is in whatever is there; the light follows by the arithmetic of `simulate`.
+    What the whiskers do to the object, drag and a force that pushes it back, is not modeled. `scene` has keys of a
+    scene that are not of touches: `seed`, `noise`, `whisker`, `light`, and `sensor` with a global shutter.
 
     >>> import numpy, wstac
     >>> skin = wstac.Skin({"seed": 3})
@@ -50,21 +50,24 @@ class Skin:
         self._length, self._whiskers = self._native.whiskers
         self._whiskers.flags.writeable = False
 
-    def step(self, overlap_mm: NDArray[Any], rubbing_mm_s: Union[float, NDArray[Any]], seconds: float) -> Optional[NDArray[np.float64]]:
+    def step(
+        self, overlap_mm: NDArray[Any], rubbing_mm_s: Union[float, NDArray[Any]], seconds: float
+    ) -> Optional[NDArray[np.float64]]:
         """Advances by `seconds`, in which each whisker's overlap changes evenly to `overlap_mm`.
 
-        Returns the mean light of the bases over the exposure of the frame that ends in this step, float64 (25,) in fractions of
-        full scale, or None if none ends. An overlap is the length in mm by which the upright whisker is in what is there; a gap
-        is below 0. `rubbing_mm_s` is the speed at which a surface moves sideways over the tips, for all or for each. Arrays are
-        (25,) or (5, 5), rows from above. Steps should be about 1 ms long.
+        Returns the mean light of the bases over the exposure of the frame that ends in this step, float64 (25,) in
+        fractions of full scale, or None if none ends. An overlap is the length in mm by which the upright whisker is in
+        what is there; a gap is below 0. `rubbing_mm_s` is the speed at which a surface moves sideways over the tips,
+        for all or for each. Arrays are (25,) or (5, 5), rows from above. Steps should be about 1 ms long.
 
-        Raises `Error` for numbers out of range, and for a step that is longer than a frame. The skin has not changed then.
+        Raises `Error` for numbers out of range, and for a step that is longer than a frame.
         """
-        speeds = np.full(25, rubbing_mm_s, np.float64) if isinstance(rubbing_mm_s, (int, float)) else numbers("rubbing_mm_s", rubbing_mm_s)
+        is_one = isinstance(rubbing_mm_s, (int, float))
+        speeds = np.full(25, rubbing_mm_s, np.float64) if is_one else numbers("rubbing_mm_s", rubbing_mm_s)
         return self._native.step(numbers("overlap_mm", overlap_mm), speeds, seconds)
 
     def sums(self, light: NDArray[np.float64]) -> NDArray[np.uint32]:
-        """Returns the taxel sums of the next frame with this light, uint32 (25,), with the camera's noise: for `Pipeline.push_sums`."""
+        """Returns the taxel sums of the next frame with this light, with the camera's noise: uint32 (25,)."""
         return self._native.sums(numbers("light", light))
 
     def pipeline(self, **options: Any) -> Pipeline:
@@ -88,5 +91,5 @@ class Skin:
 
     @property
     def whiskers(self) -> NDArray[np.float64]:
-        """Each whisker's place to the right of the middle and above it, and how far the dome lowers its tip, float64 (25, 3) in mm."""
+        """Each whisker's place to the right and above, and how far the dome lowers its tip: float64 (25, 3) in mm."""
         return self._whiskers

@@ -11,8 +11,9 @@
         if frame and frame.event:
             print(frame.event.contact, frame.event.speed)
 
-A rangefinder along each whisker reads how deep the whisker is in primitives, meshes and height fields of other bodies.
-Light and answers follow from that. What the whiskers do to the object is not modeled: they neither drag it nor push it back.
+A rangefinder along each whisker reads how deep the whisker is in the primitives and meshes of other bodies.
+Light and answers follow from that. What the whiskers do to the object is not modeled: they neither drag it nor push it
+back.
 """
 
 from __future__ import annotations
@@ -52,12 +53,13 @@ def attach(
 ) -> mujoco.MjSpec:
     """Puts a sensor on a body of a model, and returns the model's `MjSpec`, to be compiled.
 
-    `model` is an `MjSpec`, which is changed, the path of a file, or XML. `pos` in m and `quat` place the base of the middle
-    whisker on `body`, such as on its surface. The sensor's axes are those of its picture: x to the right, y up, and the whiskers
-    point to -z. What `body` itself has before them counts as touched. Several sensors have several names.
+    `model` is an `MjSpec`, which is changed, the path of a file, or XML. `pos` in m and `quat` place the base of the
+    middle whisker on `body`, such as on its surface. The sensor's axes are those of its picture: x to the right, y up,
+    and the whiskers point to -z. What `body` itself has before them counts as touched. Several sensors have several
+    names.
 
-    With `stop_mm`, a plate of the sensor stops objects that are so deep in the middle whisker, such as 3: it is the geom NAME_stop,
-    whose contact and friction are MuJoCo's. `scene` is that of `Skin`.
+    With `stop_mm`, a plate of the sensor stops objects that are so deep in the middle whisker, such as 3: it is the
+    geom NAME_stop, whose contact and friction are MuJoCo's. `scene` is that of `Skin`.
 
     Raises `Error` if the model has no such body, or a sensor of this name.
     """
@@ -71,7 +73,8 @@ def attach(
         spec = mujoco.MjSpec.from_file(os.fspath(model))
     there = spec.body(body)
     if there is None:
-        raise Error(f"model: has no body {body!r}, expected one of {', '.join(of.name for of in spec.bodies if of.name)}")
+        names = ", ".join(of.name for of in spec.bodies if of.name)
+        raise Error(f"model: has no body {body!r}, expected one of {names}")
     if spec.body(name) is not None:
         raise Error(f"model: has a body {name!r} already, expected another name for the sensor")
     skin = Skin(scene)
@@ -91,8 +94,8 @@ def attach(
     return spec
 
 
-# The dome's outer bases are behind the middle one, and may be within the body. So rangefinders start before the middle one, by
-# so many mm that the body's surface is not seen.
+# The dome's outer bases are behind the middle one, and may be within the body. So rangefinders start before the middle
+# one, by so many mm that the body's surface is not seen.
 _START_MM = 0.1
 
 
@@ -136,14 +139,14 @@ class Sensor:
             raise Error(f"model: has no sensor {name!r}, expected one of wstac.mujoco.attach")
         first = int(model.sensor_adr[sensors[0]])
         if (model.sensor_adr[sensors] != first + np.arange(25)).any():
-            raise Error(f"model: the rangefinders of {name!r} are not in a row, expected them as wstac.mujoco.attach adds them")
+            raise Error(f"model: the rangefinders of {name!r} are not in a row, expected those of wstac.mujoco.attach")
         self._sites, self._body = sites, int(model.site_bodyid[sites[0]])
         self._distance = data.sensordata[first : first + 25]
         self._geom = np.zeros(1, np.int32)
         self._twists = np.zeros((2, 6))
         self.reset()
         if not np.allclose(model.site_pos[sites], _starts(self.skin), atol=1e-6):
-            raise Error(f"model: the whiskers of {name!r} are not those of scene, expected the scene of wstac.mujoco.attach")
+            raise Error(f"model: the whiskers of {name!r} are not those of scene, expected that of wstac.mujoco.attach")
         self._reach = self.skin.length_mm - self.skin.whiskers[:, 2] - _START_MM
         self._x, self._y = self.skin.whiskers[:, 0].copy(), self.skin.whiskers[:, 1].copy()
 
@@ -156,13 +159,14 @@ class Sensor:
         self._time = self._data.time
 
     def step(self) -> Optional[Frame]:
-        """Takes the state of the simulation, after each `mujoco.mj_step`. Returns the frame that ends, or None if none does.
+        """Takes the state after each `mujoco.mj_step`. Returns the frame that ends, or None if none does.
 
         Raises `Error` if the time went back, or by more than a camera's frame ahead.
         """
         seconds = self._data.time - self._time
         if seconds <= 0:
-            raise Error(f"data: time went from {self._time} to {self._data.time} s, expected a step ahead\nhelp: call reset() after mj_resetData")
+            found = f"time went from {self._time} to {self._data.time} s"
+            raise Error(f"data: {found}, expected a step ahead\nhelp: call reset() after mj_resetData")
         overlap = self._reach - 1e3 * self._distance
         # Nothing is there: the distance is -1.
         overlap[self._distance < 0] = -1

@@ -113,7 +113,8 @@ impl Passage<'_> {
         }
     }
 
-    /// Advances the tip by `length` s in which its overlap changes evenly from one value to another, in mm; a gap is below 0.
+    /// Advances the tip by `length` s in which its overlap changes evenly from one value to another, in mm; a gap is
+    /// below 0.
     pub(crate) fn approach(
         &self,
         tip: &mut Tip,

@@ -1,5 +1,5 @@
-//! The skin: 25 whiskers and the light of their bases over time. A scene moves surfaces over it; a physics engine says how deep
-//! each whisker is in whatever is there.
+//! The skin: 25 whiskers and the light of their bases over time. A scene moves surfaces over it; a physics engine says
+//! how deep each whisker is in whatever is there.
 
 use wstac_core::params::TAXELS;
 use wstac_host::error::{Error, ErrorKind};
@@ -68,7 +68,7 @@ pub(crate) struct Passing {
 /// // In 10 ms a plate comes down by 2 mm, and stays.
 /// let flash = skin.step(&[2.0; 25], &[0.0; 25], 0.01)?;
 /// let later = skin.step(&[2.0; 25], &[0.0; 25], 0.5)?;
-/// assert!(flash[12] > 0.05 && later[12] < flash[12]);
+/// assert!(flash[12] > 4.0 * later[12] && later[12] > 0.0);
 /// # Ok::<(), wstac_host::error::Error>(())
 /// ```
 #[derive(Clone, Debug)]
@@ -104,7 +104,8 @@ impl Steps {
 }
 
 impl Skin {
-    /// Creates the skin of a scene's sensor at rest: its `whisker`, `light`, `seed` and `noise`. The touches do not count.
+    /// Creates the skin of a scene's sensor at rest: its `whisker`, `light`, `seed` and `noise`. The touches do not
+    /// count.
     pub fn new(script: &SceneConfig) -> Self {
         Self::with_fineness(script, 1.0)
     }
@@ -149,16 +150,17 @@ impl Skin {
         self.whisker.whiskers()
     }
 
-    /// Advances by `seconds`, in which each whisker's overlap changes evenly to `overlap_mm`, and returns the mean light of
-    /// each base, as a fraction of full scale.
+    /// Advances by `seconds`, in which each whisker's overlap changes evenly to `overlap_mm`, and returns the mean
+    /// light of each base, as a fraction of full scale.
     ///
-    /// An overlap is the length in mm by which the upright whisker is in what is there; a gap is below 0. From 95 % of the
-    /// length on, the elastica bends no further. `rubbing_mm_s` is the speed at which a surface moves sideways over each tip.
-    /// Both have the taxels row by row, top to bottom. A step should be about as short as the scene needs: 1 ms.
+    /// An overlap is the length in mm by which the upright whisker is in what is there; a gap is below 0. From 95 % of
+    /// the length on, the elastica bends no further. `rubbing_mm_s` is the speed at which a surface moves sideways over
+    /// each tip. Both have the taxels row by row, top to bottom. A step should be about as short as the scene needs: 1
+    /// ms.
     ///
     /// # Errors
-    /// An overlap is not −10 000 to 10 000 mm, a speed not 0 to 10 000 mm/s, or the time not above 0 and at most 1 s. The skin
-    /// has not changed then.
+    /// An overlap is not −10 000 to 10 000 mm, a speed not 0 to 10 000 mm/s, or the time not above 0 and at most 1 s.
+    /// The skin has not changed then.
     pub fn step(
         &mut self,
         overlap_mm: &[f64; TAXELS],
@@ -220,10 +222,11 @@ impl Skin {
         }
     }
 
-    /// Advances all whiskers by `length` s, and returns the brightness of each base integrated over it, in full scales · s.
+    /// Advances all whiskers by `length` s, and returns the brightness of each base integrated over it, in full scales
+    /// · s.
     ///
-    /// `meet` advances the tip of a taxel's whisker if something meets it, and returns whether it does. Without a `passing`
-    /// nothing does.
+    /// `meet` advances the tip of a taxel's whisker if something meets it, and returns whether it does. Without a
+    /// `passing` nothing does.
     pub(crate) fn advance(
         &mut self,
         length: f64,
@@ -268,7 +271,8 @@ impl Skin {
     }
 }
 
-/// Returns the shortest time scale of whiskers that something rubs at a speed, in s: of afterglow, spring-back or rubbing.
+/// Returns the shortest time scale of whiskers that something rubs at a speed, in s: of afterglow, spring-back or
+/// rubbing.
 pub(crate) fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, rubbing_mm_s: Option<f64>) -> f64 {
     let mut fastest = f64::INFINITY;
     if light.afterglow_ms > 0.0 {
@@ -308,7 +312,7 @@ fn check(overlap_mm: &[f64; TAXELS], rubbing_mm_s: &[f64; TAXELS], seconds: f64,
 ///     if let Some(light) = camera.step(&[overlap; 25], &[0.0; 25], 1e-3)? {
 ///         let sums = camera.sums(&light); // for Pipeline::push_taxels
 ///         frames += 1;
-///         assert_eq!(light[12] > 0.1, frames > 27, "{sums:?}");
+///         assert_eq!(light[12] > 0.01, frames > 27, "{sums:?}");
 ///     }
 /// }
 /// assert_eq!(frames, 30);
@@ -350,8 +354,8 @@ impl SkinCamera {
         Ok(Self { skin, sensor, frame_s, open_s, since_s: 0.0, light: [0.0; TAXELS] })
     }
 
-    /// Advances by `seconds`, as [`Skin::step`] does. Returns the mean light of each base over the exposure of the frame that
-    /// ends in this step, or `None` if none does. Full scale is that of a shutter that is always open.
+    /// Advances by `seconds`, as [`Skin::step`] does. Returns the mean light of each base over the exposure of the
+    /// frame that ends in this step, or `None` if none does. Full scale is that of a shutter that is always open.
     ///
     /// # Errors
     /// Those of [`Skin::step`], or `seconds` is longer than a frame.

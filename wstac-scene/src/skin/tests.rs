@@ -3,7 +3,8 @@ use crate::object::Object;
 use crate::touch::Touch;
 use crate::{Slide, Truth};
 
-/// Returns the light of a scene's frames, and that of a skin that is told the overlaps of its only slide every `step_s` s.
+/// Returns the light of a scene's frames, and that of a skin that is told the overlaps of its only slide every `step_s`
+/// s.
 fn both(text: &str, step_s: f64) -> [Vec<[f64; TAXELS]>; 2] {
     let script = SceneConfig::from_toml("scene", text).unwrap();
     let mut scene = Scene::new(&script).unwrap();
@@ -32,7 +33,8 @@ fn both(text: &str, step_s: f64) -> [Vec<[f64; TAXELS]>; 2] {
     [own, theirs]
 }
 
-/// A skin that is told a scene's overlaps gives the scene's light: within 1 % of the brightest frame, in steps of 0.1 ms.
+/// A skin that is told a scene's overlaps gives the scene's light: within 1 % of the brightest frame, in steps of 0.1
+/// ms.
 #[test]
 fn told_overlaps_give_the_light_of_the_scene() {
     for (text, most) in [
