@@ -34,6 +34,8 @@ class Skin:
 
     >>> import numpy, wstac
     >>> skin = wstac.Skin({"seed": 3})
+    >>> skin.fps, skin.length_mm, skin.whiskers[12].tolist()      # the middle one
+    (30.0, 5.0, [0.0, 0.0, 0.0])
     >>> pipeline = skin.pipeline()
     >>> for step in range(5000):                     # of 1 ms; a plate comes down by 3 mm, and rises again
     ...     moment = step * 1e-3 - 2.0
