@@ -59,7 +59,7 @@ def attach(
     names.
 
     With `stop_mm`, a plate of the sensor stops objects that are so deep in the middle whisker, such as 3: it is the
-    geom NAME_stop, whose contact and friction are MuJoCo's. `scene` is that of `Skin`.
+    geom NAME_stop of 1 g, whose contact and friction are MuJoCo's. `scene` is that of `Skin`.
 
     Raises `Error` if the model has no such body, or a sensor of this name.
     """
