@@ -25,6 +25,7 @@ REFERENCE = {
     "wstac-c/include/wstac.h": Path("api/c/wstac_8h.html"),
     "wstac-fw/capi/include/wstac_fw.h": Path("api/c/wstac__fw_8h.html"),
     "wstac-python/wstac/__init__.py": Path("api/python/wstac.html"),
+    "wstac-python/wstac/mujoco.py": Path("api/python/wstac/mujoco.html"),
 }
 CRATE = re.compile(r"^wstac-([a-z]+)/src/lib\.rs$")
 IMAGE = re.compile(r"(!\[[^\]]*\])\(([^()\s]+)\)")

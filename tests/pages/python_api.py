@@ -1,6 +1,6 @@
-"""Makes the reference of an installed Python package with pdoc. Every warning is an error.
+"""Makes the reference of installed Python packages with pdoc. Every warning is an error.
 
-    python_api.py PACKAGE FOLDER
+    python_api.py PACKAGE… FOLDER
 
 What a class has of a base that is not public is shown as the class's own, because a reader finds it nowhere else.
 """
@@ -24,11 +24,11 @@ def own_members(self: pdoc.doc.Class) -> list[pdoc.doc.Doc]:
 
 def main() -> None:
     """Makes the reference."""
-    package, folder = sys.argv[1:]
+    *packages, folder = sys.argv[1:]
     warnings.simplefilter("error")
     pdoc.doc.Class.own_members = property(own_members)
     pdoc.render.configure(docformat="markdown", show_source=False, search=False)
-    pdoc.pdoc(package, output_directory=Path(folder))
+    pdoc.pdoc(*packages, output_directory=Path(folder))
 
 
 if __name__ == "__main__":

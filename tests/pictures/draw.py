@@ -301,4 +301,5 @@ def main():
         print(f"{path}: {len(content):,} bytes")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -9,6 +9,7 @@ mod dataset;
 mod model;
 mod outputs;
 mod pipeline;
+mod skin;
 mod source;
 mod stream;
 mod train;
@@ -80,6 +81,8 @@ mod _wstac {
     use super::model::Model;
     #[pymodule_export]
     use super::pipeline::{Pipeline, row_bytes};
+    #[pymodule_export]
+    use super::skin::Skin;
     #[pymodule_export]
     use super::source::{Source, is_camera, open_scene, open_source};
     #[pymodule_export]

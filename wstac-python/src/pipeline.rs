@@ -1,11 +1,12 @@
 //! A session of frames that Python pushes.
 
+use std::fs::File;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-use numpy::{PyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::prelude::*;
 use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::params::{COLUMNS, FEATURES, ROWS};
@@ -15,7 +16,7 @@ use wstac_host::record::about::About;
 use wstac_host::record::labels::check;
 use wstac_host::record::{Recorder, new_file};
 use wstac_host::session::{Processor, Session};
-use wstac_host::source::{Frame, Labels, LossReason, SourceEvent, StreamClock};
+use wstac_host::source::{Frame, Labels, LossReason, SourceEvent, StreamClock, SummedFrame};
 
 use crate::config::Config;
 use crate::model::{Model, textures};
@@ -29,10 +30,20 @@ pub(crate) fn row_bytes(format: &str, width: u16) -> PyResult<usize> {
     Ok(stream::row(stream::pixels(format)?, width))
 }
 
-/// Turns frames into records and features.
+/// A session, and what it has given.
+struct State {
+    session: Session,
+    gathered: Gathered,
+    /// The recording before its first event, which says what it has: frames or sums.
+    file: Option<(File, PathBuf, About)>,
+    /// Whether it takes sums; `None` before the first.
+    of_sums: Option<bool>,
+}
+
+/// Turns frames or their sums into records and features.
 #[pyclass(frozen, module = "wstac._wstac")]
 pub(crate) struct Pipeline {
-    state: Mutex<(Session, Gathered)>,
+    state: Mutex<State>,
     about: String,
     /// The bytes that a frame may have: the last row's padding may be missing.
     frame_bytes: RangeInclusive<usize>,
@@ -74,15 +85,15 @@ impl Pipeline {
             .build()
             .map_err(crate::failed_by)?;
         let frame_bytes = whole_frame(session.processor());
-        let mut gathered = Gathered::default();
+        let mut file = None;
         if let Some(path) = record {
             check(&labels).map_err(refused)?;
             let names = models.iter().map(|model| model.file().about().to_owned()).collect();
             let described = About::new(session.info(), &config.0, labels, names).map_err(crate::failed_by)?;
-            let made = new_file(&path).and_then(|file| Recorder::new(file, &path, &described, session.processor()));
-            gathered.recorder = Some(made.map_err(crate::failed_by)?);
+            file = Some((new_file(&path).map_err(crate::failed_by)?, path, described));
         }
-        Ok(Self { state: Mutex::new((session, gathered)), about, frame_bytes })
+        let state = State { session, gathered: Gathered::default(), file, of_sums: None };
+        Ok(Self { state: Mutex::new(state), about, frame_bytes })
     }
 
     /// Takes frames, uint8 (n, bytes), one after the other. `time_ns` is the time of a single one.
@@ -113,6 +124,21 @@ impl Pipeline {
         pushed(py, all)
     }
 
+    /// Takes the 25 sums of a frame, row by row, in place of its bytes.
+    #[pyo3(signature = (sums, time_ns = None))]
+    fn push_sums<'py>(
+        &self,
+        py: Python<'py>,
+        sums: PyReadonlyArray1<'py, f64>,
+        time_ns: Option<u64>,
+    ) -> PyResult<Pushed<'py>> {
+        let numbers = sums.as_slice()?.to_vec();
+        let frame = self.locked(py, |state| SummedFrame::from_numbers(&numbers, state.session.processor().geometry()));
+        let timestamp = time_ns.map(Duration::from_nanos);
+        let frame = SummedFrame { timestamp, ..frame.map_err(crate::failed_by)? };
+        pushed(py, self.take(py, &SourceEvent::Taxels(frame))?)
+    }
+
     /// Keeps the place of lost frames in time.
     fn lose<'py>(&self, py: Python<'py>, frames: u64) -> PyResult<Pushed<'py>> {
         pushed(py, self.take(py, &SourceEvent::Lost { frames, reason: LossReason::Reported })?)
@@ -125,38 +151,52 @@ impl Pipeline {
 
     /// Returns the taxels of the last frame, float32 (5, 5), each a fraction of full scale; `None` if it was lost.
     fn taxels<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let taxels = self.locked(py, |(session, _)| session.processor().taxels());
+        let taxels = self.locked(py, |state| state.session.processor().taxels());
         taxels.map(|taxels| shaped(PyArray1::from_vec(py, taxels.to_vec()), [ROWS, COLUMNS])).transpose()
     }
 
     /// Returns the number of the feature frame that comes next.
     fn next_frame(&self, py: Python<'_>) -> u64 {
-        self.locked(py, |(session, _)| session.processor().pipeline().next_frame())
+        self.locked(py, |state| state.session.processor().pipeline().next_frame())
     }
 }
 
 impl Pipeline {
     /// Uses the state without the interpreter's lock: another thread that has the state may wait for that lock.
-    fn locked<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut (Session, Gathered)) -> T + Send) -> T {
+    fn locked<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut State) -> T + Send) -> T {
         // Nothing in here panics, so the lock is never poisoned.
         py.detach(|| of(&mut self.state.lock().unwrap_or_else(PoisonError::into_inner)))
     }
 
     /// Takes an event, and returns what follows from it.
     fn take(&self, py: Python<'_>, event: &SourceEvent<'_>) -> PyResult<Gathered> {
-        let about = &self.about;
-        let result = self.locked(py, |(session, gathered)| {
-            if session.is_over() {
-                return Err(Error::new(
-                    ErrorKind::Usage,
-                    about,
-                    "the pipeline is finished, expected a new one for more frames",
-                ));
+        self.locked(py, |state| state.take(&self.about, event)).map_err(crate::failed_by)
+    }
+}
+
+impl State {
+    fn take(&mut self, about: &str, event: &SourceEvent<'_>) -> Result<Gathered, Error> {
+        let usage = |message: &str| Err(Error::new(ErrorKind::Usage, about, message));
+        if self.session.is_over() {
+            return usage("the pipeline is finished, expected a new one for more frames");
+        }
+        let of_sums = matches!(event, SourceEvent::Taxels(_));
+        match self.of_sums {
+            Some(false) if of_sums => return usage("sums in a pipeline of frames, expected a pipeline for either"),
+            Some(true) if matches!(event, SourceEvent::Frame(_)) => {
+                return usage("a frame in a pipeline of sums, expected a pipeline for either");
             }
-            gathered.push(session, event)?;
-            Ok(gathered.take_all())
-        });
-        result.map_err(crate::failed_by)
+            _ => {}
+        }
+        if let Some((file, path, mut described)) = self.file.take() {
+            described.info.taxels_only = of_sums;
+            self.of_sums = Some(of_sums);
+            self.gathered.recorder = Some(Recorder::new(file, &path, &described, self.session.processor())?);
+        } else if of_sums || matches!(event, SourceEvent::Frame(_)) {
+            self.of_sums = Some(of_sums);
+        }
+        self.gathered.push(&mut self.session, event)?;
+        Ok(self.gathered.take_all())
     }
 }
 

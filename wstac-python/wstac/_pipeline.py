@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Mapping
-from typing import Optional
+from typing import Any, Optional
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _frames, _wstac
+from . import _frames, _skin, _wstac
 from ._answers import Event, Record, Recorded
 from ._frames import Fps, Frames
 from ._models import Configuration, Models, Path, native_config, native_models
@@ -154,11 +154,7 @@ class Pipeline(Recorded):
 
         Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
         """
-        if (time_ns is not None) != self._timed:
-            found = "no time_ns, expected its time with timed=True" if self._timed else "a time_ns, expected timed=True for it"
-            raise _wstac.Error(f"frame: has {found}")
-        if time_ns is not None:
-            time_ns = _frames.count("time_ns", time_ns, 0, (1 << 63) - 1)
+        time_ns = self._time(time_ns)
         picture = _frames.array(frame)
         code = self._format or _frames.guess(picture, single=True)
         stack = picture[None]
@@ -166,6 +162,36 @@ class Pipeline(Recorded):
         rows = _frames.rows(stack, code, size)
         native = self._native or self._start(code, size)
         return self._pushed(native.push(rows, time_ns))
+
+    def push_sums(self, sums: NDArray[Any], time_ns: Optional[int] = None) -> Optional[Event]:
+        """Takes the 25 taxel sums of a frame in place of its picture. Returns the event that they complete, or None.
+
+        `sums` are whole numbers, (25,) or (5, 5), rows from above. Each is the sum of green over the pixels of a taxel,
+        which `format`, `size` and the layout give: such as 0 to 637500 for GREY of 400 x 400. What follows is what
+        follows from the frame. `Skin.sums` makes them. `time_ns` is as for `push`.
+
+        Raises `Error` for sums of another length or range, without `format` and `size`, and in a pipeline of frames.
+
+        >>> import numpy, wstac
+        >>> pipeline = wstac.Pipeline("GREY", size=(400, 400), fps=30)
+        >>> pipeline.push_sums(numpy.full(25, 127500))
+        >>> pipeline.taxels[0, 0], pipeline.features.shape
+        (np.float32(0.2), (10,))
+        >>> pipeline.push_sums(numpy.full(25, -1))
+        Traceback (most recent call last):
+        wstac.Error: sums: that of row 1, column 1 is -1, expected a whole number from 0 to 637500
+        """
+        time_ns = self._time(time_ns)
+        numbers = _skin.numbers("sums", sums)
+        if self._native is None:
+            raise _wstac.Error('sums: format or size is not given, expected both, as in Pipeline("GREY", size=(400, 400))')
+        return self._pushed(self._native.push_sums(numbers, time_ns))
+
+    def _time(self, time_ns: Optional[int]) -> Optional[int]:
+        if (time_ns is not None) != self._timed:
+            found = "no time_ns, expected its time with timed=True" if self._timed else "a time_ns, expected timed=True for it"
+            raise _wstac.Error(f"frame: has {found}")
+        return None if time_ns is None else _frames.count("time_ns", time_ns, 0, (1 << 63) - 1)
 
     def lose(self, frames: int = 1) -> Optional[Event]:
         """Keeps the place of lost camera frames in time. Returns the event that they complete, or None.

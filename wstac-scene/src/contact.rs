@@ -113,6 +113,20 @@ impl Passage<'_> {
         }
     }
 
+    /// Advances the tip by `length` s in which its overlap changes evenly from one value to another, in mm; a gap is
+    /// below 0.
+    pub(crate) fn approach(
+        &self,
+        tip: &mut Tip,
+        [before, after]: [f64; 2],
+        length: f64,
+        rub: Rub,
+        exposure: &mut Exposure,
+    ) {
+        let overlap = |share: f64| before * (1.0 - share) + after * share;
+        self.over(tip, overlap, [0.0, 1.0], Piece { from: 0.0, to: length }, rub, exposure);
+    }
+
     /// Advances over a segment, or over a part of it between two places in mm, from one moment to another.
     fn cross(
         &self,

@@ -1,42 +1,18 @@
-//! The elastomer with its whiskers: it turns touches into the light of 25 bases over time.
+//! A scene's touches on their way over the skin.
 
 use wstac_core::params::TAXELS;
 
 use super::Truth;
-use super::contact::{Passage, Rub, Tip, spring_back};
-use super::light::{Exposure, Fluctuation, LightConfig, gain};
+use super::contact::Rub;
+use super::light::LightConfig;
 use super::object::{self, Object};
-use super::rng::Rng;
-use super::script::SceneConfig;
+use super::skin::{self, Passing, Skin};
 use super::surface::Surface;
 use super::touch::{Slide, Touch};
-use super::whisker::{Bending, Bent, Whisker, WhiskerConfig};
-
-/// Number of pieces of time in the afterglow's time constant and in the crossing of a period.
-///
-/// Halving the pieces changes no feature by more than 1 unit of 2^-11 (tested).
-const FINENESS: f64 = 32.0;
+use super::whisker::{Whisker, WhiskerConfig};
 
 /// Largest time in which a changing speed counts as even, in s: at the steepest profile it changes by about 1 %.
 const EVEN_S: f64 = 1e-3;
-
-/// Change of the overlap that is divided this way, as a fraction of a whisker's length.
-const WIDEST_STEP: f64 = 0.8;
-
-/// Purposes of random numbers: each has an independent stream.
-const GAINS: u64 = 2;
-const RUNS: u64 = 4;
-const FLUCTUATIONS: u64 = 5;
-
-/// A whisker, its base and the light there.
-#[derive(Clone, Debug)]
-struct Site {
-    whisker: Whisker,
-    tip: Tip,
-    gain: f64,
-    /// Current brightness, as a fraction of full scale.
-    brightness: f64,
-}
 
 /// The touch that is next or in progress.
 #[derive(Clone, Debug)]
@@ -53,57 +29,21 @@ struct Current {
     /// First and last touch, in s.
     start: f64,
     end: f64,
-    gain: f64,
 }
 
-/// All whiskers, and the light of their bases.
+/// A skin over which a scene's touches move.
 #[derive(Clone, Debug)]
 pub(crate) struct Elastomer {
-    whisker: WhiskerConfig,
-    light: LightConfig,
-    bending: Bending,
-    sites: [Option<Site>; TAXELS],
+    skin: Skin,
     current: Option<Current>,
     /// Index of the touch that comes after the current one.
     next: usize,
-    seed: u64,
-    noise: f64,
-    fineness: f64,
 }
 
 impl Elastomer {
     /// Creates the elastomer at rest.
-    pub(crate) fn new(script: &SceneConfig) -> Self {
-        Self::with_fineness(script, 1.0)
-    }
-
-    /// Creates the elastomer at rest with pieces of time that are `finer` times as short.
-    pub(crate) fn with_fineness(script: &SceneConfig, finer: f64) -> Self {
-        let (whisker, light) = (script.whisker, script.light);
-        let mut gains = Rng::new(u64::from(light.unit), GAINS);
-        let mut taxel = 0..;
-        let sites = whisker.whiskers().map(|there| {
-            // Each taxel draws its gain even if it is absent, so that its gain does not depend on which other taxels
-            // are present.
-            let gain = gain(light.gain_deviation, &mut gains);
-            let taxel: usize = taxel.next()?;
-            let gain = if light.dead.has(taxel) { 0.0 } else { gain * light.weak.gain(taxel) };
-            let whisker = there?;
-            // Each touch sets its own overlap.
-            let tip = Tip { overlap_mm: 0.0, bent: Bent::default(), loose: false, fluctuation: Fluctuation::new(0) };
-            Some(Site { whisker, tip, gain, brightness: 0.0 })
-        });
-        Self {
-            bending: Bending::new(&whisker),
-            sites,
-            whisker,
-            light,
-            current: None,
-            next: 0,
-            seed: script.seed,
-            noise: script.noise,
-            fineness: FINENESS * finer,
-        }
+    pub(crate) fn new(skin: Skin) -> Self {
+        Self { skin, current: None, next: 0 }
     }
 
     /// Returns the light of every base over the next `length` s, which start at `from` s.
@@ -112,12 +52,11 @@ impl Elastomer {
     /// s.
     pub(crate) fn expose(&mut self, truth: &[Truth], from: f64, open: f64, length: f64) -> [f64; TAXELS] {
         self.turn_to(truth, from, from + length);
-        let drifted = self.light.drifted(from);
         let light = self.pass(from, open);
         if open < length {
             self.pass(from + open, length - open);
         }
-        self.light.seen(light.map(|light| light * drifted))
+        self.skin.seen(light, from)
     }
 
     /// Advances by `length` s. A stretch in which the speed changes is divided into shorter ones.
@@ -137,16 +76,11 @@ impl Elastomer {
 
     /// Advances by `length` s in which the speed does not change.
     fn pass_evenly(&mut self, from: f64, length: f64) -> [f64; TAXELS] {
-        let afterglow = self.light.afterglow_ms * 1e-3;
-        let relaxation_s = self.whisker.relaxation_ms * 1e-3;
-        // Light that still glows keeps its brightness, whatever gain the next touch has.
-        let gain = self.current.as_ref().map_or(1.0, |current| current.gain);
-        let flash = self.light.flash_ms * 1e-3 * gain;
         let under_way = |current: &&Current| current.start < from + length && current.end > from;
         let current = self.current.as_ref().filter(under_way);
-        let passage = current.map(|current| {
-            let (speed_mm_s, rubbing) = match &current.touch {
-                _ if !current.objects.is_empty() => (1.0, self.light.rubbing_ms * 1e-3 * gain),
+        let passing = current.map(|current| {
+            let (speed_mm_s, share) = match &current.touch {
+                _ if !current.objects.is_empty() => (1.0, Some(1.0)),
                 Touch::Slide(slide) => {
                     let share = slide.normal_share();
                     let mean = if slide.profile.is_some() {
@@ -156,46 +90,22 @@ impl Elastomer {
                     } else {
                         slide.speed_mm_s
                     };
-                    (mean * share, self.light.rubbing_ms * 1e-3 * gain / share)
+                    (mean * share, Some(share))
                 }
                 // The surface of a press is a path in time.
-                _ => (1.0, 0.0),
+                _ => (1.0, None),
             };
-            Passage {
-                bending: &self.bending,
-                speed_mm_s,
-                relaxation_s,
-                step_s: fastest_s(&self.whisker, &self.light, &current.touch) / self.fineness,
-                step_mm: WIDEST_STEP * self.whisker.length_mm / self.fineness,
-                flash,
-                rubbing,
-                fluctuation: self.light.fluctuation * self.noise,
-                fluctuation_mm: self.light.fluctuation_mm,
-            }
+            Passing { speed_mm_s, share, fastest_s: fastest_s(&self.skin.whisker, &self.skin.light, &current.touch) }
         });
-        let mut light = [0.0; TAXELS];
-        for (taxel, (light, site)) in light.iter_mut().zip(&mut self.sites).enumerate() {
-            let Some(site) = site else { continue };
-            let mut exposure = Exposure::new(afterglow, length);
-            match (&passage, current) {
-                (Some(passage), Some(current)) if current.meets[taxel] => {
-                    let passed = passed(current, current.behind_mm[taxel], from);
-                    let rub = current.rub(taxel, &site.whisker, passed, passage.speed_mm_s, length);
-                    let surface = current.surfaces.get(taxel).or(current.surfaces.first());
-                    if let Some(surface) = surface {
-                        passage.advance(&mut site.tip, surface, passed, rub, length, &mut exposure);
-                    }
-                }
-                _ if site.tip.bent.strain > 0.0 => {
-                    spring_back(&mut site.tip, relaxation_s, flash, [0.0, length], &mut exposure);
-                }
-                // The whisker is neither touched nor bright.
-                _ if site.brightness <= 0.0 => continue,
-                _ => {}
+        self.skin.advance(length, passing, |passage, taxel, site, exposure| {
+            let Some(current) = current.filter(|current| current.meets[taxel]) else { return false };
+            let passed = passed(current, current.behind_mm[taxel], from);
+            let rub = current.rub(taxel, &site.whisker, passed, passage.speed_mm_s, length);
+            if let Some(surface) = current.surfaces.get(taxel).or(current.surfaces.first()) {
+                passage.advance(&mut site.tip, surface, passed, rub, length, exposure);
             }
-            *light = site.gain * exposure.close(&mut site.brightness, length);
-        }
-        light
+            true
+        })
     }
 
     /// Returns what each whisker meets of objects, in time; the overlaps of the tips with it are 0.
@@ -207,7 +117,7 @@ impl Elastomer {
     ) -> Vec<Surface> {
         *behind_mm = [0.0; TAXELS];
         let mut surfaces = Vec::new();
-        for (taxel, (site, meets)) in self.sites.iter_mut().zip(meets).enumerate() {
+        for (taxel, (site, meets)) in self.skin.sites.iter_mut().zip(meets).enumerate() {
             let surface = site.as_mut().map(|site| {
                 site.tip.overlap_mm = 0.0;
                 object::surface(objects, taxel, &site.whisker)
@@ -233,28 +143,25 @@ impl Elastomer {
         let (group, is_alone) = (rest.get(..=beside).unwrap_or_default(), beside == 0);
         let number = self.next as u64;
         self.next += group.len();
-        let gain = gain(self.light.run_deviation * self.noise, &mut Rng::new(self.seed, RUNS + (number << 8)));
-        let gain = gain * libm::pow(1.0 - self.light.decay, number as f64);
-        let mut seeds = Rng::new(self.seed, FLUCTUATIONS + (number << 8));
+        self.skin.begin_touch(number);
+        let whisker = self.skin.whisker;
         let (mut meets, mut behind_mm) = ([false; TAXELS], [0.0; TAXELS]);
-        for (taxel, site) in self.sites.iter_mut().enumerate() {
-            let seed = seeds.bits();
+        for (taxel, site) in self.skin.sites.iter_mut().enumerate() {
             if let Some(site) = site {
-                site.tip.fluctuation = Fluctuation::new(seed);
-                site.tip.overlap_mm = overlap_mm(&self.whisker, &site.whisker, &truth.touch);
+                site.tip.overlap_mm = overlap_mm(&whisker, &site.whisker, &truth.touch);
                 meets[taxel] = is_met(&truth.touch, taxel, &site.whisker);
-                behind_mm[taxel] = truth.touch.slide().map_or(0.0, |slide| slide.behind(&site.whisker, &self.whisker));
+                behind_mm[taxel] = truth.touch.slide().map_or(0.0, |slide| slide.behind(&site.whisker, &whisker));
             }
         }
         let mut objects = Vec::new();
         let surfaces = match &truth.touch {
             Touch::Slide(slide) if is_alone && slide.is_even_prism() => {
-                vec![Surface::new(&slide.specimen, self.whisker.overlap_mm)]
+                vec![Surface::new(&slide.specimen, whisker.overlap_mm)]
             }
             Touch::Press(press) if is_alone => vec![Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s)],
             _ => {
                 let after_s = |of: &Truth| of.start_s - truth.start_s;
-                objects.extend(group.iter().map(|of| Object::new(&of.touch, after_s(of), &self.whisker)));
+                objects.extend(group.iter().map(|of| Object::new(&of.touch, after_s(of), &whisker)));
                 self.surfaces_of(&objects, &mut meets, &mut behind_mm)
             }
         };
@@ -266,7 +173,6 @@ impl Elastomer {
             objects,
             start: truth.start_s,
             end: group.iter().fold(truth.end_s, |end, truth| end.max(truth.end_s)),
-            gain,
         });
     }
 }
@@ -292,18 +198,9 @@ impl Current {
 
 /// Returns the shortest time scale of a touch, in s: of texture, afterglow, spring-back or rubbing.
 pub(crate) fn fastest_s(whisker: &WhiskerConfig, light: &LightConfig, touch: &Touch) -> f64 {
-    let mut fastest = touch.slide().map_or(f64::INFINITY, |slide| slide.specimen.finest_mm() / slide.fastest_mm_s());
-    if light.afterglow_ms > 0.0 {
-        fastest = fastest.min(light.afterglow_ms * 1e-3);
-    }
-    if whisker.relaxation_ms > 0.0 {
-        // The spring-back itself is exact; only the moments of release and contact depend on pieces.
-        fastest = fastest.min(16.0 * whisker.relaxation_ms * 1e-3);
-    }
-    if let Some(slide) = touch.slide().filter(|_| light.rubbing_ms > 0.0 && light.fluctuation > 0.0) {
-        fastest = fastest.min(3.0 * light.fluctuation_mm / slide.fastest_mm_s());
-    }
-    fastest
+    let slide = touch.slide();
+    let texture_s = slide.map_or(f64::INFINITY, |slide| slide.specimen.finest_mm() / slide.fastest_mm_s());
+    skin::fastest_s(whisker, light, slide.map(Slide::fastest_mm_s)).min(texture_s)
 }
 
 /// Returns whether a touch reaches a whisker.

@@ -11,6 +11,7 @@
 //! | [`sensor`] | the camera: noise, pixels and formats |
 //! | [`source`] | scenes as sources of `wstac-host` |
 //! | [`measured`] | the keys of a scene that a real sensor's slides tell |
+//! | [`skin`] | whiskers and their light, for a scene or a physics engine |
 //! | [`effects`] | the modeled effects, and how to switch them off |
 //! | [`along`] | the strain along one whisker |
 //! | [`rng`] | random numbers that are the same on every machine |
@@ -29,6 +30,7 @@ pub mod rng;
 mod rolling;
 pub mod script;
 pub mod sensor;
+pub mod skin;
 pub mod source;
 pub mod specimen;
 mod surface;
@@ -46,8 +48,9 @@ use self::rolling::RollingShutter;
 pub use self::script::SceneConfig;
 use self::sensor::auto_exposure::{AutoExposure, Interval};
 use self::sensor::{Fidelity, Sensor, SensorConfig};
+pub use self::skin::{Skin, SkinCamera};
 pub use self::touch::{Held, Press, PressKind, Rest, Slide, SpeedProfile, Touch, Twist};
-pub use self::whisker::{Present, WhiskerConfig};
+pub use self::whisker::{Present, Whisker, WhiskerConfig};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::source::LossReason;
 
@@ -133,7 +136,7 @@ impl Scene {
         let rolling = (readout_s != 0.0).then(|| RollingShutter::new(readout_s, frame_s, nominal.layout()));
         Ok(Self {
             truth,
-            elastomer: Elastomer::new(script),
+            elastomer: Elastomer::new(Skin::new(script)),
             sensor: nominal,
             long,
             config,

@@ -83,7 +83,7 @@ pub(crate) const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
 /// A checked scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneConfig {
-    /// The touches in the order of time, at least one.
+    /// The touches in the order of time: at least one, but none for a [`Skin`](crate::Skin).
     pub touches: Vec<Touch>,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -143,9 +143,28 @@ impl SceneConfig {
     /// # Errors
     /// [`SceneConfig::from_toml`] would fail.
     pub fn from_table(subject: &str, table: toml::Table) -> Result<Self, Error> {
-        let file = table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned());
-        file.and_then(check).map_err(|message| Error::new(ErrorKind::Config, subject, message))
+        of_table(table).and_then(check).map_err(|message| Error::new(ErrorKind::Config, subject, message))
     }
+
+    /// Reads a script without touches, for a [`Skin`](crate::Skin), that is a table of a larger file, `subject`.
+    ///
+    /// # Errors
+    /// A touch is there, or [`SceneConfig::from_table`] would fail with one.
+    pub fn from_table_without_touches(subject: &str, table: toml::Table) -> Result<Self, Error> {
+        let checked = of_table(table).and_then(|file| {
+            let touches = [("slide", !file.slide.is_empty()), ("touch", !file.touch.is_empty())];
+            let mut keys = touches.into_iter().filter_map(|(key, is_there)| is_there.then_some(key)).chain(file.keys());
+            match keys.next() {
+                Some(key) => Err(format!("{key} is there, expected no touch: the program says what touches")),
+                None => check_sensor(file, Vec::new()),
+            }
+        });
+        checked.map_err(|message| Error::new(ErrorKind::Config, subject, message))
+    }
+}
+
+fn of_table(table: toml::Table) -> Result<SceneFile, String> {
+    table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned())
 }
 
 fn parse_short(text: &str) -> Result<SceneConfig, String> {
@@ -209,6 +228,11 @@ fn check(file: SceneFile) -> Result<SceneConfig, String> {
         let name = if file.touch.is_empty() { "slide" } else { "touch" };
         return Err(format!("[[{name}]] is there {} times, expected at most {MOST_TOUCHES}", touches.len()));
     }
+    check_sensor(file, touches)
+}
+
+/// Checks all of a scene's file but its touches.
+fn check_sensor(file: SceneFile, touches: Vec<Touch>) -> Result<SceneConfig, String> {
     file.whisker.check_table()?;
     file.light.check_table()?;
     let SceneFile { whisker, light, sensor, fidelity, .. } = file;

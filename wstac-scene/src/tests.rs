@@ -141,7 +141,7 @@ fn other_frame_rates_see_the_same_slide() {
 /// floored as by default.
 fn exact_features(script: &SceneConfig, finer: f64) -> Vec<[f64; 10]> {
     let mut scene = Scene::new(script).unwrap();
-    scene.elastomer = Elastomer::with_fineness(script, finer);
+    scene.elastomer = Elastomer::new(Skin::with_fineness(script, finer));
     let mut features = Vec::new();
     while let Some((light, _)) = scene.next_light() {
         let light = light.map(|light| light + 1.0 / 255.0);

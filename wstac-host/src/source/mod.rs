@@ -39,13 +39,14 @@ use wstac_core::green::GreenChannel;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
 use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::FrameSize;
-use wstac_core::params::TAXELS;
+use wstac_core::params::{COLUMNS, TAXELS};
 use wstac_core::rate::FrameRate;
+use wstac_core::taxels::FrameGeometry;
 pub use wstac_core::touch::motion::{ReadoutTime, RowOrder};
 
 use crate::camera::CameraState;
 use crate::config::Config;
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 
 pub use self::crop::Crop;
 pub use crate::frame_clock::{Stamp, StreamClock};
@@ -237,6 +238,27 @@ impl SummedFrame {
     pub fn new(sums: [u32; TAXELS]) -> Self {
         Self { sums, ..Self::default() }
     }
+
+    /// Creates a frame of numbers from outside, row by row, without a time or a number.
+    ///
+    /// # Errors
+    /// There are not 25 of them, or one is not a whole number from 0 to a taxel's pixels times their full scale.
+    pub fn from_numbers(numbers: &[f64], geometry: &FrameGeometry<Any>) -> Result<Self, Error> {
+        let refused = |message: &dyn fmt::Display| Error::new(ErrorKind::Frame, "sums", message);
+        let most = f64::from(geometry.pixels()) * f64::from(geometry.full_scale());
+        let found = numbers.len();
+        let numbers = <&[f64; TAXELS]>::try_from(numbers)
+            .map_err(|_| refused(&format_args!("are {found} numbers, expected {TAXELS}")))?;
+        let is_wrong = |number: &f64| !(0.0..=most).contains(number) || number.fract() != 0.0;
+        if let Some(taxel) = numbers.iter().position(is_wrong) {
+            let (row, column, number) = (taxel / COLUMNS + 1, taxel % COLUMNS + 1, numbers[taxel]);
+            let message = format_args!(
+                "that of row {row}, column {column} is {number}, expected a whole number from 0 to {most}"
+            );
+            return Err(refused(&message));
+        }
+        Ok(Self::new(numbers.map(|number| number as u32)))
+    }
 }
 
 /// The next thing that a source gives.
@@ -390,6 +412,7 @@ pub fn config_of(info: &StreamInfo, given: Option<Config>) -> Result<Config, Err
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wstac_core::layout::Layout;
 
     #[test]
     fn faults_survive_a_recording() {
@@ -402,5 +425,29 @@ mod tests {
         assert_eq!(fault.to_string(), "no signal; waiting for it");
         let other = "no signal; waiting for it, of a newer program";
         assert_eq!(Fault::from_text(FaultKind::NoSignal, other), Fault::new(FaultKind::NoSignal, other));
+    }
+    #[test]
+    fn numbers_from_outside_are_sums_or_refused() {
+        let gray = Any::new(PixelFormat::Gray, YcbcrEncoding::default(), YcbcrMethod::Exact);
+        let layout = Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap();
+        let geometry = FrameGeometry::new(gray, layout, FrameRate::NOMINAL).unwrap();
+        let most = f64::from(geometry.pixels() * geometry.full_scale());
+        let numbers = |number: f64| {
+            let mut all = [0.0; TAXELS];
+            all[7] = number;
+            all
+        };
+        for right in [0.0, 1.0, most] {
+            let sums = SummedFrame::from_numbers(&numbers(right), &geometry).unwrap().sums;
+            assert_eq!((sums[7], sums[8]), (right as u32, 0));
+        }
+        for wrong in [-1.0, 0.5, most + 1.0, f64::NAN, f64::INFINITY] {
+            let error = SummedFrame::from_numbers(&numbers(wrong), &geometry).unwrap_err();
+            assert!(error.to_string().contains(&format!("row 2, column 3 is {wrong}, expected")), "{error}");
+        }
+        for length in [0, 24, 26] {
+            let error = SummedFrame::from_numbers(&vec![0.0; length], &geometry).unwrap_err();
+            assert_eq!(error.to_string(), format!("sums: are {length} numbers, expected 25"));
+        }
     }
 }
