@@ -93,7 +93,26 @@ struct XgbTree {
     split_conditions: Vec<f32>,
     #[serde(default)]
     split_type: Vec<u8>,
+    #[serde(default)]
+    default_left: Vec<Flag>,
     tree_param: TreeParameters,
+}
+
+/// A truth value, which versions write as a number or as a word.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Flag {
+    Number(f64),
+    Word(bool),
+}
+
+impl Flag {
+    fn is_true(&self) -> bool {
+        match self {
+            Self::Number(number) => *number != 0.0,
+            Self::Word(word) => *word,
+        }
+    }
 }
 
 #[derive(Deserialize)]
@@ -156,6 +175,14 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
         // Probabilities are float32: XGBoost treats scores as equal that are closer than its rounding.
         remarks.push("the highest score wins, also where XGBoost rounds two probabilities to the same: scores that differ by less than 2.4e-7".into());
     }
+    if model.trees.iter().any(|tree| sides(tree).any(|left| left))
+        && model.trees.iter().any(|tree| sides(tree).any(|left| !left))
+    {
+        remarks.push(
+            "warning: its training had missing values: with missing=0, answers for features of 0 differ; help: train it with missing=numpy.nan"
+                .into(),
+        );
+    }
     let mut used = model.trees.len();
     if let Some(best) = &attributes.best_iteration {
         // Training stopped early: later trees are in the file, but predictions leave them out.
@@ -189,6 +216,13 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
         Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean: None },
         Origin { tool: format!("XGBoost {}", version.join(".")), spreads: Vec::new() },
     ))
+}
+
+/// Iterates over the splits of a tree: whether they send missing values to the left.
+///
+/// All of a model do, or none (by its `tree_method`), unless values were missing in its training.
+fn sides(tree: &XgbTree) -> impl Iterator<Item = bool> {
+    tree.default_left.iter().zip(&tree.left_children).filter(|(_, left)| **left >= 0).map(|(flag, _)| flag.is_true())
 }
 
 /// Returns the score of a probability: XGBoost's start, in float32 with the system's own logarithm.
