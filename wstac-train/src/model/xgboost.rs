@@ -102,17 +102,8 @@ struct XgbTree {
 #[derive(Deserialize)]
 #[serde(untagged)]
 enum Flag {
-    Number(f64),
+    Number(u8),
     Word(bool),
-}
-
-impl Flag {
-    fn is_true(&self) -> bool {
-        match self {
-            Self::Number(number) => *number != 0.0,
-            Self::Word(word) => *word,
-        }
-    }
 }
 
 #[derive(Deserialize)]
@@ -175,13 +166,10 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
         // Probabilities are float32: XGBoost treats scores as equal that are closer than its rounding.
         remarks.push("the highest score wins, also where XGBoost rounds two probabilities to the same: scores that differ by less than 2.4e-7".into());
     }
-    if model.trees.iter().any(|tree| sides(tree).any(|left| left))
-        && model.trees.iter().any(|tree| sides(tree).any(|left| !left))
-    {
-        remarks.push(
-            "warning: its training had missing values: with missing=0, answers for features of 0 differ; help: train it with missing=numpy.nan"
-                .into(),
-        );
+    let has_side = |side| model.trees.iter().flat_map(sides).any(|left| left == side);
+    if has_side(true) && has_side(false) {
+        let why = "its training had missing values: with missing=0, answers for features of 0 differ";
+        remarks.push(format!("warning: {why}; help: train it with missing=numpy.nan"));
     }
     let mut used = model.trees.len();
     if let Some(best) = &attributes.best_iteration {
@@ -222,7 +210,8 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
 ///
 /// All of a model do, or none (by its `tree_method`), unless values were missing in its training.
 fn sides(tree: &XgbTree) -> impl Iterator<Item = bool> {
-    tree.default_left.iter().zip(&tree.left_children).filter(|(_, left)| **left >= 0).map(|(flag, _)| flag.is_true())
+    let splits = tree.default_left.iter().zip(&tree.left_children).filter(|(_, left)| **left >= 0);
+    splits.map(|(flag, _)| !matches!(flag, Flag::Number(0) | Flag::Word(false)))
 }
 
 /// Returns the score of a probability: XGBoost's start, in float32 with the system's own logarithm.
