@@ -102,7 +102,8 @@ def boosted(X, y):
 
 def gradient_boosted(X, y):
     # As many splits as the trees of XGBoost have, for C compilers take very long over code of much larger trees.
-    return lightgbm.LGBMClassifier(n_estimators=100, num_leaves=7, max_bin=64, random_state=0, n_jobs=1, verbose=-1).fit(X, y)
+    options = {"num_leaves": 7, "max_bin": 64, "random_state": 0, "n_jobs": 1, "verbose": -1}
+    return lightgbm.LGBMClassifier(n_estimators=100, **options).fit(X, y)
 
 
 def linear(X, y):

@@ -100,7 +100,8 @@ def train_one(wanted: Choice, train: Slides, path: Path) -> None:
         file, options = wanted.candidate.save(model, Path(work), 10 * wanted.frames)
         if wanted.candidate.kind == "network":
             # Its values have the range of the samples.
-            np.savez(Path(work, "set.npz"), X=train.x.reshape(len(train), -1, FRAMES), scale=SCALE, y_specimen=train.specimen)
+            samples = train.x.reshape(len(train), -1, FRAMES)
+            np.savez(Path(work, "set.npz"), X=samples, scale=SCALE, y_specimen=train.specimen)
             options += ["--check", str(Path(work, "set.npz"))]
         note = f"{wanted.candidate.words}, {len(train)} simulated slides in {TRAIN_RUNS} runs, first {wanted.frames} frames"
         run_wstac(["model", "import", str(file), "-o", str(path), "--speeds", "100,200", "--note", note, *options])

@@ -102,8 +102,8 @@ class TextureClassifier(Estimator):
     def predict_proba(self) -> Callable[[Any], NDArray[np.float64]]:
         """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`.
 
-        Those of a row of zeros, which has no sample, are equal, because scikit-learn takes no NaN. As in scikit-learn, there is
-        no such method (AttributeError) if the training had too few groups for a calibration.
+        Those of a row of zeros, which has no sample, are equal, because scikit-learn takes no NaN. As in scikit-learn, there
+        is no such method (AttributeError) if the training had too few groups for a calibration.
         """
         if self.__sklearn_is_fitted__() and self.model_._native.probabilities(np.zeros((0, self.n_features_in_), np.int16)) is None:
             message = "TextureClassifier: has no calibration, expected 3 groups of each label and about 35 samples of it"
