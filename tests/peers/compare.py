@@ -19,6 +19,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
+import lightgbm
 import numpy as np
 import onnxruntime
 import xgboost
@@ -36,6 +37,8 @@ ROUNDS = 15
 """Rounds over the test samples on the host; the fastest counts."""
 FLASH = 4 << 20
 """The emulated board's."""
+TITLES = {"lightgbm": "LightGBM"}
+"""Heads of kinds that are a name."""
 PATIENCE = 1800
 """Seconds that a compiler may take over one model."""
 
@@ -171,6 +174,9 @@ def time_runtimes(trained: Trained) -> list[Row]:
         booster = trained.model.get_booster()
         booster.set_param({"nthread": 1})
         add(f"XGBoost {xgboost.__version__}", "`Booster.inplace_predict`, 1 thread", booster.inplace_predict, 300)
+    elif trained.kind == "lightgbm":
+        call = lambda sample: trained.model.booster_.predict(sample, num_threads=1)  # noqa: E731
+        add(f"LightGBM {lightgbm.__version__}", "`Booster.predict`, 1 thread", call, 300)
     else:
         add("scikit-learn 1.9.1", "`predict`", trained.model.predict, 50)
     if trained.onnx:
@@ -197,7 +203,7 @@ def compare(wstac: str, trained: Trained, folder: Path) -> str:
 
 def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
     """Returns Markdown: the board's table, then the host's times."""
-    lines = [f"## {trained.kind.capitalize()}", "", f"{trained.facts}.", ""]
+    lines = [f"## {TITLES.get(trained.kind, trained.kind.capitalize())}", "", f"{trained.facts}.", ""]
     lines += ["| Cortex-M4 | setting | instructions, mean | maximum | flash, bytes | agreement, % |", "| --- | --- | --: | --: | --: | --: |"]
     for row in rows:
         if row.cost:

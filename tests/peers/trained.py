@@ -1,16 +1,21 @@
-"""The data and the four trained models that are compared. All of it is made once and kept in one folder."""
+"""The data and the trained models that are compared. All of it is made once and kept in one folder."""
 
 from __future__ import annotations
 
 import copy
 import json
 import pickle
+import re
 import subprocess
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import lightgbm
 import numpy as np
 import xgboost
+from onnxmltools import convert_lightgbm, convert_xgboost
+from onnxmltools.convert.common.data_types import FloatTensorType as Floats
 from sklearn.ensemble import RandomForestClassifier
 from sklearn.neural_network import MLPClassifier
 from sklearn.svm import LinearSVC
@@ -21,7 +26,7 @@ UNITS = 2048
 """A feature's integer is its natural logarithm times this. Being a power of two it scales float thresholds exactly."""
 SWEEP = "speeds = [100, 150, 200]\ndirections = [0, 90, 180, 270]\nslides = {slides}\nseed = {seed}\n"
 TRAIN, TEST = {"slides": 100, "seed": 1}, {"slides": 200, "seed": 100_001}
-KINDS = ("linear", "boosted", "forest", "network")
+KINDS = ("linear", "boosted", "lightgbm", "forest", "network")
 
 
 @dataclass
@@ -68,7 +73,7 @@ def all_trained(wstac: str, folder: Path, kinds: tuple[str, ...]) -> list[Traine
     logs = (X.reshape(len(X), -1) / UNITS).astype(np.float32)
     flat = test.reshape(len(test), -1)
     test_logs = (flat / UNITS).astype(np.float32)
-    makers = {"forest": forest, "boosted": boosted, "linear": linear, "network": network}
+    makers = {"forest": forest, "boosted": boosted, "lightgbm": gradient_boosted, "linear": linear, "network": network}
     found = []
     # A library that is imported here makes an underflow of exp an error.
     np.seterr(under="ignore")
@@ -93,6 +98,12 @@ def forest(X, y):
 def boosted(X, y):
     # 64 bins per feature train four times as fast. The weight makes the trees as large as they are on recorded data.
     return xgboost.XGBClassifier(n_estimators=100, max_bin=64, min_child_weight=0.4, n_jobs=1).fit(X, y)
+
+
+def gradient_boosted(X, y):
+    # As many splits as the trees of XGBoost have, for C compilers take very long over code of much larger trees.
+    options = {"num_leaves": 7, "max_bin": 64, "random_state": 0, "n_jobs": 1, "verbose": -1}
+    return lightgbm.LGBMClassifier(n_estimators=100, **options).fit(X, y)
 
 
 def linear(X, y):
@@ -127,26 +138,40 @@ def boosted_in_units(model):
     return scaled
 
 
+def gradient_boosted_in_units(model):
+    def in_units(found: re.Match) -> str:
+        return "threshold=" + " ".join(repr(float(threshold) * UNITS) for threshold in found[1].split())
+
+    text = re.sub(r"^threshold=(.*)$", in_units, model.booster_.model_to_string(), flags=re.MULTILINE)
+    model = copy.deepcopy(model)
+    # Without the sizes of the former trees, they are read one after the other.
+    model._Booster = lightgbm.Booster(model_str=re.sub(r"^tree_sizes=.*\n", "", text, flags=re.MULTILINE))
+    return model
+
+
 def linear_in_units(model):
     model = copy.deepcopy(model)
     model.coef_ = model.coef_ / UNITS
     return model
 
 
-UNITED = {"forest": forest_in_units, "boosted": boosted_in_units, "linear": linear_in_units, "network": network_in_units}
+UNITED = {
+    "forest": forest_in_units, "boosted": boosted_in_units, "lightgbm": gradient_boosted_in_units,
+    "linear": linear_in_units, "network": network_in_units,
+}
 
 
 def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
     """Writes the files that Wstac imports and that ONNX Runtime runs."""
     onnx = folder / f"{kind}.onnx"
     inputs = [("X", FloatTensorType([None, 700]))]
+    if kind == "lightgbm":
+        onnx.write_bytes(convert_lightgbm(model, initial_types=[("X", Floats([None, 700]))]).SerializeToString())
+        return onnx, onnx
     if kind == "boosted":
         file = folder / "boosted.ubj"
         model.save_model(file)
         try:
-            from onnxmltools import convert_xgboost
-            from onnxmltools.convert.common.data_types import FloatTensorType as Floats
-
             onnx.write_bytes(convert_xgboost(model, initial_types=[("X", Floats([None, 700]))]).SerializeToString())
         except Exception as error:  # whatever error a converter has, there is no file for ONNX Runtime
             print(f"onnxmltools cannot convert the boosted trees: {error}")
@@ -155,6 +180,15 @@ def save(kind: str, model, folder: Path) -> tuple[Path, Path | None]:
     options = {id(model): {"zipmap": False}} if kind in ("forest", "network") else None
     onnx.write_bytes(convert_sklearn(model, initial_types=inputs, options=options).SerializeToString())
     return onnx, onnx
+
+
+def leaf_depths(node: dict, depth: int = 0) -> Iterator[tuple[int, int]]:
+    """Returns each leaf of a tree of LightGBM, and how many splits lead to it."""
+    if "split_feature" not in node:
+        yield node.get("leaf_index", 0), depth
+        return
+    for side in ("left_child", "right_child"):
+        yield from leaf_depths(node[side], depth + 1)
 
 
 def describe(kind: str, model, test) -> str:
@@ -168,6 +202,13 @@ def describe(kind: str, model, test) -> str:
         splits = sum(int((tree.children_left >= 0).sum()) for tree in trees)
         visits = sum(tree.decision_path(test).sum() - len(test) for tree in trees) / len(test)
         return f"`RandomForestClassifier`, {len(trees)} trees, {splits:,} splits, {visits:,.0f} of them visited per sample"
+    if kind == "lightgbm":
+        trees = [tree["tree_structure"] for tree in model.booster_.dump_model()["tree_info"]]
+        depths = [dict(leaf_depths(tree)) for tree in trees]
+        leaves = model.booster_.predict(test, pred_leaf=True)
+        visits = sum(depths[k][leaf] for row in leaves for k, leaf in enumerate(row)) / len(test)
+        splits = sum(len(depth) - 1 for depth in depths)
+        return f"`LGBMClassifier`, 100 rounds of 10 trees, {splits:,} splits, {visits:,.0f} of them visited per sample"
     booster = model.get_booster()
     raw = json.loads(bytes(booster.save_raw("json")))["learner"]["gradient_booster"]["model"]["trees"]
     leaves = booster.predict(xgboost.DMatrix(test), pred_leaf=True).astype(int).reshape(len(test), -1)

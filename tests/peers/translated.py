@@ -70,6 +70,8 @@ def peers(trained: Trained, folder: Path) -> Iterator[Peer]:
         ("TensorFlow Lite Micro of tfmicro 0.1.0", "its reference kernel, int16 in, int8 weights", tflite_micro),
         ("plain C", "loops, float weights", plain_c),
     ):
+        if trained.kind != "network" and write in (emlearn_network, tflite_micro, plain_c):
+            continue
         peer = Peer(name, setting)
         place = folder / trained.kind / peer.slug
         place.mkdir(parents=True, exist_ok=True)
@@ -139,6 +141,8 @@ def micromlgen_c(trained: Trained) -> str:
 def tl2cgen_c(trained: Trained, place: Path):
     if trained.kind == "boosted":
         model = treelite.frontend.from_xgboost(trained.in_units.get_booster())
+    elif trained.kind == "lightgbm":
+        model = treelite.frontend.from_lightgbm(trained.in_units.booster_)
     elif trained.kind == "forest":
         model = treelite.sklearn.import_model(trained.in_units)
     else:

@@ -115,12 +115,16 @@ def kinds():
         "StandardScaler, whitened PCA, SVC": Kind(
             behind(StandardScaler(), PCA(20, whiten=True, random_state=1), SVC(**svc)), LINEAR
         ),
-        "LinearSVC": Kind(lambda: LinearSVC(max_iter=200, random_state=1), LINEAR),
+        "LinearSVC": Kind(
+            lambda: LinearSVC(max_iter=200, random_state=1),
+            LINEAR,
+            two=lambda: make_pipeline(StandardScaler(with_mean=False), logistic()),
+        ),
         "StandardScaler, LinearSVC": Kind(
             behind(StandardScaler(), LinearSVC(max_iter=50, random_state=1)),
             LINEAR,
             options={"options": {LinearSVC: {"raw_scores": True}}},
-            two=lambda: make_pipeline(StandardScaler(), logistic()),
+            two=lambda: make_pipeline(StandardScaler(with_mean=False), LinearSVC(max_iter=50, random_state=1)),
         ),
         "LogisticRegression, float64": Kind(logistic, LINEAR, options=double),
         "PyTorch's Linear": Kind(logistic, LINEAR, writer="torch"),
@@ -131,13 +135,13 @@ def kinds():
             two=lambda: OneVsRestClassifier(LinearSVC(max_iter=200, random_state=1)),
         ),
         "Ridge": Kind(linear_model.RidgeClassifier, LINEAR),
-        "four scalers, Ridge": Kind(
+        "four scalers, LogisticRegression": Kind(
             behind(
                 MinMaxScaler(),
                 RobustScaler(),
                 MaxAbsScaler(),
                 StandardScaler(with_mean=False),
-                linear_model.RidgeClassifier(),
+                logistic(),
             ),
             LINEAR,
         ),

@@ -178,6 +178,20 @@ class XGBoost(Imported):
             tree["default_left"] = [1 - left for left in tree["default_left"]]
         self.report("default_left", before == self.answers(self.written(saved), samples=samples)[0])
 
+    def test_a_training_with_missing_values_is_said(self):
+        """XGBoost's file does not have `missing`, but its splits tell of missing values."""
+        X, y = self.X[::4], self.y[::4]
+        X = numpy.where(self.random.random(X.shape) < 0.1, 0, X)
+        warning = "warning: its training had missing values"
+        for method in ("hist", "exact", "approx"):
+            for missing, expected in ((numpy.nan, False), (0.0, True)):
+                options = {"n_estimators": 2, "max_depth": 3, "n_jobs": 1, "tree_method": method, "missing": missing}
+                model = xgboost.XGBClassifier(**options).fit(X, y)
+                for ending in ("json", "ubj"):
+                    path = self.path / f"missing.{ending}"
+                    model.save_model(path)
+                    self.assertEqual(warning in self.imported(path)[1], expected, (method, missing, ending))
+
     def test_categorical_splits_are_refused(self):
         saved = self.one_split(-1.0)
         saved["learner"]["gradient_booster"]["model"]["trees"][0]["split_type"] = [1, 0, 0]

@@ -1,5 +1,5 @@
 """Trains the models that `wstac trade` compares with the shipped ones: smaller models, models with 8-bit
-weights, and models of fewer frames.
+weights, models of fewer frames, and a network.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from sklearn.ensemble import ExtraTreesClassifier
+from sklearn.neural_network import MLPClassifier
 from sklearn.svm import SVC, LinearSVC
 
 import trade_models_report
@@ -21,7 +22,7 @@ from candidates import Candidate, boosted
 from runs import run_all
 from scenes import SOURCES, SPECIMENS, WORKERS, run_wstac
 from shipped_slides import TRAIN_RUNS, training_sweeps
-from slides import Slides
+from slides import SCALE, Slides
 
 FRAMES = 70
 """Of a whole sample."""
@@ -68,6 +69,8 @@ def choices() -> Iterator[Choice]:
     yield Choice("forest-depth10", forest(50, None, 10))
     for rounds in (10, 30):
         yield Choice(f"boosted-{rounds}", rounds_of(rounds))
+    network = Candidate("network", "MLPClassifier((16,))", lambda: MLPClassifier((16,), random_state=0))
+    yield Choice(f"network-16-{EARLY[0]}f", network, EARLY[0])
     for frames in EARLY:
         yield Choice(f"svm-{frames}f", svm, frames)
         yield Choice(f"ovr-{frames}f", ovr, frames)
@@ -95,6 +98,11 @@ def train_one(wanted: Choice, train: Slides, path: Path) -> None:
     model = wanted.candidate.train(first(train, wanted.frames), train.specimen)
     with tempfile.TemporaryDirectory() as work:
         file, options = wanted.candidate.save(model, Path(work), 10 * wanted.frames)
+        if wanted.candidate.kind == "network":
+            # Its values have the range of the samples.
+            samples = train.x.reshape(len(train), -1, FRAMES)
+            np.savez(Path(work, "set.npz"), X=samples, scale=SCALE, y_specimen=train.specimen)
+            options += ["--check", str(Path(work, "set.npz"))]
         note = f"{wanted.candidate.words}, {len(train)} simulated slides in {TRAIN_RUNS} runs, first {wanted.frames} frames"
         run_wstac(["model", "import", str(file), "-o", str(path), "--speeds", "100,200", "--note", note, *options])
     print(f"{path}: {path.stat().st_size} bytes", file=sys.stderr, flush=True)

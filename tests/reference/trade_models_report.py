@@ -17,7 +17,8 @@ def made_by(page: Path) -> str | None:
 def page(slides: str, sources: str) -> str:
     """Returns the page's text. `slides` is in words."""
     intro = paragraph(
-        "`wstac trade` compares these models with the shipped ones: they are smaller, have 8-bit weights, or need fewer frames.",
+        "`wstac trade` compares these models with the shipped ones: they are smaller, have 8-bit weights, need fewer frames,"
+        " or are a network.",
         f"All of them name the ten specimens of the simulated sensor, and were trained on {slides}, the same as the shipped ones.",
         "`tests/reference/trade_models.py` makes them, and `wstac model inspect FILE` says how each was trained.",
     )

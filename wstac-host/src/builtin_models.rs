@@ -52,4 +52,5 @@ models! {
     "boosted-30-40f"
     "boosted-30-50f"
     "boosted-30-60f"
+    "network-16-20f"
 }

@@ -100,9 +100,10 @@ class TextureClassifier(Estimator):
 
     @property
     def predict_proba(self) -> Callable[[Any], NDArray[np.float64]]:
-        """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`; NaN for a row of zeros.
+        """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`.
 
-        As in scikit-learn, there is no such method (AttributeError) if the training had too few groups for a calibration.
+        Those of a row of zeros, which has no sample, are equal, because scikit-learn takes no NaN. As in scikit-learn, there
+        is no such method (AttributeError) if the training had too few groups for a calibration.
         """
         if self.__sklearn_is_fitted__() and self.model_._native.probabilities(np.zeros((0, self.n_features_in_), np.int16)) is None:
             message = "TextureClassifier: has no calibration, expected 3 groups of each label and about 35 samples of it"
@@ -113,6 +114,8 @@ class TextureClassifier(Estimator):
         flat = self._given(X)
         found = self.model_._native.probabilities(flat)
         assert found is not None
+        # The model has none for a row of zeros.
+        found = np.where(np.isnan(found), 1.0, found)
         # Each is rounded to a multiple of 2^-15.
         found = found / found.sum(axis=1, keepdims=True)
         in_order: NDArray[np.float64] = found[:, np.argsort(self._order())]

@@ -141,6 +141,18 @@ impl<'a> Network<'a> {
         Ok(Self { words, labels, header, calibration, hidden, fits_32_bits })
     }
 
+    /// Iterates over the number of sums of each layer, from the first hidden layer to the scores.
+    pub fn widths(&self) -> impl Iterator<Item = usize> {
+        let (words, number) = (self.words, self.header.number);
+        let (mut at, mut inputs) = (START, self.header.inputs());
+        (0..=self.hidden).map(move |_| {
+            let layer = Layer::checked(words, at, inputs, number, false);
+            let width = usize::from(half(words, at));
+            (at, inputs) = (layer.end, layer.values);
+            width
+        })
+    }
+
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
     /// `give`. It is not inlined, so that scores do not lie on the stack of other kinds of models.
     #[inline(never)]

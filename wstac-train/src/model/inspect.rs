@@ -66,8 +66,10 @@ pub struct Inspected {
     pub tells_unknown: bool,
     /// Bytes of flash or memory that it takes.
     pub bytes: usize,
-    /// Number of weighted sums; `None` for trees.
+    /// Number of weighted sums of a linear model; `None` for others.
     pub rows: Option<u16>,
+    /// Number of weighted sums of each layer of a network, the scores last; `None` for others.
+    pub layers: Option<Vec<usize>>,
     /// The trees, if there are any.
     pub trees: Option<Trees>,
     /// The text that its trainer wrote.
@@ -123,7 +125,8 @@ pub fn inspect(model: &Model, words: &[u32]) -> Inspected {
         calibrated: model.is_calibrated(),
         tells_unknown: model.tells_unknown(),
         bytes: 4 * words.len(),
-        rows: trees.is_none().then(|| half(HEADER_HALVES)),
+        rows: matches!(model, Model::LinearSvm(_)).then(|| half(HEADER_HALVES)),
+        layers: if let Model::Network(network) = model { Some(network.widths().collect()) } else { None },
         trees: trees.map(|start| count(words, start, usize::from(half(11)), single)),
         training: model.labels().training().to_string(),
     }

@@ -93,7 +93,17 @@ struct XgbTree {
     split_conditions: Vec<f32>,
     #[serde(default)]
     split_type: Vec<u8>,
+    #[serde(default)]
+    default_left: Vec<Flag>,
     tree_param: TreeParameters,
+}
+
+/// A truth value, which versions write as a number or as a word.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Flag {
+    Number(u8),
+    Word(bool),
 }
 
 #[derive(Deserialize)]
@@ -156,6 +166,11 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
         // Probabilities are float32: XGBoost treats scores as equal that are closer than its rounding.
         remarks.push("the highest score wins, also where XGBoost rounds two probabilities to the same: scores that differ by less than 2.4e-7".into());
     }
+    let has_side = |side| model.trees.iter().flat_map(sides).any(|left| left == side);
+    if has_side(true) && has_side(false) {
+        let why = "its training had missing values: with missing=0, answers for features of 0 differ";
+        remarks.push(format!("warning: {why}; help: train it with missing=numpy.nan"));
+    }
     let mut used = model.trees.len();
     if let Some(best) = &attributes.best_iteration {
         // Training stopped early: later trees are in the file, but predictions leave them out.
@@ -189,6 +204,14 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
         Trained { labels, task, input: Input::Frames, inputs, speeds: None, kind, remarks, mean: None },
         Origin { tool: format!("XGBoost {}", version.join(".")), spreads: Vec::new() },
     ))
+}
+
+/// Iterates over the splits of a tree: whether they send missing values to the left.
+///
+/// All of a model do, or none (by its `tree_method`), unless values were missing in its training.
+fn sides(tree: &XgbTree) -> impl Iterator<Item = bool> {
+    let splits = tree.default_left.iter().zip(&tree.left_children).filter(|(_, left)| **left >= 0);
+    splits.map(|(flag, _)| !matches!(flag, Flag::Number(0) | Flag::Word(false)))
 }
 
 /// Returns the score of a probability: XGBoost's start, in float32 with the system's own logarithm.

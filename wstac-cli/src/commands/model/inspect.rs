@@ -55,6 +55,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(rows) = found.rows {
         writeln!(out, "sums      {rows} of {} products", 10 * u32::from(found.frames))?;
     }
+    if let Some(layers) = found.layers {
+        let sums: Vec<String> = layers.iter().map(usize::to_string).collect();
+        writeln!(out, "layers    {} sums of {} inputs", sums.join(", "), 10 * u32::from(found.frames))?;
+    }
     if let Some(trees) = found.trees {
         writeln!(out, "trees     {}, {} splits, depth {}", trees.count, trees.splits, trees.depth)?;
         let (mean, worst) = (trees.visits_mean, trees.visits_worst);

@@ -354,7 +354,11 @@ fn a_network_decides_as_real_numbers_do() {
             let trained = model(classes, Kind::Network(Network { tops, ..network.clone() }));
             let written = write(&trained, "", Options { weights: Some(width), ..Options::default() }).unwrap();
             let read = Model::from_words(&written.words).unwrap();
-            assert_eq!((read.layout(), inspect(&read, &written.words).kind.to_string()), (2, "network".into()));
+            let found = inspect(&read, &written.words);
+            assert_eq!(
+                (read.layout(), found.kind.to_string(), found.layers),
+                (2, "network".into(), Some(widths.to_vec()))
+            );
             // The firmware's type is of this kind alone.
             let (alone, first) = (FileNetwork::from_words(&written.words).unwrap(), to_file(&samples[0]));
             assert_eq!(texture(&first, &alone).class, read.classify(&first));
