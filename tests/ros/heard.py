@@ -1,6 +1,7 @@
 """Checks the node of wstac_ros as other nodes of ROS 2 meet it: what is heard on its topics is what the package wstac finds.
 
-    heard.py BOARD_BYTES    in a network of its own, with the environment of a workspace that has wstac_msgs and wstac_ros
+    heard.py BOARD_BYTES NODE [CHECK...]    a program that plays a board, and wstac-node;
+                                            in a network of its own, with the environment of a workspace that has wstac_msgs and wstac_ros
 """
 
 from __future__ import annotations
@@ -8,23 +9,27 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import re
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
+import textwrap
 import threading
 import time
+import types
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import rclpy
 import wstac
-from ament_index_python.packages import get_package_prefix
+from ament_index_python.packages import get_package_prefix, get_package_share_directory
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import TwistStamped
 from rcl_interfaces.srv import GetParameters, ListParameters, SetParameters
@@ -366,6 +371,83 @@ def check_board(folder: Path, listener: Listener) -> None:
     print(f"a board: {len(frames)} events, {len(listener.messages('board/features'))} features; its services refuse")
 
 
+class Stand:
+    """Stands in for a class of launch, which PyPI does not have, and keeps what it was made of."""
+
+    def __init__(self, *positional: Any, **named: Any) -> None:
+        self.positional, self.named = positional, named
+
+
+def launched(file: Path, given: dict[str, str]) -> list[Any]:
+    """Runs the launch file. Returns what it starts."""
+
+    class Given(Stand):
+        def perform(self, _: Any) -> str:
+            return given.get(self.positional[0], defaults[self.positional[0]])
+
+    stands = {
+        "launch": {"LaunchDescription": Stand},
+        "launch.substitutions": {"LaunchConfiguration": Given},
+        "launch.actions": {name: type(name, (Stand,), {}) for name in ("DeclareLaunchArgument", "OpaqueFunction")},
+        "launch_ros": {},
+        "launch_ros.actions": {"Node": type("Node", (Stand,), {})},
+    }
+    for name, content in stands.items():
+        sys.modules[name] = types.ModuleType(name)
+        vars(sys.modules[name]).update(content)
+    scope: dict[str, Any] = {}
+    exec(compile(file.read_text(), str(file), "exec"), scope)  # noqa: S102
+    *declared, function = scope["generate_launch_description"]().positional[0]
+    defaults = {one.positional[0]: one.named["default_value"] for one in declared}
+    same(given.keys() <= defaults.keys(), True, f"arguments {sorted(defaults)} of the launch file")
+    return function.named["function"](None)
+
+
+def check_launch(folder: Path, listener: Listener) -> None:
+    """The installed launch file starts the node with parameters that it takes, and the frames of the sensor are a tree."""
+    file = Path(get_package_share_directory("wstac_ros")) / "launch" / "wstac.launch.py"
+    started, publisher = launched(file, {"name": "thumb", "source": scene(folder, "thumb", slides=1), "files": str(folder)})
+    same((started.named["package"], started.named["executable"], started.named["namespace"]), ("wstac_ros", "node", "wstac"), "what is started")
+    [parameters] = started.named["parameters"]
+    listener.hear("thumb", "event")
+    sensors = dict(one.split("=", 1) for one in parameters.pop("sensors"))
+    with node(sensors, **parameters) as process:
+        same(process.wait(PATIENCE), 0, f"exit code of a node that says {process.said()!r}")
+    until(lambda: listener.messages("thumb/event"), "the event of what the launch file starts")
+    robot = ElementTree.fromstring(publisher.named["parameters"][0]["robot_description"])
+    same([link.get("name") for link in robot.findall("link")], ["thumb_base", "thumb_frame"], "links of the sensor")
+    [joint] = robot.findall("joint")
+    ends = (joint.find("parent").get("link"), joint.find("child").get("link"), joint.get("type"))
+    same(ends, ("thumb_base", "thumb_frame", "fixed"), "the joint of the sensor")
+    same(listener.messages("thumb/event")[0].header.frame_id, "thumb_frame", "coordinate frame")
+    print("launch: the installed file starts a node that is heard, and its frames are a tree")
+
+
+def check_relay(folder: Path, listener: Listener) -> None:
+    """The program of the page hands messages of wstac-node on."""
+    page = (Path(__file__).parents[2] / "docs/ROS.md").read_text()
+    code = next(block for block in re.findall(r"(?:^    .*\n|^\n)+", page, re.MULTILINE) if "import importlib" in block)
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
+    source = scene(folder, "relayed", slides=3)
+    listener.hear("relayed", "features", "taxels")
+    listener.node.create_subscription(Event, "/wstac/relayed/event", listener.heard.setdefault("relayed/event", []).append, 10)
+    command = [sys.argv[2], f"relayed={source}", "--zenoh-encoding", "cdr", "--listen", endpoint]
+    with subprocess.Popen(command, stderr=subprocess.PIPE) as zenoh_node:
+        zenoh_node.stderr.readline(), zenoh_node.stderr.readline()
+        time.sleep(1)
+        program = textwrap.dedent(code).replace("tcp/127.0.0.1:7447", endpoint)
+        with subprocess.Popen([sys.executable, "-c", program]) as relay:
+            same(zenoh_node.wait(PATIENCE), 0, "exit code of wstac-node")
+            relay.kill()
+    frames = [event.frame for event in wstac.open(source, at_once=True)]
+    heard = [message.frame for message in listener.heard["relayed/event"]]
+    # Nodes find a publisher only after its first message.
+    same((len(heard) >= 1, heard), (True, frames[-len(heard) :]), "events through the relay")
+    print(f"the relay of the page: {len(heard)} of {len(frames)} events of wstac-node, and {len(listener.messages('relayed/features'))} features")
+
+
 def check_refusals(folder: Path, _listener: Listener) -> None:
     """Parameters that cannot be used end the node with a line and exit code 2."""
     for sensors, parameters, part in (
@@ -385,8 +467,8 @@ def check_refusals(folder: Path, _listener: Listener) -> None:
 def main() -> None:
     rclpy.init()
     listener = Listener()
-    checks = (check_topics, check_services, check_slow, check_stamps, check_board, check_refusals)
-    named = sys.argv[2:]
+    checks = (check_topics, check_services, check_slow, check_stamps, check_board, check_launch, check_relay, check_refusals)
+    named = sys.argv[3:]
     with tempfile.TemporaryDirectory() as folder:
         for check in checks:
             if not named or check.__name__.removeprefix("check_") in named:

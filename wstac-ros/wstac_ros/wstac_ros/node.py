@@ -72,9 +72,7 @@ class SensorsNode(Node):
         """Opens a sensor, and declares its topics, parameters and services."""
         options = self._options(name)
         # With a folder, all frames of a camera can be recorded; else the newest one is worth more than those before it.
-        # Stations of files are read at their own rates.
-        is_board = source.startswith(("tcp:", "board:", "/dev/tty", "/dev/serial/"))
-        stream = wstac.open(source, every=self._folder is not None, motion=True, at_once=True, paced=not is_board, **options)
+        stream = wstac.open(source, every=self._folder is not None, motion=True, at_once=True, paced=True, **options)
         self.get_logger().info(f"{name}: {stream.about}")
         for note in stream.notes:
             self.get_logger().info(f"{name}: {note}")
