@@ -1,11 +1,11 @@
 //! The arguments of the program.
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Parser, ValueEnum};
-use wstac_host::error::{Error, ErrorKind};
+use wstac_host::error::Error;
 use wstac_host::source::every_sensor::{self, every_sensor};
 use wstac_host::source::names;
 use wstac_host::source::open::OpenOptions;

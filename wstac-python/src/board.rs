@@ -15,6 +15,9 @@ use crate::outputs::{Found, Gathered};
 /// The reason why a board follows no order.
 pub(crate) const IS_BOARD: &str = "is a board, which finds its events itself; wstac board changes its settings";
 
+/// The most notes that are kept of a line.
+const MOST_NOTES: usize = 1000;
+
 /// A board whose port is open.
 pub(crate) struct Board {
     line: BoardLine,
@@ -40,11 +43,12 @@ impl Board {
         self.line.name()
     }
 
-    /// Hands out what came next, or reads once. Returns whether the board goes on.
+    /// Hands out what came next, or reads once. Returns whether the board goes on. What people need to know of it is
+    /// added to the notes.
     ///
     /// # Errors
     /// The port cannot be read or had no message, or the board speaks another version of the link.
-    pub(crate) fn step(&mut self, gathered: &mut Gathered) -> Result<bool, Error> {
+    pub(crate) fn step(&mut self, gathered: &mut Gathered, notes: &mut Vec<String>) -> Result<bool, Error> {
         if let Some(found) = self.waiting.pop_front() {
             gathered.take_of_board(found);
             return Ok(true);
@@ -61,7 +65,10 @@ impl Board {
                     }
                     waiting.push_back(Found::Output(*next, output));
                 }
-                Report::Note(message) => waiting.push_back(Found::Fault(*next, "line", message)),
+                Report::Note(note) => {
+                    notes.truncate(MOST_NOTES - 1);
+                    notes.push(note);
+                }
                 Report::LostEvents(lost) => {
                     let message = format!("{} lost", counted(lost, "event"));
                     waiting.push_back(Found::Fault(*next, "lost_events", message));

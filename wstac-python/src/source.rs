@@ -118,7 +118,6 @@ pub(crate) struct Source {
     /// Whether frames have times of their own.
     has_times: bool,
     recorded: Recorded,
-    notes: Vec<String>,
     config: Mutex<Parsed>,
     /// The encoding of `sensor_msgs/Image` for its pictures.
     ros: Option<&'static str>,
@@ -138,6 +137,8 @@ enum Input {
 struct ReadState {
     /// `None` after the end: the file, camera or port is released.
     input: Option<Input>,
+    /// Notes for a person about what nothing states of it, and about a board's line.
+    notes: Vec<String>,
     /// The result of a recording that the end of the source or a full disk has ended.
     ended: Option<Result<FinishedRecording, Error>>,
     gathered: Gathered,
@@ -228,8 +229,8 @@ impl Source {
 
     /// Returns notes for a person about what nothing states of it.
     #[getter]
-    fn notes(&self) -> Vec<String> {
-        self.notes.clone()
+    fn notes(&self, py: Python<'_>) -> Vec<String> {
+        self.asked(py, |state| state.notes.clone())
     }
 
     /// Returns the configuration that it is read with.
@@ -417,8 +418,8 @@ impl Source {
             station = station.paced();
         }
         let (width, height) = info.size.into();
+        let notes = config.notes(&info).map(Cow::into_owned).collect();
         Ok(Self {
-            notes: config.notes(&info).map(Cow::into_owned).collect(),
             about: info.about,
             shape: (stream::code(info.format), width, height, info.bytes_per_row),
             rate: info.rate.into(),
@@ -428,7 +429,7 @@ impl Source {
             ros: info.format.facts().ros.filter(|_| !info.taxels_only),
             frame_bytes: *whole_frame(station.processor()).end(),
             asked: AtomicUsize::new(0),
-            state: ReadState::of(Input::Station(Box::new(station))),
+            state: ReadState::of(Input::Station(Box::new(station)), notes),
         })
     }
 
@@ -441,7 +442,6 @@ impl Source {
         let (baud, outputs) = (options.baud, options.outputs(features));
         let board = waiting(py, || Board::open(port, baud, outputs))?;
         Ok(Self {
-            notes: Vec::new(),
             about: format!("a board at {}", board.name()),
             shape: (String::new(), 0, 0, 0),
             rate: FrameRate::NOMINAL.into(),
@@ -451,7 +451,7 @@ impl Source {
             ros: None,
             frame_bytes: 0,
             asked: AtomicUsize::new(0),
-            state: ReadState::of(Input::Board(Box::new(board))),
+            state: ReadState::of(Input::Board(Box::new(board)), Vec::new()),
         })
     }
 
@@ -506,9 +506,9 @@ impl Source {
 }
 
 impl ReadState {
-    fn of(input: Input) -> Mutex<Self> {
+    fn of(input: Input, notes: Vec<String>) -> Mutex<Self> {
         let gathered = Gathered::default();
-        Mutex::new(Self { input: Some(input), ended: None, gathered, closed: false, failure: None })
+        Mutex::new(Self { input: Some(input), notes, ended: None, gathered, closed: false, failure: None })
     }
 
     /// Returns the station, unless the source is a board or has ended.
@@ -530,7 +530,7 @@ impl ReadState {
                 }
                 turn.map(|turn| turn != Turn::Over)
             }
-            Some(Input::Board(board)) => board.step(&mut self.gathered).map_err(ReadFailure::Source),
+            Some(Input::Board(board)) => board.step(&mut self.gathered, &mut self.notes).map_err(ReadFailure::Source),
         };
         match goes_on {
             Ok(true) => return true,

@@ -129,7 +129,10 @@ class Stream(Recorded):
 
     @property
     def notes(self) -> list[str]:
-        """What nothing states of the source, such as where its taxels are, and what follows for the answers: for a person."""
+        """What nothing states of the source, such as where its taxels are, and what follows for the answers: for a person.
+
+        Of a board, what it says of itself, and what happens to its line: the first 999 notes and the last one.
+        """
         return self._native.notes
 
     @property
@@ -362,8 +365,8 @@ def open(
     """Opens any source of the command, to iterate over its events as they come.
 
     `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
-    It may be a board (/dev/ttyACM0, tcp:HOST:PORT), which finds events itself: its `frames` have features and no taxels, what
-    happens to its line is a `Fault`, and `baud` is the rate of a serial line in bits per second, 115200 by default.
+    It may be a board (/dev/ttyACM0, tcp:HOST:PORT), which finds events itself: its `frames` have features and no taxels, and
+    `baud` is the rate of a serial line in bits per second, 115200 by default.
     `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also those of scenes. `model` is
     another name of it, as the command has; `read`, `simulate` and `Pipeline` take it, too.
 

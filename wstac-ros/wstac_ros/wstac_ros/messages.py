@@ -38,7 +38,9 @@ def name_of(texture: wstac.Texture) -> str:
 
 def event(found: wstac.Event, now: Time, frame_id: str) -> Event:
     """Returns the message of an event. `now` is the time of the frame that completed it, for sources without stamps."""
-    stamp = time_of(found.stamp) if found.stamp else before(now, found.completed_ns - found.time_ns)
+    # A board without a matched clock gives no times.
+    since = 0 if found.completed_ns is None or found.time_ns is None else found.completed_ns - found.time_ns
+    stamp = time_of(found.stamp) if found.stamp else before(now, since)
     texture = found.texture or wstac.Texture()
 
     def number(value: float | None, unit: float) -> float:

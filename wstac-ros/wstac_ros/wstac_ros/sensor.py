@@ -12,6 +12,7 @@ import wstac
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import TwistStamped
+from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy, qos_profile_sensor_data
@@ -48,6 +49,8 @@ class Sensor:
         self._node, self._source, self._ended = node, source, ended
         self._counts, self._lost = Counter[str](), Counter[str]()
         self._before: tuple[int, int] = (0, 0)
+        # Those that are there at the start are logged by the node.
+        self._noted = len(stream.notes)
         self._waiting: queue.Queue[tuple[str, Any] | None] = queue.Queue(MOST_WAITING)
         self._pictures = threading.Semaphore(MOST_PICTURES)
         overriding = QoSOverridingOptions.with_default_policies()
@@ -74,10 +77,11 @@ class Sensor:
             while self._read_frames(sums, self.with_pictures):
                 pass
             self._take_records(self.stream.records(), self._now())
-        except wstac.Error as error:
+        except Exception as error:
+            # Whatever it is, the other sensors go on. At the end of the context the stream is closed while it is read.
             if self._node.context.ok():
                 self.failure = str(error)
-                self._node.get_logger().error(f"{self.name}: {error}")
+                self._node.get_logger().error(f"{self.name}: {type(error).__name__}: {error}")
         finally:
             self.has_ended = True
             # The publisher ends behind all that waits.
@@ -99,6 +103,10 @@ class Sensor:
             # Nothing is published after the end of the context.
             if self._node.context.ok():
                 self._publishers[topic].publish(message)
+        for topic, (_, quality) in TOPICS.items():
+            if quality is EVENTS and self._node.context.ok():
+                # The node may end now, and with it what nobody has taken yet.
+                self._publishers[topic].wait_for_all_acked(Duration(seconds=1))
         self._ended()
 
     def _now(self) -> Time:
@@ -155,6 +163,10 @@ class Sensor:
 
     def status(self) -> DiagnosticStatus:
         """Returns the state since the last call: a warning if something was lost, an error without frames, stale after the end."""
+        notes = self.stream.notes
+        for note in notes[self._noted :]:
+            self._node.get_logger().info(f"{self.name}: {note}")
+        self._noted = len(notes)
         counts = {name: self._counts[name] for name in ("frames", "events", "dropped", "skipped", "faults")}
         frames, lost = counts["frames"], counts["dropped"] + counts["skipped"] + counts["faults"]
         frames_before, lost_before = self._before
