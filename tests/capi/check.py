@@ -344,7 +344,7 @@ def check_cpp(programs, wstac):
     sanitized = ["-std=c++11", "-fno-exceptions", "-fsanitize=address,undefined", *warnings]
     run(["g++", *sanitized, "-I", include, moved, "-o", program, "-L", library, f"-Wl,-rpath,{library}", "-lwstac"])
     same(programs.run(program), "140 frames, 1 event, moved\n", "a sensor that is moved")
-    print(f"C++: {len(slips)} slips by two standards without exceptions, and a sensor that is moved")
+    print(f"C++: {len(slips)} {'slip' if len(slips) == 1 else 'slips'} by two standards without exceptions, and a sensor that is moved")
 
 
 MOVED = """

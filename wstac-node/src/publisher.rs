@@ -144,7 +144,7 @@ impl Counts {
         let counts = counts.map(|count| Value::from(count.load(Ordering::Relaxed)));
         let names = ["frames", "dropped", "events", "lost_events", "skipped"];
         let mut facts: Vec<_> = names.into_iter().zip(counts).collect();
-        let lost_by = locked(&self.lost_by).clone();
+        let lost_by = *locked(&self.lost_by);
         facts.extend((!lost_by.is_empty()).then(|| ("dropped_by", json!(lost_by))));
         facts.extend(locked(&self.stated).iter().cloned());
         Message::of_state(&facts, &locked(&self.times))

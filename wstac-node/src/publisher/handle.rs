@@ -46,7 +46,9 @@ impl PublisherHandle {
             Some(message) => Some(Message::of_ros(message)),
             None => Message::of(output)?,
         };
-        message.into_iter().for_each(|message| self.queue.push(message));
+        if let Some(message) = message {
+            self.queue.push(message);
+        }
         Ok(())
     }
 
