@@ -41,6 +41,8 @@ def main() -> None:
         "AMENT_PREFIX_PATH": str(prefix),
         "CMAKE_PREFIX_PATH": str(prefix),
         "ROS_DISTRO": distribution,
+        # Without it, colcon has make wait until a busy machine is idle.
+        "MAKEFLAGS": f"-j{os.cpu_count()}",
         "PYTHONDONTWRITEBYTECODE": "1",
         # Logs of nodes are kept here, and not at home.
         "ROS_HOME": str(folder / "home"),
