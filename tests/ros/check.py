@@ -33,8 +33,9 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     source.unlink(missing_ok=True)
     source.symlink_to(ROOT / "wstac-ros")
-    # Nothing of this machine's own ROS.
-    plain = {name: value for name, value in os.environ.items() if not name.startswith(("AMENT_", "COLCON_", "ROS_", "RMW_", "PYTHON"))}
+    # Nothing of this machine's own ROS, and not the mark of the wheels that libraries are found: each Python finds them anew.
+    foreign = ("AMENT_", "COLCON_", "ROS_", "RMW_", "PYTHON", "_ROS_WHEELS_")
+    plain = {name: value for name, value in os.environ.items() if not name.startswith(foreign)}
     variables = plain | {
         "PATH": f"{prefix / 'bin'}:{os.environ['PATH']}",
         "LD_LIBRARY_PATH": str(prefix / "lib"),

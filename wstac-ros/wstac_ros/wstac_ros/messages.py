@@ -23,12 +23,6 @@ def time_of(stamp: datetime) -> Time:
     return Time(sec=since.days * 86400 + since.seconds, nanosec=since.microseconds * 1000)
 
 
-def before(time: Time, nanoseconds: int) -> Time:
-    """Returns the time so many nanoseconds earlier, at least 0."""
-    at = max(0, time.sec * 1_000_000_000 + time.nanosec - nanoseconds)
-    return Time(sec=at // 1_000_000_000, nanosec=at % 1_000_000_000)
-
-
 def name_of(texture: wstac.Texture) -> str:
     """Returns the specimen, or else what is known of it."""
     depth = "" if texture.depth_mm is None else f"{texture.depth_mm:g}"
@@ -36,11 +30,8 @@ def name_of(texture: wstac.Texture) -> str:
     return texture.specimen or texture.class_ or parts
 
 
-def event(found: wstac.Event, now: Time, frame_id: str) -> Event:
-    """Returns the message of an event. `now` is the time of the frame that completed it, for sources without stamps."""
-    # A board without a matched clock gives no times.
-    since = 0 if found.completed_ns is None or found.time_ns is None else found.completed_ns - found.time_ns
-    stamp = time_of(found.stamp) if found.stamp else before(now, since)
+def event(found: wstac.Event, header: Header) -> Event:
+    """Returns the message of an event."""
     texture = found.texture or wstac.Texture()
 
     def number(value: float | None, unit: float) -> float:
@@ -48,7 +39,7 @@ def event(found: wstac.Event, now: Time, frame_id: str) -> Event:
 
     speed, direction = found.speed, found.direction
     return Event(
-        header=Header(stamp=stamp, frame_id=frame_id),
+        header=header,
         frame=found.frame,
         contact=found.contact or "",
         speed=number(speed and speed.mm_s, 1e-3),

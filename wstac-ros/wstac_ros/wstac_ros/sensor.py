@@ -25,6 +25,8 @@ from . import messages
 
 MOST_WAITING = 4096
 """Messages that wait for the middleware at most: more than half a minute of a camera's."""
+MOST_TIMES = 1000
+"""Frames whose times are remembered: the touch of an event was so long ago at most."""
 MOST_PICTURES = 4
 """Pictures that wait at most: they are large."""
 EVENTS = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
@@ -49,6 +51,7 @@ class Sensor:
         self._node, self._source, self._ended = node, source, ended
         self._counts, self._lost = Counter[str](), Counter[str]()
         self._before: tuple[int, int] = (0, 0)
+        self._times: dict[int, Time] = {}
         # Those that are there at the start are logged by the node.
         self._noted = len(stream.notes)
         self._waiting: queue.Queue[tuple[str, Any] | None] = queue.Queue(MOST_WAITING)
@@ -112,8 +115,10 @@ class Sensor:
     def _now(self) -> Time:
         return self._node.get_clock().now().to_msg()
 
-    def _header(self, stamp: Any, now: Time) -> Header:
-        return Header(stamp=messages.time_of(stamp) if stamp else now, frame_id=self.frame_id)
+    def _header(self, record: Any, frame: int | None, now: Time) -> Header:
+        """Returns the header of a record about a frame: the source's time of that frame, else that of reading it."""
+        time = messages.time_of(record.stamp) if record.stamp else self._times.get(-1 if frame is None else frame, now)
+        return Header(stamp=time, frame_id=self.frame_id)
 
     def _put(self, topic: str, message: Any) -> None:
         """Hands a message over. It is skipped and counted if the middleware is behind."""
@@ -136,6 +141,9 @@ class Sensor:
         sums.add(frame.sums)
         if frame.features is not None:
             self._counts["frames"] = frame.feature_frame + 1
+            self._times[frame.feature_frame] = now
+            if len(self._times) > MOST_TIMES:
+                del self._times[next(iter(self._times))]
             whole = sums.complete()
             self._put("features", messages.features(frame.feature_frame, frame.features, header))
             if has_taxels:
@@ -144,16 +152,15 @@ class Sensor:
 
     def _take_records(self, records: Iterable[Any], now: Time) -> None:
         for record in records:
-            stamp = getattr(record, "stamp", None)
             if isinstance(record, wstac.Event):
                 self._counts["events"] += 1
-                self._put("event", messages.event(record, now, self.frame_id))
+                self._put("event", messages.event(record, self._header(record, record.touch_frame, now)))
             elif isinstance(record, wstac.ContactEnd):
-                self._put("contact_end", messages.contact_end(record, self._header(stamp, now)))
+                self._put("contact_end", messages.contact_end(record, self._header(record, record.frame, now)))
             elif isinstance(record, wstac.Slip):
-                self._put("slip", messages.slip(record, self._header(stamp, now)))
+                self._put("slip", messages.slip(record, self._header(record, record.frame, now)))
             elif isinstance(record, wstac.Motion):
-                self._put("motion", messages.motion(record, self._header(stamp, now)))
+                self._put("motion", messages.motion(record, self._header(record, record.frame, now)))
             elif isinstance(record, wstac.Lost):
                 self._counts["dropped"] += record.frames
                 self._lost[record.why] += record.frames
