@@ -458,7 +458,8 @@ impl Source {
     /// Has the station follow an order.
     ///
     /// # Errors
-    /// It is refused, the source is a board or closed, or a recording is in progress, whose replay would not know of it.
+    /// It is refused, the source is a board or closed, or a recording is in progress, whose replay would not know of
+    /// it.
     fn order(&self, py: Python<'_>, follow: impl FnOnce(&mut Station) -> Result<(), Error> + Send) -> PyResult<()> {
         let about = &self.about;
         let followed = self.asked(py, |state| {

@@ -2,7 +2,7 @@
 
     ros2 launch wstac_ros wstac.launch.py name:=left source:=/dev/video0
 
-For several sensors, or other parameters, `parameters` is a file of parameters that replaces name and source in the node.
+For several sensors, or other parameters, `parameters` is a file of parameters in the place of name and source.
 """
 
 from pathlib import Path
@@ -42,5 +42,6 @@ def start(context):
 
 def generate_launch_description():
     """Returns the description that ros2 launch asks for."""
-    declared = [DeclareLaunchArgument(name, default_value=value, description=about) for name, (value, about) in ARGUMENTS.items()]
+    arguments = ((name, value, about) for name, (value, about) in ARGUMENTS.items())
+    declared = [DeclareLaunchArgument(name, default_value=value, description=about) for name, value, about in arguments]
     return LaunchDescription([*declared, OpaqueFunction(function=start)])

@@ -85,7 +85,7 @@ def taxels(number: int, sums: np.ndarray, header: Header) -> Taxels:
 
 
 def picture(pixels: np.ndarray, size: tuple[int, int], encoding: str, header: Header) -> Image | None:
-    """Returns the message of a picture; None if its planes' rows are padded. Of planes, the first one is the brightness."""
+    """Returns the message of a picture; None if its planes' rows are padded. Of planes, the first is brightness."""
     width, height = size
     if pixels.ndim == 1:
         if len(pixels) < width * height:

@@ -60,7 +60,8 @@ class SensorsNode(Node):
         for one in given or ["sensor=/dev/video0"]:
             name, _, source = one.partition("=")
             if not source or not NAME.fullmatch(name) or name in self.sensors:
-                raise wstac.Error(f"sensors: has {one!r}, expected NAME=SOURCE, and a name of its own of letters, digits and _")
+                expected = "NAME=SOURCE, and a name of its own of letters, digits and _"
+                raise wstac.Error(f"sensors: has {one!r}, expected {expected}")
             self.sensors[name] = self._sensor(name, source)
         self.add_on_set_parameters_callback(self._change)
         self._diagnostics = self.create_publisher(DiagnosticArray, "/diagnostics", 10)
@@ -95,7 +96,7 @@ class SensorsNode(Node):
         return sensor
 
     def _options(self, name: str) -> dict[str, Any]:
-        """Declares the parameters of a sensor that are read once. Returns those that are given, as wstac.open takes them."""
+        """Declares the parameters of a sensor that are read once. Returns the given ones, as wstac.open takes them."""
         found = {}
         for option, (default, about) in OPTIONS.items():
             descriptor = ParameterDescriptor(read_only=True, description=about)

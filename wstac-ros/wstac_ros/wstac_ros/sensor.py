@@ -61,7 +61,8 @@ class Sensor:
             topic: node.create_publisher(kind, f"{name}/{topic}", quality, qos_overriding_options=overriding)
             for topic, (kind, quality) in TOPICS.items()
         }
-        self._threads = [threading.Thread(target=run, name=f"{name} {run.__name__}", daemon=True) for run in (self._read, self._publish)]
+        runs = (self._read, self._publish)
+        self._threads = [threading.Thread(target=run, name=f"{name} {run.__name__}", daemon=True) for run in runs]
 
     def start(self) -> None:
         """Starts to read and to publish."""
@@ -169,7 +170,7 @@ class Sensor:
                 self._node.get_logger().warning(f"{self.name}: {record.message}")
 
     def status(self) -> DiagnosticStatus:
-        """Returns the state since the last call: a warning if something was lost, an error without frames, stale after the end."""
+        """Returns the state since the last call: a warning if something was lost, an error without frames."""
         notes = self.stream.notes
         for note in notes[self._noted :]:
             self._node.get_logger().info(f"{self.name}: {note}")
@@ -188,7 +189,8 @@ class Sensor:
             level, text = DiagnosticStatus.ERROR, "no frames arrive"
         else:
             level, text = DiagnosticStatus.OK, "frames arrive"
-        facts = {"source": self._source, **counts, **{f"dropped: {why}": count for why, count in list(self._lost.items())}}
+        lost_by = {f"dropped: {why}": count for why, count in list(self._lost.items())}
+        facts = {"source": self._source, **counts, **lost_by}
         values = [KeyValue(key=name, value=str(value)) for name, value in facts.items()]
         name = f"{self._node.get_fully_qualified_name()}: {self.name}"
         return DiagnosticStatus(level=level, name=name, message=text, hardware_id=self.name, values=values)
