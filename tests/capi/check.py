@@ -323,6 +323,50 @@ def macros(text, prefix):
     return {parts[1].partition("(")[0]: parts[2] if len(parts) > 2 else "" for parts in (line.split(" ", 2) for line in lines)}
 
 
+def check_cpp(programs, wstac):
+    """Builds the example in C++ without exceptions. It stops at the slips that `wstac run` prints, and says what is wrong."""
+    warnings = ["-pedantic", "-Wall", "-Wextra", "-Wconversion", "-Wsign-conversion", "-Wshadow", "-Wold-style-cast", "-Werror"]
+    source, include, library = ROOT / "wstac-c/examples/slip_stop.cpp", programs.prefix / "include", programs.prefix / "lib"
+    slips = [record for record in wstac.run(f"scene:{HELD}") if record["kind"] == "slip"]
+    expected = "".join(f"frame {slip['frame']}: slip since frame {slip['onset_frame']}\n  stop\n" for slip in slips)
+    same(bool(slips), True, "slips of a held part")
+    for standard in ("c++11", "c++20"):
+        program = programs.folder / f"slip_stop {standard}"
+        link = ["-L", library, f"-Wl,-rpath,{library}", "-lwstac"]
+        run(["g++", f"-std={standard}", "-fno-exceptions", *warnings, "-I", include, source, "-o", program, *link])
+        same(programs.run(program, f"scene:{HELD}"), expected, f"slips by {standard}")
+        done = subprocess.run([program, "nothing.mcap"], capture_output=True, text=True, check=False)
+        same((done.returncode, "nothing.mcap" in done.stderr), (1, True), f"a source that is not there: {done.stderr!r}")
+    # Moved sensors close once, and a moved-from one refuses.
+    moved = programs.folder / "moved.cpp"
+    moved.write_text(MOVED)
+    program = programs.folder / "moved"
+    sanitized = ["-std=c++11", "-fno-exceptions", "-fsanitize=address,undefined", *warnings]
+    run(["g++", *sanitized, "-I", include, moved, "-o", program, "-L", library, f"-Wl,-rpath,{library}", "-lwstac"])
+    same(programs.run(program), "140 frames, 1 event, moved\n", "a sensor that is moved")
+    print(f"C++: {len(slips)} {'slip' if len(slips) == 1 else 'slips'} by two standards without exceptions, and a sensor that is moved")
+
+
+MOVED = """
+#include <cstdio>
+#include <wstac.hpp>
+int main()
+{
+    wstac::Sensor first = wstac::Sensor::open("scene:Saw3@150,90deg");
+    wstac::Sensor second(static_cast<wstac::Sensor &&>(first));
+    first = wstac::Sensor::open("scene:Saw3@0");
+    unsigned events = 0, frames = 0;
+    const bool is_read = second.each([&](const WstacRecord &record) noexcept {
+        events += record.kind == WSTAC_KIND_EVENT;
+        frames = record.kind == WSTAC_KIND_END ? static_cast<unsigned>(record.frame) : frames;
+        return true;
+    });
+    wstac::Sensor third(static_cast<wstac::Sensor &&>(second));
+    WstacRecord record = WstacRecord();
+    const bool refuses = !first && !second.next(record) && second.status() == WSTAC_STATUS_NULL;
+    std::printf("%u frames, %u event, %s\\n", frames, events, is_read && third && refuses ? "moved" : "wrong");
+}
+"""
 # What a header defines: types, constants of enumerations, variables and functions.
 DEFINED = [
     r"\b(?:struct|enum)\s+(\w+)",
@@ -817,6 +861,7 @@ def main():
             check_host(programs)
             check_page(programs)
             check_host_records(programs, wstac)
+            check_cpp(programs, wstac)
             check_link(programs, wstac)
             check_firmware(programs, wstac)
             check_stack(programs)

@@ -23,9 +23,7 @@ import zenoh
 
 from common import PATIENCE, BoardPeer, Listener, Programs, fail, free_port, near, of_kind, router, run_main, same, session, sockets, timeless, until
 from hostile import check_hostile
-from packages import check_packages
-from ros import DOMAIN, Client, check_cdr, in_ros, types_of_ros
-from services import EMPTY, check_ends, check_parameters, check_services
+from ros import check_cdr
 from tls import check_tls
 
 
@@ -76,7 +74,7 @@ def check_router(programs):
     """A router that comes late, is killed and comes back: the sensor goes on, and no event is lost for who asks."""
     port, source = free_port(), programs.scene("sensor", 3)
     expected = programs.run(source)
-    with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}", "--ros", "--zenoh", "--domain", DOMAIN) as node:
+    with programs.node(source, "--connect", f"tcp/127.0.0.1:{port}") as node:
         until(lambda: f"not connected to tcp/127.0.0.1:{port} yet" in node.said(), "that nobody hears the node")
         first = router(port)
         try:
@@ -89,11 +87,7 @@ def check_router(programs):
         try:
             before = len(listener.lines("wstac/sensor/features"))
             until(lambda: len(listener.lines("wstac/sensor/features")) > before + 10, "features through the router that came back")
-            client = Client(f"tcp/127.0.0.1:{port}", DOMAIN)
-            until(lambda: len(client.services()) == 11, "services through the router that came back")
-            same(client.call("/wstac_node/get_parameters", names=["domain"]).values[0].integer_value, DOMAIN, "a parameter")
-            client.close()
-            until(lambda: listener.lines("wstac/sensor/state")[-1]["events"] == 3, "three events")
+            until(lambda: [state for state in listener.lines("wstac/sensor/state") if state["events"] == 3], "three events")
             kept = [event for _, event in sorted(listener.kept_events("sensor").items())]
             same(node.wait(PATIENCE), 0, "exit code")
             until(lambda: listener.lines("wstac/sensor/end"), "the end")
@@ -102,7 +96,7 @@ def check_router(programs):
         finally:
             listener.close()
             second.kill(), second.wait()
-    print("a router that came late, was killed and came back: features and services go on, and all 3 events are there for who asks")
+    print("a router that came late, was killed and came back: features go on, and all 3 events are there for who asks")
 
 
 STALLED = """
@@ -123,8 +117,8 @@ def check_strangers(programs):
     source, endpoint = programs.scene("sensor", 4), f"tcp/127.0.0.1:{free_port()}"
     expected = programs.run(source)
     begun = time.monotonic()
-    with programs.node(source, "--listen", endpoint, "--ros", "--zenoh") as node:
-        listener, ros = Listener(endpoint), Listener(endpoint, "0/wstac/**", raw=True)
+    with programs.node(source, "--listen", endpoint) as node:
+        listener = Listener(endpoint)
         stalled = subprocess.Popen([sys.executable, "-c", STALLED, endpoint])
         try:
             with socket.create_connection(("127.0.0.1", int(endpoint.rsplit(":", 1)[1]))) as stranger:
@@ -132,10 +126,7 @@ def check_strangers(programs):
             rogue = session("client", connect=endpoint)
             rogue.put("wstac/sensor/state", bytes(20_000_000))
             rogue.put("wstac/sensor/event/0", b"{")
-            until(lambda: any("/features/" in key for key in ros.messages), "features for ROS 2")
-            own = {key: arrived[-1][0] for key, arrived in list(ros.messages.items())}
-            for key in own:
-                rogue.put(key, bytes(1_000_000))
+            until(lambda: listener.lines("wstac/sensor/features"), "features")
             rogue.close()
             same(node.wait(PATIENCE), 0, "exit code")
             took = time.monotonic() - begun
@@ -151,13 +142,8 @@ def check_strangers(programs):
     frames = expected[-1]["frames"]
     same((state["frames"], state["skipped"], state["dropped"]), (frames, 0, 0), "the last state")
     same(took < frames / 30 + 10, True, f"{frames} frames in {took:.1f} s")
-    # What the node sends has its attachment, by which a receiver tells it from a stranger's.
-    events = [payload for key, all_ in ros.messages.items() if "/event/" in key for payload, attachment, _ in all_ if attachment]
-    types = types_of_ros()
-    found = [types.deserialize_cdr(payload, "wstac_msgs/msg/Event").frame for payload in events]
-    same(found, [record["frame"] for record in of_kind(expected, "event")], "events for ROS 2")
-    listener.close(), ros.close()
-    print("a subscriber that stops, bytes that are no protocol, 20 MB and 1 MB under the keys: no sensor waits, and all events arrive")
+    listener.close()
+    print("a subscriber that stops, bytes that are no protocol, 20 MB under a key: no sensor waits, and all events arrive")
 
 
 def check_arguments(programs):
@@ -169,17 +155,13 @@ def check_arguments(programs):
         for arguments, code, text in (
             ([], 2, "required arguments"),
             (["scene:Saw3@150", "--listen", f"tcp/127.0.0.1:{port}"], 2, f"127.0.0.1:{port}"),
-            (["scene:Saw3@150", "--ros"], 2, 'ROS_DOMAIN_ID: is "abc", expected a number'),
             (["scene:Saw3@150", "--connect", "udp/127.0.0.1:1"], 2, '--connect is "udp/127.0.0.1:1": expected tcp/ADDRESS:PORT'),
-            (["scene:Saw3@150,60mm", "--connect", f"tcp/127.0.0.1:{free_port()}", "--ros"], 0, "was never connected to tcp/127.0.0.1:"),
+            (["scene:Saw3@150,60mm", "--connect", f"tcp/127.0.0.1:{free_port()}"], 0, "was never connected to tcp/127.0.0.1:"),
             (["scene:Saw3\x1b[31m@\u202e150"], 2, "\\u001b[31m@\\u202e150"),
             # Names of files need not be UTF-8.
             ([b"\xff"], 1, '"\ufffd": no such file'),
         ):
-            # A domain that is none matters only to topics of ROS 2.
-            has_none = "--ros" not in arguments or "ROS_DOMAIN_ID" in text
-            environment = os.environ | {"ROS_DOMAIN_ID": "abc" if has_none else ""}
-            done = subprocess.run([programs.command, *arguments], env=environment, capture_output=True, text=True, timeout=PATIENCE, check=False)
+            done = subprocess.run([programs.command, *arguments], capture_output=True, text=True, timeout=PATIENCE, check=False)
             same(done.returncode, code, f"exit code of {arguments}, which says {done.stderr!r}")
             if text not in done.stderr or "\x1b" in done.stderr or "\u202e" in done.stderr:
                 fail(f"{arguments}: {done.stderr!r}, expected {text!r}")
@@ -205,32 +187,8 @@ exec sleep 60 >&-
 PROBE = "#!/bin/sh\necho pix_fmt=gray\necho avg_frame_rate=30/1\n"
 
 
-def check_waiting(endpoint, names):
-    """Fewer than 16 requests for each of these sensors, and more than 64 for all, which do not answer: 64 wait."""
-    client = Client(endpoint, DOMAIN)
-    services = client.services()
-
-    def ask(name):
-        service = f"/wstac/{name}/restart_baseline"
-        key = "/".join((str(DOMAIN), service[1:], *services[service]))
-        return client.session.get(key, payload=EMPTY, timeout=1000, target=zenoh.QueryTarget.ALL_COMPLETE)
-
-    def is_over(replies):
-        try:
-            return fail("a sensor that waits answers") if replies.try_recv() else False
-        except zenoh.ZError:
-            return True
-
-    asked = [ask(name) for name in names * 14]
-    until(lambda: sum(map(is_over, asked)) >= len(asked) - 64, "requests without an answer")
-    # The node takes them in their order.
-    same(client.ask("/wstac_node/list_parameters", EMPTY, None), [], "answers while 64 requests wait")
-    same([is_over(one) for one in asked], [False] * 64 + [True] * (len(asked) - 64), "requests that are given up")
-    client.close()
-
-
 def check_hang(programs):
-    """Sensors that wait forever for their source: 64 requests wait for them, and a signal ends the node, which says for which."""
+    """Sensors that wait forever for their source: a signal ends the node, which says for which."""
     folder, video, other = programs.folder / "bin", programs.folder / "clip.mp4", programs.scene("sensor", 5)
     folder.mkdir()
     video.write_bytes(b"a video")
@@ -241,13 +199,11 @@ def check_hang(programs):
     os.environ["PATH"] = f"{folder}:{before}"
     stuck = [f"stuck{number}" for number in range(5)]
     try:
-        ros = ("--ros", "--zenoh", "--domain", DOMAIN, "--listen", endpoint)
-        with programs.node(*(f"{name}={video}" for name in stuck), f"other={other}", *ros) as node:
+        with programs.node(*(f"{name}={video}" for name in stuck), f"other={other}", "--listen", endpoint) as node:
             listener = Listener(endpoint)
             # A second later it waits for its decoder.
             for name in stuck:
                 until(lambda name=name: [state["frames"] for state in listener.lines(f"wstac/{name}/state")].count(1) > 1, "the only frame")
-            check_waiting(endpoint, stuck)
             begun = time.monotonic()
             node.send_signal(signal.SIGTERM)
             until(lambda: listener.lines("wstac/other/end"), "the end of the other sensor")
@@ -258,7 +214,7 @@ def check_hang(programs):
             listener.close()
     finally:
         os.environ["PATH"] = before
-    print("sensors that wait forever: 64 requests wait for them, and SIGTERM ends the node after 10 s")
+    print("sensors that wait forever: SIGTERM ends the node after 10 s")
 
 
 def check_several(programs):
@@ -321,11 +277,12 @@ def check_rates(programs):
 def check_boards(programs):
     """Boards behind TCP and a serial line: their records are those of `wstac run` of the same frames."""
     scene, endpoint = programs.scene("board", 8), f"tcp/127.0.0.1:{free_port()}"
-    expected, peer = programs.run(scene), BoardPeer(programs, scene)
+    # This board waits for 70 frames, as `wstac run` does for samples.
+    expected, peer = programs.run(scene, "--model", "none", "--samples"), BoardPeer(programs, scene)
     left, right = f"left=tcp:127.0.0.1:{peer.tcp.getsockname()[1]}", f"right={peer.device}"
-    with programs.node(left, right, "--baud", 230400, "--listen", endpoint, "--ros", "--zenoh", "--picture") as node:
-        listener, ros = Listener(endpoint), Listener(endpoint, "0/**", raw=True)
-        same([line for line in ("left: a board at tcp:", "right: a board at ", "left: a board has no pictures") if line not in node.said()], [], "notes")
+    with programs.node(left, right, "--baud", 230400, "--listen", endpoint) as node:
+        listener = Listener(endpoint)
+        same([line for line in ("left: a board at tcp:", "right: a board at ") if line not in node.said()], [], "notes")
         connection, _ = peer.tcp.accept()
         over_tcp = threading.Thread(target=peer.play, args=(connection.sendall,))
         over_tcp.start()
@@ -336,8 +293,6 @@ def check_boards(programs):
         until(lambda: len(listener.lines("wstac/right/features")) > 20, "features of the board on the serial line")
         peer.unplug()
         until(lambda: "is gone; waiting for it" in node.said(), "the note that the device is gone")
-        silent = f"0/diagnostics/diagnostic_msgs::msg::dds_::DiagnosticArray_/"
-        until(lambda: any(b"no frames arrive" in payload for key, all_ in list(ros.messages.items()) if key.startswith(silent) for payload, *_ in list(all_)), "diagnostics of a board that is gone")
         peer.plug()
         until(lambda: "is back" in node.said(), "the note that the device is back")
         peer.play(lambda data: os.write(peer.serial, data), slice(half, None))
@@ -348,16 +303,13 @@ def check_boards(programs):
     for kind in ("features", "motion", "event", "contact_end", "end"):
         found = {name: timeless(of_kind(listener.lines(f"wstac/{name}/{kind}"), kind)) for name in ("left", "right")}
         # Boards do not send these.
-        sent = [{name: value for name, value in record.items() if name not in ("acceleration", "period_mm")} for record in timeless(of_kind(expected, kind))]
+        sent = [{name: value for name, value in record.items() if name not in ("acceleration", "period_mm", "sample")} for record in timeless(of_kind(expected, kind))]
         same(found["left"], sent, f"{kind} of the board behind TCP")
         same(found["right"], sent, f"{kind} of the board on a serial line")
         count += 2 * len(found["left"])
     state = listener.lines("wstac/left/state")[-1]
     same((state["frames"], state["events"], state["lost_events"]), (expected[-1]["frames"], 3, 0), "the board's last state")
-    types = types_of_ros()
-    events = [payload for key, all_ in ros.messages.items() if "/left/event/" in key for payload, *_ in all_]
-    same([types.deserialize_cdr(payload, "wstac_msgs/msg/Event").frame for payload in events], [record["frame"] for record in of_kind(expected, "event")], "events of a board for ROS 2")
-    listener.close(), ros.close()
+    listener.close()
     # A port without a board, and one that cannot be opened.
     quiet = socket.create_server(("127.0.0.1", 0))
     with programs.node(f"tcp:127.0.0.1:{quiet.getsockname()[1]}", "--listen", endpoint) as node:
@@ -367,7 +319,7 @@ def check_boards(programs):
     for source in ("tcp:127.0.0.1:1", "/dev/ttyNone"):
         done = subprocess.run([programs.command, source], capture_output=True, text=True, timeout=PATIENCE, check=False)
         same((done.returncode, source in done.stderr), (1, True), f"{source}: {done.stderr!r}")
-    print(f"boards behind TCP and a serial line that was unplugged: {count} records as wstac run, and diagnostics of the silence")
+    print(f"boards behind TCP and a serial line that was unplugged: {count} records as wstac run")
 
 
 def check_config(programs):
@@ -412,69 +364,16 @@ def check_config(programs):
     print("a configuration of Zenoh: denied keys are not heard, what it does not name is safe, and a damaged one is refused by its name")
 
 
-def check_ros(programs):
-    """Nodes of ROS 2 would find the topics and decode the messages, which say what `wstac run` says."""
-    source, endpoint, types = programs.scene("sensor", 7), f"tcp/127.0.0.1:{free_port()}", types_of_ros()
-    expected = programs.run(source, "--model", "builtin:path-svm")
-    arguments = [f"left={source}", "--ros", "--picture", "--domain", DOMAIN, "--model", "builtin:path-svm", "--listen", endpoint]
-    with programs.node(*arguments) as node:
-        listener = Listener(endpoint, f"{DOMAIN}/**", raw=True)
-        tokens = [str(reply.ok.key_expr) for reply in listener.session.liveliness().get("@ros2_lv/**", timeout=PATIENCE)]
-        same(node.wait(PATIENCE), 0, "exit code")
-        until(lambda: any("diagnostics" in key for key in listener.messages), "diagnostics")
-        time.sleep(0.5)
-    kinds = sorted(token.split("/")[5] for token in tokens)
-    same(kinds, ["MP"] * 8 + ["NN"] + ["SS"] * 11, "tokens for discovery")
-    same(len({token.split("/")[4] for token in tokens}), 20, "numbers of the node, its publishers and its services")
-    quality = {(token.rsplit("/", 1)[1], "%parameter_events" in token) for token in tokens if "/NN/" not in token}
-    same(quality, {("::,10:,:,:,,", False), ("::,1000:,:,:,,", True)}, "quality of service in the tokens")
-    described = {tuple(token.split("/")[9:12]) for token in tokens if "/MP/" in token}
-    heard = {("%" + key.split("/", 1)[1].rsplit("/", 2)[0].replace("/", "%"), *key.split("/")[-2:]) for key in listener.messages}
-    same(heard <= described and len(described) == 8, True, f"topics {heard} that tokens describe: {described}")
-    found = in_ros(types, listener.messages, "left")
-    same(set(found), {"event", "contact_end", "motion", "features", "taxels", "diagnostics", "picture"}, "topics")
-
-    features = {record["frame"]: record["f"] for record in expected if record["kind"] == "features"}
-    for message in found["features"]:
-        same([float(number) for number in message.features], features[message.frame], "features")
-        same(message.header.frame_id, "left_frame", "coordinate frame")
-    stamps = [message.header.stamp.sec + message.header.stamp.nanosec / 1e9 for message in found["features"]]
-    same(stamps == sorted(stamps) and abs(stamps[-1] - time.time()) < PATIENCE, True, "stamps of frames")
-    same({len(message.sums) for message in found["taxels"]}, {25}, "taxels")
-    for picture in found["picture"]:
-        same((picture.encoding, picture.step, len(picture.data)), ("mono8", picture.width, picture.width * picture.height), "a picture")
-        same(picture.header.frame_id, "left_frame", "coordinate frame of a picture")
-    frames = {hash(picture.data.tobytes()) for picture in found["picture"]}
-    same(len(frames) > 30, True, "pictures that differ")
-    motion = [record for record in expected if record["kind"] == "motion"]
-    same(len(found["motion"]), len(motion), "messages of motion")
-    for message, record in zip(found["motion"], motion, strict=True):
-        x, y = message.twist.linear.x, message.twist.linear.y
-        near(1000 * math.hypot(x, y), record["speed"]["mm_s"], 0.06, "speed of motion")
-        turn = (math.degrees(math.atan2(y, x)) - record["direction"]["deg"] + 180) % 360 - 180
-        near(turn, 0, 0.06, "direction of motion")
-    events = [record for record in expected if record["kind"] == "event"]
-    same(len(found["event"]), len(events), "events")
-    for message, record in zip(found["event"], events, strict=True):
-        same((message.frame, message.contact, message.reliable), (record["frame"], record["contact"], record["reliable"]), "an event")
-        near(1000 * message.speed, record["speed"]["mm_s"], 0.06, "speed of an event")
-        near(math.degrees(message.direction), record["direction"]["deg"], 0.06, "direction of an event")
-        same((message.texture, message.known), (record["texture"]["specimen"], record["texture"]["known"]), "texture")
-        near(message.confidence, record["texture"]["confidence"], 1e-9, "confidence")
-        touched = message.header.stamp.sec + message.header.stamp.nanosec / 1e9
-        at = stamps[0] + (record["touch_frame"] - found["features"][0].frame) / 30
-        near(touched, at, 0.3, "time of a touch")
-    ends = [(record["frame"], record["event_frame"]) for record in expected if record["kind"] == "contact_end"]
-    same([(message.frame, message.event_frame) for message in found["contact_end"]], ends, "ends of touches")
-    last = found["diagnostics"][-1].status[0]
-    counts = {value.key: json.loads(value.value) for value in last.values}
-    levels = [(message.status[0].level, message.status[0].message) for message in found["diagnostics"]]
-    same((set(levels[1:-1]), levels[-1]), ({(0, "frames arrive")}, (3, "the source has ended")), "levels of diagnostics")
-    facts = (last.name, counts["events"], counts["frames"], counts["readout_ms"])
-    same(facts, ("wstac: left", len(events), expected[-1]["frames"], 0.0), "diagnostics")
-    listener.close()
-    count = sum(map(len, found.values()))
-    print(f"ROS 2: {count} messages of {len(found)} topics decoded and written again by rosbags, with its hashes; 20 tokens for discovery")
+def check_removed(programs):
+    """Options that were removed say what to use instead, as the changelog does."""
+    changelog = (programs.page.parents[1] / "CHANGELOG.md").read_text()
+    table = changelog.split("\n### Removed\n", 1)[1].split("\n### ", 1)[0]
+    options = re.findall(r"`wstac-node (--[a-z-]+)`", table)
+    for option in options:
+        done = subprocess.run([programs.command, "a.y4m", option], capture_output=True, text=True, timeout=PATIENCE, check=False)
+        same((done.returncode, f"wstac-node {option}: was removed; help: " in done.stderr), (2, True), f"{option}: {done.stderr!r}")
+    same(len(options), 6, "options that were removed")
+    print(f"{len(options)} options that were removed say what to use instead")
 
 
 def check_page(programs):
@@ -493,7 +392,7 @@ def check_page(programs):
 
 
 CHECKS = {check.__name__.removeprefix("check_"): check for check in (
-    check_arguments, check_messages, check_rates, check_several, check_hang, check_router, check_strangers, check_hostile, check_boards, check_config, check_tls, check_cdr, check_ros, check_services, check_ends, check_parameters, check_packages, check_page,
+    check_arguments, check_messages, check_rates, check_several, check_hang, check_router, check_strangers, check_hostile, check_boards, check_config, check_tls, check_cdr, check_removed, check_page,
 )}
 
 

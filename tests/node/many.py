@@ -77,16 +77,17 @@ class Meter:
         self.steps = {"features": [0] * (STEPS + 1), "event": [0] * (STEPS + 1)}
         self.worst = dict.fromkeys(self.steps, 0)
         self.session = session("peer", listen=endpoint)
-        self.subscribers = [self.session.declare_subscriber(f"0/wstac/*/{kind}/**", self.take) for kind in self.steps]
+        self.subscribers = [self.session.declare_subscriber(f"wstac/*/{kind}", self.take) for kind in self.steps]
 
     def take(self, sample):
         now = time.time_ns()
-        sensor, kind = str(sample.key_expr).split("/", 4)[2:4]
-        number = int.from_bytes(sample.attachment.to_bytes()[:8], "little")
+        sensor, kind = str(sample.key_expr).split("/")[1:]
         payload = sample.payload.to_bytes()
         seconds, nanoseconds, length = struct.unpack_from("<iII", payload, 4)
         at = 4 + (12 + length + 7) // 8 * 8
         frame = int.from_bytes(payload[at : at + 8], "little")
+        # Events have numbers from 0, and features those of their frames.
+        number = 1 + (int(sample.attachment.to_string()) if kind == "event" else frame)
         # Each subscriber has a thread of its own.
         with self.lock:
             self.heard.setdefault((sensor, kind), Heard()).take(number, frame)
@@ -165,7 +166,7 @@ def measure(programs, minutes, sensors):
     names = [f"s{number:03}" for number in range(sensors)]
     sources = [f"{name}={recordings[number % RECORDINGS][0]}" for number, name in enumerate(names)]
     begun = time.monotonic()
-    with programs.node(*sources, "--ros", "--connect", endpoint) as node:
+    with programs.node(*sources, "--zenoh-encoding", "cdr", "--connect", endpoint) as node:
         machine = Machine(node)
         same(node.wait(minutes * 90 + PATIENCE), 0, f"exit code of the node, which says {node.said()[-2000:]!r}")
     took = time.monotonic() - begun

@@ -14,12 +14,12 @@ ROOT = Path(__file__).resolve().parents[2]
 class PackagesTest(unittest.TestCase):
     def test_every_package_is_read_without_a_complaint(self) -> None:
         names = set()
-        for file in sorted((ROOT / "wstac-node").glob("*/package.xml")):
+        for file in sorted((ROOT / "wstac-ros").glob("*/package.xml")):
             with self.subTest(file.parent.name):
                 complaints: list[str] = []
                 names.add(parse_package(file, warnings=complaints).name)
                 self.assertEqual(complaints, [])
-        self.assertLessEqual({"wstac_bringup", "wstac_msgs"}, names)
+        self.assertLessEqual({"wstac_ros", "wstac_msgs"}, names)
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ LICENSES = ROOT / "wstac-python/wstac/licenses"
 # What is in an archive of a program, besides it, its licenses and the texts of the repository: of the package's files.
 REST = {
     "wstac": ("lib/udev/rules.d/70-wstac.rules", "share/man", "share/bash-completion", "share/fish", "share/zsh"),
-    "wstac-node": ("share/wstac-node/wstac_msgs", "share/wstac-node/wstac_bringup", "share/doc/wstac-node/NETWORK.md"),
+    "wstac-node": ("share/wstac-node/wstac_msgs", "share/wstac-node/wstac_ros", "share/doc/wstac-node/NETWORK.md", "share/doc/wstac-node/ROS.md"),
 }
 TEXTS = {"wstac": ("LICENSE-MIT", "LICENSE-APACHE", "README.md"), "wstac-node": ("LICENSE-MIT", "LICENSE-APACHE")}
 

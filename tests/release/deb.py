@@ -71,12 +71,13 @@ def of_node(root: Path) -> Package:
     """Returns the package of wstac-node, with what it has besides the program."""
     description = """\
  Reads whisker tactile sensors as wstac does, and publishes what they find on a
- network of Zenoh, as JSON or as messages of ROS 2. Packages for colcon are in
- /usr/share/wstac-node."""
-    package = Package("wstac-node", "wstac-node/Cargo.toml", "wstac", "WSTac sensors on a Zenoh network and in ROS 2", description, root)
-    for name in ("wstac_msgs", "wstac_bringup"):
-        shutil.copytree(ROOT / "wstac-node" / name, package.share / "wstac-node" / name)
-    package.install(ROOT / "docs/NETWORK.md", "usr/share/doc/wstac-node/NETWORK.md")
+ network of Zenoh, as JSON or as messages of ROS 2. The packages of ROS 2
+ for colcon are in /usr/share/wstac-node."""
+    package = Package("wstac-node", "wstac-node/Cargo.toml", "wstac", "WSTac sensors on a Zenoh network", description, root)
+    for name in ("wstac_msgs", "wstac_ros"):
+        shutil.copytree(ROOT / "wstac-ros" / name, package.share / "wstac-node" / name, ignore=shutil.ignore_patterns("__pycache__"))
+    for page in ("NETWORK.md", "ROS.md"):
+        package.install(ROOT / "docs" / page, f"usr/share/doc/wstac-node/{page}")
     return package
 
 

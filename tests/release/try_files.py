@@ -76,8 +76,8 @@ class Tried:
         """Tries wstac-node: a client of Zenoh hears what it publishes of a scene."""
         for machine in MACHINES:
             at = self.unpacked(machine, "wstac-node")
-            for package in ("wstac_msgs", "wstac_bringup"):
-                run("diff", "-r", f"wstac-node/{package}", at / package, why=f"wstac-node for {machine} has other files of {package}")
+            for package in ("wstac_msgs", "wstac_ros"):
+                run("diff", "-r", f"wstac-ros/{package}", at / package, why=f"wstac-node for {machine} has other files of {package}")
             licenses = (at / "licenses/dependencies.txt").read_text(encoding="utf-8")
             if not re.search(r"^zenoh [0-9.]*.*Apache-2.0", licenses, re.MULTILINE):
                 fail(f"wstac-node for {machine} has no license of Zenoh")
@@ -104,7 +104,7 @@ class Tried:
             timed(f"dpkg -i of {name}", *install, quiet=True, why=f"dpkg -i of {name} failed")
         if root.run("wstac-node", "--version", user="nobody").strip() != f"wstac-node {self.version}":
             fail("the packaged wstac-node has another version")
-        for package in ("wstac_msgs", "wstac_bringup"):
+        for package in ("wstac_msgs", "wstac_ros"):
             if not (root.at / f"usr/share/wstac-node/{package}/package.xml").is_file():
                 fail("the package of wstac-node has no packages of ROS 2")
         if '"kind":"event"' not in root.run("wstac", "run", "scene:Saw3@150", "--json", user="nobody"):

@@ -2,10 +2,9 @@
 
 use std::ffi::OsStr;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Receiver;
 use std::time::SystemTime;
 
-use wstac_host::error::{Error, ErrorKind};
+use wstac_host::error::Error;
 use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::port::Port;
 use wstac_host::monitor::{Monitor, Report};
@@ -13,7 +12,6 @@ use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 
 use crate::note;
-use crate::orders::{MOST_WAITING, Order};
 use crate::publisher::PublisherHandle;
 
 /// A board whose port is open.
@@ -34,9 +32,7 @@ impl ConnectedBoard {
     }
 
     /// Reads until the board or its connection ends, or until `ends` is set. Returns whether it did not fail.
-    ///
-    /// Orders are refused: what a service could change is in the board.
-    pub(crate) fn run(self, publisher: &PublisherHandle, orders: &Receiver<Order>, ends: &AtomicBool) -> bool {
+    pub(crate) fn run(self, publisher: &PublisherHandle, ends: &AtomicBool) -> bool {
         let Self { name, mut line } = self;
         let count = |output: &Output| {
             if let Output::End(end) = output {
@@ -45,11 +41,6 @@ impl ConnectedBoard {
             }
         };
         let is_over = |monitor: &Monitor| {
-            // No more than wait now: whoever asks without end holds up nobody.
-            for order in orders.try_iter().take(MOST_WAITING) {
-                let why = "is a board, which finds its events itself; wstac board changes its settings";
-                order.refuse(ErrorKind::Unsupported, why);
-            }
             count(&monitor.finish());
             ends.load(Ordering::Relaxed)
         };

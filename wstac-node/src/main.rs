@@ -2,10 +2,9 @@
 //!
 //! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher`
 //! sends what was found. Its handle makes messages between them, and `sums` those of taxels. A full queue makes it skip
-//! messages, so that a slow network never holds up a sensor. `orders` are what services ask of a sensor. `ending` ends
-//! all of it after a signal. `network` opens the session of Zenoh, `refused` has in words
-//! what that refuses, and `threads` gives it enough threads. `records` and `message` are for any program that speaks
-//! Zenoh, and `ros` is for nodes of ROS 2.
+//! messages, so that a slow network never holds up a sensor. `ending` ends all of it after a signal. `network` opens the
+//! session of Zenoh, `refused` has in words what that refuses, and `threads` gives it enough threads. `records` and
+//! `message` are what is published, and `ros` has the form that nodes of ROS 2 read. `removed` are options of before.
 
 mod arguments;
 mod board;
@@ -13,11 +12,11 @@ mod ending;
 mod frames;
 mod message;
 mod network;
-mod orders;
 mod publisher;
 mod queue;
 mod records;
 mod refused;
+mod removed;
 mod ros;
 mod sensor;
 mod strangers;
@@ -26,7 +25,6 @@ mod threads;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
@@ -36,10 +34,7 @@ use wstac_host::visible::OneLine;
 
 use self::arguments::Arguments;
 use self::ending::Ending;
-use self::orders::Control;
 use self::publisher::{Publisher, PublisherHandle};
-use self::ros::publishers::RosPublishers;
-use self::ros::services::Services;
 use self::sensor::ConnectedSensor;
 
 fn main() -> ExitCode {
@@ -48,8 +43,7 @@ fn main() -> ExitCode {
         Ok(arguments) => arguments,
         Err(code) => return code,
     };
-    let arguments = arguments.with_domain(std::env::var_os(arguments::DOMAIN).as_deref());
-    match arguments.and_then(|arguments| run(&arguments)) {
+    match run(&arguments) {
         Ok(true) => ExitCode::SUCCESS,
         Ok(false) => ExitCode::FAILURE,
         Err(error) => {
@@ -70,10 +64,8 @@ fn note(message: impl std::fmt::Display) {
 /// A source, a file or the network cannot be used. Nothing was published.
 fn run(arguments: &Arguments) -> Result<bool, Error> {
     let ending = &Ending::of_program()?;
-    arguments.check_files()?;
     let models = ModelFile::open_all(&arguments.models)?;
     let sources = arguments.sensors()?;
-    arguments.check_names(&sources)?;
     let mut sensors = Vec::new();
     for named in &sources {
         sensors.push(ConnectedSensor::open(named, arguments, &models)?);
@@ -82,41 +74,30 @@ fn run(arguments: &Arguments) -> Result<bool, Error> {
     note(about_network);
     strangers::watch(&network)?;
     let mut publishers = Vec::new();
-    for (place, named) in sources.iter().enumerate() {
-        publishers.push(Publisher::new(&network, arguments, &named.name, place)?);
+    for named in &sources {
+        publishers.push(Publisher::new(&network, arguments, &named.name)?);
     }
-    let _node = arguments.ros.then(|| network::node_token(&network, arguments)).transpose()?;
-    let (controls, orders): (Vec<_>, Vec<_>) =
-        sources.iter().map(|named| Control::new(&named.name, &named.source.to_string_lossy(), arguments)).unzip();
-    let first = RosPublishers::after(sources.len());
-    let services = arguments.ros.then(|| Services::new(&network, arguments, &controls, first)).transpose()?;
-    let (services, clerk) = services.unzip();
     let is_over = AtomicBool::new(false);
     let failures = thread::scope(|scope| {
-        if let Some(clerk) = clerk {
-            scope.spawn(move || clerk.run());
-        }
         scope.spawn(|| network::watch(&network, &connects, &is_over));
         let threads: Vec<_> = sensors
             .into_iter()
             .zip(publishers)
-            .zip(controls.iter().zip(orders))
+            .zip(&sources)
             .enumerate()
-            .map(|(place, ((sensor, publisher), (control, orders)))| {
-                let handle = PublisherHandle::new(publisher.queue(), Arc::clone(&control.settings), arguments);
+            .map(|(place, ((sensor, publisher), named))| {
+                let handle = PublisherHandle::new(publisher.queue(), &named.name, arguments);
                 let share = place as f64 / sources.len() as f64;
                 scope.spawn(move || publisher.run());
                 scope.spawn(move || {
-                    let _reading = ending.reading(&control.name);
-                    sensor.run(handle, &orders, share, ending.flag())
+                    let _reading = ending.reading(&named.name);
+                    sensor.run(handle, share, ending.flag())
                 })
             })
             .collect();
         let failures = threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded);
         let failures = failures.count();
         is_over.store(true, Ordering::Relaxed);
-        // This ends the clerk.
-        drop(services);
         failures
     });
     network::close(&network)?;

@@ -89,17 +89,16 @@ impl Message {
         Ok(Some(Self { topic, payload, kind: None }))
     }
 
-    /// Returns a message of ROS 2 under the key of JSON; `None` if JSON has no such topic.
-    pub(crate) fn of_ros(message: &RosMessage) -> Option<Self> {
+    /// Returns a message of ROS 2 under the key of JSON.
+    pub(crate) fn of_ros(message: RosMessage) -> Self {
         let topic = match message.kind {
             Type::Event => Topic::Event,
             Type::ContactEnd => Topic::ContactEnd,
             Type::TwistStamped => Topic::Motion,
             Type::Features => Topic::Features,
             Type::Taxels => Topic::Taxels,
-            Type::DiagnosticArray | Type::Image | Type::ParameterEvent => return None,
         };
-        Some(Self { topic, payload: message.payload.clone(), kind: Some(message.kind) })
+        Self { topic, payload: message.payload, kind: Some(message.kind) }
     }
 
     /// Returns the message about a sensor's state: names and values, and the times of the last frame.

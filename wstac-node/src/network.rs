@@ -8,16 +8,14 @@ use std::time::{Duration, Instant};
 use serde_json::{Value, json};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::text_file::file_text;
-use zenoh::liveliness::LivelinessToken;
 use zenoh::{Config, Session, Wait};
 
 use crate::arguments::Arguments;
 use crate::note;
 use crate::refused::refused;
-use crate::ros::names;
 use crate::threads;
 
-/// The address of a program that connects to no other one, and the one at which nodes of ROS 2 meet.
+/// The address of a program that connects to no other one.
 const LOCAL: &str = "tcp/127.0.0.1:7447";
 
 /// Opens the session. Returns a line about it for people, too, and the addresses that it connects to.
@@ -87,16 +85,6 @@ fn addresses(config: &Config, kind: &str) -> Vec<String> {
     }
 }
 
-/// Declares the token that tells nodes of ROS 2 of this one.
-///
-/// # Errors
-/// The network refuses it.
-pub(crate) fn node_token(session: &Session, arguments: &Arguments) -> Result<LivelinessToken, Error> {
-    let token = names::node_token(arguments.domain, &session.zid().to_string(), &arguments.node_name);
-    let about = |error| refused(ErrorKind::Usage, "the node's token", &error);
-    session.liveliness().declare_token(token).wait().map_err(about)
-}
-
 /// Returns the settings of the session: safe ones, over which go those of the file, and then those of the arguments.
 fn config(arguments: &Arguments) -> Result<Config, Error> {
     let path = arguments.zenoh_config.as_deref();
@@ -109,15 +97,15 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
     }
     let names = |kind: &str| file.get(kind).is_some_and(|part| part.get("endpoints").is_some());
     let is_told = !arguments.listen.is_empty() || !arguments.connect.is_empty() || names("listen") || names("connect");
-    let local = |is_wanted: bool| if is_wanted && !is_told { json!([LOCAL]) } else { json!([]) };
+    let local = if is_told { json!([]) } else { json!([LOCAL]) };
     let safe = json!({
         "mode": "peer",
         // Nothing is sent to or asked of anybody who is not named.
         "scouting": {"multicast": {"enabled": false}, "gossip": {"enabled": false}},
         // A router may come later, or come back.
-        "connect": {"timeout_ms": -1, "exit_on_failure": false, "endpoints": local(arguments.ros)},
+        "connect": {"timeout_ms": -1, "exit_on_failure": false, "endpoints": []},
         // Without addresses, Zenoh would listen to the whole network.
-        "listen": {"exit_on_failure": true, "endpoints": local(!arguments.ros)},
+        "listen": {"exit_on_failure": true, "endpoints": local},
         // A subscriber that is late for half a second misses nothing of 100 sensors: 16 batches of 64 kB, the most there is.
         // Of what arrives, only requests are read, and the longest of them has 64 kB. Whoever takes nothing for half a
         // second, while what must not be lost waits for it, is cut off.
@@ -131,13 +119,6 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
                 "rx": {"max_message_size": 1 << 20},
             },
         },
-        // Nobody waits for a client that does not take the answers of services: they are short, and go before all else.
-        "qos": {"network": [{
-            "messages": ["query"],
-            "flows": ["ingress"],
-            "key_exprs": [format!("{}/**", arguments.domain)],
-            "overwrite": {"congestion_control": "drop", "priority": "interactive_high"},
-        }]},
     });
     let wrong = |error| Error::with_cause(ErrorKind::Config, "the network's safe settings", error);
     let mut settings: Value = serde_json::from_str(&Config::default().to_string()).map_err(wrong)?;

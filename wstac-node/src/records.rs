@@ -12,7 +12,7 @@ use zenoh::qos::{CongestionControl, Priority};
 use zenoh::query::{Query, Queryable};
 use zenoh::{Session, Wait};
 
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, Form};
 use crate::message::{Message, Topic};
 use crate::queue::Queue;
 use crate::refused::refused;
@@ -56,7 +56,7 @@ impl RecordPublishers {
         let publishers = Topic::ALL.into_iter().map(declare).collect::<Result<_, _>>().map_err(refused)?;
         let events = Arc::new(Mutex::new(Events::default()));
         let (kept, prefix) = (Arc::clone(&events), format!("{sensor}/event"));
-        let encoding = encoding_of(arguments.has_cdr_records().then_some(Type::Event));
+        let encoding = encoding_of((arguments.zenoh_encoding == Form::Cdr).then_some(Type::Event));
         // Who asks may be slow to take the answers, and Zenoh's own threads must not wait for it. The thread ends with the
         // requests.
         let (asks, asked) = Queue::new(MOST_ASKED);

@@ -2,7 +2,6 @@
 
 use std::os::unix::ffi::OsStrExt;
 use std::sync::atomic::AtomicBool;
-use std::sync::mpsc::Receiver;
 
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
@@ -11,8 +10,6 @@ use wstac_host::monitor::pictures::port_of;
 use crate::arguments::{Arguments, NamedSource};
 use crate::board::ConnectedBoard;
 use crate::frames::FrameSource;
-use crate::note;
-use crate::orders::Order;
 use crate::publisher::PublisherHandle;
 
 /// A sensor that is ready for reading.
@@ -32,9 +29,6 @@ impl ConnectedSensor {
         let Some(port) = port_of(source) else {
             return FrameSource::open(named, arguments, models).map(|frames| Self::Frames(Box::new(frames)));
         };
-        if arguments.picture {
-            note(format_args!("{name}: a board has no pictures; none are published"));
-        }
         // Sources of other kinds have no bits per second.
         let baud = arguments.baud.filter(|_| port.as_bytes().starts_with(b"/"));
         ConnectedBoard::open(name, port, baud).map(|board| Self::Board(Box::new(board)))
@@ -44,16 +38,10 @@ impl ConnectedSensor {
     ///
     /// A file or a scene begins after `share` of the time between two of its frames, so that the frames of several ones
     /// do not come all at once.
-    pub(crate) fn run(
-        self,
-        publisher: PublisherHandle,
-        orders: &Receiver<Order>,
-        share: f64,
-        ends: &AtomicBool,
-    ) -> bool {
+    pub(crate) fn run(self, publisher: PublisherHandle, share: f64, ends: &AtomicBool) -> bool {
         match self {
-            Self::Board(board) => board.run(&publisher, orders, ends),
-            Self::Frames(frames) => frames.run(publisher, orders, share, ends),
+            Self::Board(board) => board.run(&publisher, ends),
+            Self::Frames(frames) => frames.run(publisher, share, ends),
         }
     }
 }

@@ -25,7 +25,7 @@ impl FrameSums {
     }
 
     /// Forgets the feature frame under way: the next camera frame is the first of one.
-    pub(crate) fn restart(&mut self) {
+    fn restart(&mut self) {
         (self.present, self.sums) = (0, [0; TAXELS]);
     }
 

@@ -4,6 +4,7 @@
 //! numbers as NumPy arrays. What a Python program sees of them is in `wstac/`. Long calls release the interpreter's
 //! lock.
 
+mod board;
 mod config;
 mod dataset;
 mod model;

@@ -1,5 +1,7 @@
 //! Outputs of a session on their way to Python: objects of `wstac._answers`, and numbers for arrays.
 
+use std::time::SystemTime;
+
 use numpy::{PyArray1, PyArrayMethods};
 use pyo3::exceptions::{PyMemoryError, PyRuntimeError};
 use pyo3::prelude::*;
@@ -18,8 +20,12 @@ use wstac_train::model::trained::in_set_order;
 
 use crate::failed;
 
-/// An output, with the number of the camera frame that comes next: what becomes an object.
-pub(crate) type Numbered = (u64, Output);
+/// A thing that becomes an object, with the number of the frame that comes next: of the camera, or of a board's features.
+pub(crate) enum Found {
+    Output(u64, Output),
+    /// A fault of a board's line: its kind and a message.
+    Fault(u64, &'static str, String),
+}
 
 /// Gathers what passes through a session.
 #[derive(Default)]
@@ -29,7 +35,7 @@ pub(crate) struct Gathered {
     /// The number of each feature frame.
     pub(crate) numbers: Vec<i64>,
     /// All other outputs.
-    pub(crate) outputs: Vec<Numbered>,
+    pub(crate) outputs: Vec<Found>,
     /// The camera frames, if they are asked for.
     pub(crate) frames: Option<Frames>,
     /// The recording of what is pushed, if there is one.
@@ -52,8 +58,12 @@ pub(crate) struct Frames {
     pub(crate) timestamps: Vec<f64>,
     /// Frames per second, if frames have no times of their own.
     pub(crate) rate: Option<f64>,
-    /// The 25 taxels of each frame.
+    /// The 25 taxels of each frame; NaN of a board.
     pub(crate) taxels: Vec<f32>,
+    /// The 25 taxel sums of each frame; 0 of a board.
+    pub(crate) sums: Vec<u32>,
+    /// The wall-clock time of each frame, if the source knows it.
+    pub(crate) stamps: Vec<Option<SystemTime>>,
 }
 
 /// Why reading stops.
@@ -127,8 +137,21 @@ impl Gathered {
             }
             // Events say that they are not reliable.
             Output::BaselineDisturbed { .. } => {}
-            output => self.outputs.push((self.count, output)),
+            output => self.outputs.push(Found::Output(self.count, output)),
         }
+    }
+
+    /// Takes what a board has sent. Its features stand for a frame.
+    pub(crate) fn take_of_board(&mut self, found: Found) {
+        let Found::Output(_, output) = found else { return self.outputs.push(found) };
+        if let (Output::Features(features), Some(frames)) = (&output, &mut self.frames) {
+            frames.numbers.push(features.frame as i64);
+            frames.timestamps.push(features.time_ns.map_or(f64::NAN, |time| time as f64 / 1e9));
+            frames.taxels.extend([f32::NAN; TAXELS]);
+            frames.sums.extend([0; TAXELS]);
+            frames.stamps.push(features.stamp.map(|stamp| stamp.time));
+        }
+        self.take(output);
     }
 
     fn count(&mut self, event: &SourceEvent<'_>) {
@@ -159,8 +182,9 @@ impl Observer for Gathered {
     }
 
     fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        if let (Some(frames), Some(taxels)) = (&mut self.frames, processor.taxels()) {
-            frames.take(event, &taxels, self.count);
+        if let (Some(frames), Some(taxels), Some(sums)) = (&mut self.frames, processor.taxels(), processor.taxel_sums())
+        {
+            frames.take(event, &taxels, &sums, self.count);
         }
         self.count(event);
         true
@@ -169,10 +193,10 @@ impl Observer for Gathered {
 
 impl Frames {
     /// Keeps a frame that could be read.
-    fn take(&mut self, event: &SourceEvent<'_>, taxels: &[f32; TAXELS], number: u64) {
-        let (bytes, timestamp) = match event {
-            SourceEvent::Frame(frame) => (frame.bytes, frame.timestamp),
-            SourceEvent::Taxels(frame) => (&[][..], frame.timestamp),
+    fn take(&mut self, event: &SourceEvent<'_>, taxels: &[f32; TAXELS], sums: &[u32; TAXELS], number: u64) {
+        let (bytes, timestamp, stamp) = match event {
+            SourceEvent::Frame(frame) => (frame.bytes, frame.timestamp, frame.stamp),
+            SourceEvent::Taxels(frame) => (&[][..], frame.timestamp, frame.stamp),
             _ => return,
         };
         self.numbers.push(number as i64);
@@ -181,6 +205,8 @@ impl Frames {
             None => timestamp.map_or(f64::NAN, |time| time.as_secs_f64()),
         });
         self.taxels.extend(taxels);
+        self.sums.extend(sums);
+        self.stamps.push(stamp.map(|stamp| stamp.time));
         if let (Some(size), false) = (self.size, bytes.is_empty()) {
             // Bytes that a driver appends are not part of the frame. The last row's padding may be missing.
             let part = bytes.get(..size).unwrap_or(bytes);
@@ -191,9 +217,15 @@ impl Frames {
 }
 
 /// Returns the objects of `wstac._answers`. They are made from lines of JSON, so that fields have one list.
-pub(crate) fn objects(py: Python<'_>, outputs: Vec<Numbered>) -> PyResult<Vec<Bound<'_, PyAny>>> {
+pub(crate) fn objects(py: Python<'_>, outputs: Vec<Found>) -> PyResult<Vec<Bound<'_, PyAny>>> {
     let classes = py.import("wstac._answers")?;
-    outputs.into_iter().filter_map(|(at, output)| object(&classes, at, output).transpose()).collect()
+    let object = |found| match found {
+        Found::Output(at, output) => object(&classes, at, output).transpose(),
+        Found::Fault(at, kind, message) => {
+            Some(classes.getattr("Fault").and_then(|class| class.call1((at, kind, message))))
+        }
+    };
+    outputs.into_iter().filter_map(object).collect()
 }
 
 /// Returns the object of an output; `None` for outputs that become none. `at` is the number of the camera frame that

@@ -2,8 +2,12 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
+use std::thread;
+use std::time::Duration;
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -12,14 +16,19 @@ use wstac_core::params::{COLUMNS, FEATURES, ROWS};
 use wstac_core::rate::FrameRate;
 use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config as Parsed;
+use wstac_host::error::{Error, ErrorKind};
+use wstac_host::monitor::pictures::port_of;
 use wstac_host::output::OutputOptions;
-use wstac_host::session::{Session, Step};
+use wstac_host::record::labels::check;
+use wstac_host::record::{FinishedRecording, new_file};
 use wstac_host::source::open::OpenOptions;
-use wstac_host::source::{FramePolicy, Recorded, Source as Open, StreamClock, config_of};
+use wstac_host::source::{FramePolicy, Labels, Recorded, Source as Open, StreamClock, config_of};
+use wstac_host::station::{Station, Turn};
 use wstac_scene::SceneConfig;
 use wstac_scene::source::{SceneSource, script};
 use wstac_train::dataset::arrays::name;
 
+use crate::board::{Board, IS_BOARD};
 use crate::config::{Config, table};
 use crate::model::{Model, textures};
 use crate::outputs::{Frames, Gathered, ReadFailure, objects, shaped};
@@ -46,9 +55,33 @@ pub(crate) struct SourceOptions {
     paths: bool,
     at_once: bool,
     sensor: Option<String>,
+    paced: bool,
+    baud: Option<u32>,
 }
 
 impl SourceOptions {
+    /// Returns the outputs that are wanted.
+    fn outputs(&self, features: bool) -> OutputOptions {
+        OutputOptions { features, samples: !self.at_once, motion: self.motion, paths: self.paths }
+    }
+
+    /// Returns the name of an option that is given and that a board cannot follow.
+    fn not_of_boards(&self) -> Option<&'static str> {
+        let given = [
+            ("fps", self.rate.is_some()),
+            ("format", self.format.is_some()),
+            ("size", self.size.is_some()),
+            ("matrix", self.matrix.is_some()),
+            ("range", self.range.is_some()),
+            ("controls", !self.controls.is_empty()),
+            ("config", self.config.is_some()),
+            ("models", !self.models.is_empty()),
+            ("path_samples", self.paths),
+            ("sensor", self.sensor.is_some()),
+        ];
+        given.into_iter().find(|(_, is_given)| *is_given).map(|(name, _)| name)
+    }
+
     /// Returns the part that opens the source.
     fn open(&self) -> PyResult<OpenOptions> {
         let rate = self.rate.map(|(numerator, denominator)| FrameRate::new(numerator, denominator));
@@ -76,6 +109,8 @@ impl SourceOptions {
 #[pyclass(frozen, module = "wstac._wstac")]
 pub(crate) struct Source {
     state: Mutex<ReadState>,
+    /// The orders that wait for the state. A reader gives way to them: it would have the state again before they wake.
+    asked: AtomicUsize,
     about: String,
     /// Four-character code, width, height, bytes from row to row.
     shape: (String, u32, u32, u32),
@@ -83,15 +118,29 @@ pub(crate) struct Source {
     /// Whether frames have times of their own.
     has_times: bool,
     recorded: Recorded,
-    notes: Vec<String>,
-    config: Parsed,
+    config: Mutex<Parsed>,
+    /// The encoding of `sensor_msgs/Image` for its pictures.
+    ros: Option<&'static str>,
     /// The size of a frame in bytes, the last row's padding included.
     frame_bytes: usize,
 }
 
+/// A recording that has ended: its file, frames and bytes, and what a person should know of it.
+type EndedRecording = (PathBuf, u64, u64, &'static str);
+
+/// What a stream reads.
+enum Input {
+    Station(Box<Station>),
+    Board(Box<Board>),
+}
+
 struct ReadState {
-    /// `None` after the end: the file or camera is released.
-    session: Option<Session>,
+    /// `None` after the end: the file, camera or port is released.
+    input: Option<Input>,
+    /// Notes for a person about what nothing states of it, and about a board's line.
+    notes: Vec<String>,
+    /// The result of a recording that the end of the source or a full disk has ended.
+    ended: Option<Result<FinishedRecording, Error>>,
     gathered: Gathered,
     /// Whether it was closed before its end.
     closed: bool,
@@ -102,9 +151,15 @@ struct ReadState {
 /// Opens a source, as `wstac run` does.
 #[pyfunction]
 pub(crate) fn open_source(py: Python<'_>, spec: OsString, options: SourceOptions, features: bool) -> PyResult<Source> {
+    if let Some(port) = port_of(&spec) {
+        return Source::of_board(py, port, &options, features);
+    }
+    if options.baud.is_some() {
+        return Err(refused(format_args!("{}: is no board; leave baud out", spec.display())));
+    }
     let open_options = options.open()?;
     let source = waiting(py, || open(&spec, &open_options))?;
-    Source::new(source, &options, features)
+    Source::new(source, &options, features, options.paced && !wstac_linux::source::is_camera(spec))
 }
 
 /// A touch of a scene as it truly is: the fields of `wstac.Truth`.
@@ -132,7 +187,7 @@ pub(crate) fn open_scene(
         (truth.touch.kind(), specimen, speed, degrees, truth.start_frame(), truth.start_s, truth.end_s)
     });
     let truth = truth.collect();
-    Ok((Source::new(Box::new(source), &options, true)?, truth))
+    Ok((Source::new(Box::new(source), &options, true, false)?, truth))
 }
 
 #[pyfunction]
@@ -174,21 +229,82 @@ impl Source {
 
     /// Returns notes for a person about what nothing states of it.
     #[getter]
-    fn notes(&self) -> Vec<String> {
-        self.notes.clone()
+    fn notes(&self, py: Python<'_>) -> Vec<String> {
+        self.asked(py, |state| state.notes.clone())
     }
 
     /// Returns the configuration that it is read with.
     #[getter]
     fn config(&self) -> Config {
-        Config(self.config.clone())
+        Config(self.config.lock().unwrap_or_else(PoisonError::into_inner).clone())
+    }
+
+    /// Returns the encoding of `sensor_msgs/Image` for its pictures.
+    #[getter]
+    fn ros_encoding(&self) -> Option<&'static str> {
+        self.ros
+    }
+
+    /// Gathers a new baseline from the next frame on.
+    fn restart_baseline(&self, py: Python<'_>) -> PyResult<()> {
+        self.order(py, |station| {
+            station.rezero();
+            Ok(())
+        })
+    }
+
+    /// Uses another configuration from the next frame on, with a new baseline.
+    fn reconfigure(&self, py: Python<'_>, config: Config) -> PyResult<()> {
+        self.order(py, |station| station.reconfigure(config.0.clone()))?;
+        *self.config.lock().unwrap_or_else(PoisonError::into_inner) = config.0;
+        Ok(())
+    }
+
+    /// Replaces the texture models.
+    fn use_models(&self, py: Python<'_>, models: Vec<Model>) -> PyResult<()> {
+        let textures = textures(&models)?;
+        self.order(py, |station| {
+            station.set_textures(textures);
+            Ok(())
+        })
+    }
+
+    /// Starts a recording with the next frame, and with a new baseline, in a new file.
+    fn start_recording(&self, py: Python<'_>, path: PathBuf, labels: Labels, features_only: bool) -> PyResult<()> {
+        check(&labels).map_err(refused)?;
+        self.order(py, |station| {
+            if station.info().taxels_only && !features_only {
+                let about = &station.info().about;
+                let message = "has taxel sums and no frames, expected features_only";
+                return Err(Error::new(ErrorKind::Usage, about, message));
+            }
+            station.record(|| new_file(&path).map(|file| (file, path)), labels, features_only)
+        })
+    }
+
+    /// Ends the recording in progress, or returns the one that the end of the source or a full disk has ended.
+    fn stop_recording(&self, py: Python<'_>) -> PyResult<Option<EndedRecording>> {
+        let ended = self.asked(py, |state| match state.ended.take() {
+            Some(ended) => ended.map(Some),
+            None => state.station().map_or(Ok(None), Station::end_recording),
+        });
+        let ended = ended.map_err(crate::failed_by)?;
+        Ok(ended.map(|ended| {
+            let doubt = ended.doubt();
+            (ended.path, ended.written.frames, ended.written.bytes, doubt)
+        }))
+    }
+
+    /// Returns whether a recording is in progress.
+    fn is_recording(&self, py: Python<'_>) -> bool {
+        self.asked(py, |state| state.station().is_some_and(|station| station.recording().is_some()))
     }
 
     /// Returns the next records, at least one; none at the end.
     fn next<'py>(&self, py: Python<'py>) -> PyResult<Vec<Bound<'py, PyAny>>> {
         loop {
             py.check_signals()?;
-            let (goes_on, outputs, failure, closed) = self.locked(py, |state| {
+            let (goes_on, outputs, failure, closed) = self.read(py, |state| {
                 let goes_on = state.step();
                 let outputs = state.gathered.take_all().outputs;
                 let failure = if outputs.is_empty() { state.failure.take() } else { None };
@@ -212,7 +328,7 @@ impl Source {
         self.gather_frames(py, with_picture);
         loop {
             py.check_signals()?;
-            let (gathered, failure, closed) = self.locked(py, |state| {
+            let (gathered, failure, closed) = self.read(py, |state| {
                 let goes_on = state.step();
                 let has_frame = state.gathered.frames.as_ref().is_some_and(|frames| !frames.numbers.is_empty());
                 let gathered = (has_frame || !goes_on).then(|| state.gathered.take_all());
@@ -237,7 +353,7 @@ impl Source {
     /// request also their bytes.
     fn gather<'py>(&self, py: Python<'py>, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
         self.gather_frames(py, with_frames);
-        while self.locked(py, ReadState::step) {
+        while self.read(py, ReadState::step) {
             py.check_signals()?;
         }
         let (gathered, failure, closed) =
@@ -253,7 +369,7 @@ impl Source {
 
     /// Releases the file or camera.
     fn close(&self, py: Python<'_>) {
-        self.locked(py, |state| state.closed |= state.session.take().is_some());
+        self.asked(py, ReadState::close);
     }
 }
 
@@ -277,6 +393,8 @@ impl Source {
         all.set_item("taxels", shaped(PyArray1::from_vec(py, frames.taxels), [count, ROWS, COLUMNS])?)?;
         all.set_item("frame_numbers", PyArray1::from_vec(py, frames.numbers))?;
         all.set_item("timestamps", PyArray1::from_vec(py, frames.timestamps))?;
+        all.set_item("sums", shaped(PyArray1::from_vec(py, frames.sums), [count, ROWS, COLUMNS])?)?;
+        all.set_item("stamps", frames.stamps)?;
         // A simulated sensor may make no pixels.
         if with_frames && frames.bytes.len() == count * self.frame_bytes {
             all.set_item("frames", shaped(PyArray1::from_vec(py, frames.bytes), [count, self.frame_bytes])?)?;
@@ -284,7 +402,7 @@ impl Source {
         Ok(all)
     }
 
-    fn new(source: Box<dyn Open>, options: &SourceOptions, features: bool) -> PyResult<Self> {
+    fn new(source: Box<dyn Open>, options: &SourceOptions, features: bool, paced: bool) -> PyResult<Self> {
         let mut info = source.info().clone();
         if (options.matrix.is_some() || options.range.is_some()) && !info.format.is_ycbcr() {
             let about = &info.about;
@@ -293,40 +411,92 @@ impl Source {
         info.color = stream::color(info.color, options.matrix.as_deref(), options.range.as_deref())?;
         let given = options.config.as_ref().map(|given| given.0.clone());
         let config = config_of(&info, given).map_err(crate::failed_by)?;
-        let session = Session::builder(source)
-            .info(info.clone())
-            .config(config.clone())
-            .textures(textures(&options.models)?)
-            .outputs(OutputOptions {
-                features,
-                samples: !options.at_once,
-                motion: options.motion,
-                paths: options.paths,
-            })
-            .build()
-            .map_err(crate::failed_by)?;
+        let models = textures(&options.models)?;
+        let station = Station::new(source, info.clone(), config.clone(), models, options.outputs(features));
+        let mut station = station.map_err(crate::failed_by)?;
+        if paced {
+            station = station.paced();
+        }
         let (width, height) = info.size.into();
+        let notes = config.notes(&info).map(Cow::into_owned).collect();
         Ok(Self {
-            notes: config.notes(&info).map(Cow::into_owned).collect(),
             about: info.about,
             shape: (stream::code(info.format), width, height, info.bytes_per_row),
             rate: info.rate.into(),
             has_times: info.clock == StreamClock::Driver,
             recorded: info.recorded.map_or_else(Recorded::default, |recorded| Recorded::clone(&recorded)),
-            config,
-            frame_bytes: *whole_frame(session.processor()).end(),
-            state: Mutex::new(ReadState {
-                session: Some(session),
-                gathered: Gathered::default(),
-                closed: false,
-                failure: None,
-            }),
+            config: Mutex::new(config),
+            ros: info.format.facts().ros.filter(|_| !info.taxels_only),
+            frame_bytes: *whole_frame(station.processor()).end(),
+            asked: AtomicUsize::new(0),
+            state: ReadState::of(Input::Station(Box::new(station)), notes),
         })
+    }
+
+    /// Opens the port of a board, which finds events itself.
+    fn of_board(py: Python<'_>, port: &OsStr, options: &SourceOptions, features: bool) -> PyResult<Self> {
+        if let Some(name) = options.not_of_boards() {
+            let message = format_args!("{}: a board finds events itself; leave {name} out", port.display());
+            return Err(refused(message));
+        }
+        let (baud, outputs) = (options.baud, options.outputs(features));
+        let board = waiting(py, || Board::open(port, baud, outputs))?;
+        Ok(Self {
+            about: format!("a board at {}", board.name()),
+            shape: (String::new(), 0, 0, 0),
+            rate: FrameRate::NOMINAL.into(),
+            has_times: true,
+            recorded: Recorded::default(),
+            config: Mutex::default(),
+            ros: None,
+            frame_bytes: 0,
+            asked: AtomicUsize::new(0),
+            state: ReadState::of(Input::Board(Box::new(board)), Vec::new()),
+        })
+    }
+
+    /// Has the station follow an order.
+    ///
+    /// # Errors
+    /// It is refused, the source is a board or closed, or a recording is in progress, whose replay would not know of
+    /// it.
+    fn order(&self, py: Python<'_>, follow: impl FnOnce(&mut Station) -> Result<(), Error> + Send) -> PyResult<()> {
+        let about = &self.about;
+        let followed = self.asked(py, |state| {
+            let refuse = |kind, why: &str| Err(Error::new(kind, about, why));
+            match &mut state.input {
+                Some(Input::Station(station)) if station.recording().is_some() => {
+                    refuse(ErrorKind::Usage, "has a recording in progress; stop it first")
+                }
+                Some(Input::Station(station)) => follow(station),
+                Some(Input::Board(_)) => refuse(ErrorKind::Unsupported, IS_BOARD),
+                None => refuse(ErrorKind::Usage, "has ended"),
+            }
+        });
+        followed.map_err(crate::failed_by)
     }
 
     /// Returns the error of a read after `close`.
     fn is_closed(&self) -> PyErr {
         refused(format_args!("{}: the stream is closed; open its source again", self.about))
+    }
+
+    /// Reads on with the state, behind all orders that wait for it.
+    fn read<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut ReadState) -> T + Send) -> T {
+        py.detach(|| {
+            while self.asked.load(Ordering::Relaxed) > 0 {
+                thread::sleep(Duration::from_millis(1));
+            }
+        });
+        self.locked(py, of)
+    }
+
+    /// Does with the state what another thread than that of the reader may ask.
+    fn asked<T: Send>(&self, py: Python<'_>, of: impl FnOnce(&mut ReadState) -> T + Send) -> T {
+        self.asked.fetch_add(1, Ordering::Relaxed);
+        let done = self.locked(py, of);
+        self.asked.fetch_sub(1, Ordering::Relaxed);
+        done
     }
 
     /// Uses the state without the interpreter's lock: another thread that has the state may wait for that lock.
@@ -337,15 +507,46 @@ impl Source {
 }
 
 impl ReadState {
+    fn of(input: Input, notes: Vec<String>) -> Mutex<Self> {
+        let gathered = Gathered::default();
+        Mutex::new(Self { input: Some(input), notes, ended: None, gathered, closed: false, failure: None })
+    }
+
+    /// Returns the station, unless the source is a board or has ended.
+    fn station(&mut self) -> Option<&mut Station> {
+        match &mut self.input {
+            Some(Input::Station(station)) => Some(station),
+            _ => None,
+        }
+    }
+
     /// Takes one event of the source. Returns whether the source goes on.
     fn step(&mut self) -> bool {
-        let Some(session) = &mut self.session else { return false };
-        match session.step(&mut self.gathered) {
-            Ok(Step::GoesOn) => return true,
-            Ok(Step::Over) => {}
+        let goes_on = match &mut self.input {
+            None => return false,
+            Some(Input::Station(station)) => {
+                let turn = station.advance(&mut self.gathered);
+                if let Some(ended) = station.take_recorded() {
+                    self.ended = Some(ended);
+                }
+                turn.map(|turn| turn != Turn::Over)
+            }
+            Some(Input::Board(board)) => board.step(&mut self.gathered, &mut self.notes).map_err(ReadFailure::Source),
+        };
+        match goes_on {
+            Ok(true) => return true,
+            Ok(false) => {}
             Err(failure) => self.failure = Some(failure),
         }
-        self.session = None;
+        self.input = None;
         false
+    }
+
+    /// Releases what is read. A recording is complete then.
+    fn close(&mut self) {
+        if let Some(ended) = self.station().and_then(|station| station.end_recording().transpose()) {
+            self.ended = Some(ended);
+        }
+        self.closed |= self.input.take().is_some();
     }
 }

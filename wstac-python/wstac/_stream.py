@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import os
+import warnings
 from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import dataclass, field
+from datetime import datetime
 from types import TracebackType
 from typing import Any, Optional, TypeVar
 
@@ -35,7 +37,7 @@ class Frame:
     timestamp: float
     """Its time in s: the driver's own, or from 0 by its number and the rate (`End.clock`)."""
     taxels: NDArray[np.float32] = field(repr=False)
-    """Taxels as fractions of full scale, 0 to 1: float32 (5, 5), the first row at the top."""
+    """Taxels as fractions of full scale, 0 to 1: float32 (5, 5), the first row at the top. NaN of a board, which sends none."""
     features: Optional[NDArray[np.int16]] = field(repr=False)
     """The ten features of the feature frame that it completed, five rows, then five columns, in units of 1/2048 of a natural
     logarithm: int16 (10,). None if it completed none: above 45 frames per second, frames are added up."""
@@ -45,6 +47,10 @@ class Frame:
     """Its pixels in the shape that `wstac.features` takes for their format; None unless they were asked for, or if there are none."""
     records: list[Record] = field(repr=False)
     """The records since the frame before, such as an `Event` that it completed."""
+    sums: NDArray[np.uint32] = field(repr=False)
+    """Sums of the green of each taxel's pixels: uint32 (5, 5). 0 of a board."""
+    stamp: Optional[datetime] = field(repr=False)
+    """Wall-clock time at which it was taken, with the time zone UTC; None where the source knows none."""
 
     @property
     def event(self) -> Optional[Event]:
@@ -123,7 +129,10 @@ class Stream(Recorded):
 
     @property
     def notes(self) -> list[str]:
-        """What nothing states of the source, such as where its taxels are, and what follows for the answers: for a person."""
+        """What nothing states of the source, such as where its taxels are, and what follows for the answers: for a person.
+
+        Of a board, what it says of itself, and what happens to its line: the first 999 notes and the last one.
+        """
         return self._native.notes
 
     @property
@@ -161,8 +170,8 @@ class Stream(Recorded):
     def frames(self, pictures: bool = False) -> Iterator[Frame]:
         """Yields every camera frame as it comes, with its taxels, its features, and the records that followed from it.
 
-        With `pictures` also its pixels. The records are those of `records`, and whatever followed after the last frame is in `end`
-        and the other lists. Raises `Error` if the source fails.
+        With `pictures` also its pixels. The records are those of `records`, which then yields what followed after the last
+        frame. Raises `Error` if the source fails.
 
         >>> import wstac
         >>> for frame in wstac.open("scene:Saw3@150,90deg").frames():
@@ -170,18 +179,17 @@ class Stream(Recorded):
         ...         print(frame.number, frame.taxels.shape, frame.features.shape, frame.event.contact)
         104 (5, 5) (10,) slide
         """
-        before: list[Record] = []
         while True:
             found = self._native.next_frame(pictures)
             self._take(found["records"])
-            before += self._waiting + found["records"]
-            self._waiting.clear()
+            self._waiting += found["records"]
             if not len(found["frame_numbers"]):
                 if not found["records"]:
                     return
                 continue
             code, width, height, bytes_per_row = self._native.shape
             raw, numbers = found.get("frames"), found["feature_frames"]
+            records, self._waiting = self._waiting, []
             yield Frame(
                 number=int(found["frame_numbers"][0]),
                 timestamp=float(found["timestamps"][0]),
@@ -189,9 +197,10 @@ class Stream(Recorded):
                 features=found["features"][-1] if len(numbers) else None,
                 feature_frame=int(numbers[-1]) if len(numbers) else None,
                 picture=None if raw is None else _frames.pictures(raw, code, (width, height), bytes_per_row)[0],
-                records=before,
+                records=records,
+                sums=found["sums"][0],
+                stamp=found["stamps"][0],
             )
-            before = []
 
     def __aiter__(self) -> AsyncIterator[Event]:
         return self._in_threads(iter(self))
@@ -238,6 +247,67 @@ class Stream(Recorded):
         self._take(given)
         self._waiting += given
         return bool(given)
+
+    @property
+    def ros_encoding(self) -> Optional[str]:
+        """Encoding of its pictures in `sensor_msgs/Image` of ROS 2, of planes that of the first; None if it has none."""
+        return self._native.ros_encoding
+
+    def restart_baseline(self) -> None:
+        """Gathers a new baseline from the next frame on: 25 frames during which nothing may touch the sensor.
+
+        Like the orders below, it is refused with an `Error` by a board, after the end, and during a recording, whose replay
+        would not know of it. It may be called while another thread reads, and then waits for at most a second.
+
+        >>> import wstac
+        >>> with wstac.open("scene:Saw3@150,90deg") as stream:
+        ...     stream.restart_baseline()
+        ...     print(len(list(stream)))
+        1
+        """
+        self._native.restart_baseline()
+
+    def reconfigure(self, config: Configuration) -> None:
+        """Uses another configuration from the next frame on, with a new baseline. Numbers and times of frames go on."""
+        self._native.reconfigure(native_config(config) or _wstac.Config())
+
+    def use_models(self, models: Models) -> None:
+        """Names textures with these models, in place of all others."""
+        self._native.use_models(native_models(models, None))
+
+    def start_recording(self, file: Path, labels: Optional[Mapping[str, str]] = None, *, features_only: bool = False) -> None:
+        """Restarts the baseline, and records to a new MCAP file from the next frame on.
+
+        `labels` are its labels, such as {"specimen": "Saw3"}. With `features_only` it has taxel sums and no pictures. The end of
+        the source or a full disk ends it, too; `stop_recording` then gives the result. Open a camera with `every`, or frames that
+        the program does not read in time are missing.
+
+        >>> import pathlib, tempfile, wstac
+        >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
+        >>> with wstac.open("scene:Saw3@150,90deg", size=(400, 400)) as stream:
+        ...     stream.start_recording(file, {"specimen": "Saw3"})
+        ...     events = list(stream)
+        ...     print(stream.stop_recording())
+        140
+        >>> wstac.read(file).labels, len(wstac.read(file).events)
+        ({'specimen': 'Saw3'}, 1)
+        """
+        self._native.start_recording(os.fsdecode(file), dict(labels or {}), bool(features_only))
+
+    @property
+    def is_recording(self) -> bool:
+        """Whether a recording is in progress."""
+        return self._native.is_recording()
+
+    def stop_recording(self) -> int:
+        """Ends the recording, and returns the number of its frames. Raises `Error` if there is none, or if not all could be written."""
+        ended = self._native.stop_recording()
+        if ended is None:
+            raise _wstac.Error(f"{self.about}: has no recording in progress")
+        _, frames, _, doubt = ended
+        if doubt:
+            warnings.warn(f"{self.about}{doubt}", stacklevel=2)
+        return frames
 
     def close(self) -> None:
         """Releases the file or camera. Reading on raises `Error`, unless the stream had ended.
@@ -289,10 +359,14 @@ def open(
     path_samples: bool = False,
     at_once: bool = False,
     sensor: Optional[str] = None,
+    paced: bool = False,
+    baud: Optional[int] = None,
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
     `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
+    It may be a board (/dev/ttyACM0, tcp:HOST:PORT), which finds events itself: its `frames` have features and no taxels, and
+    `baud` is the rate of a serial line in bits per second, 115200 by default.
     `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also those of scenes. `model` is
     another name of it, as the command has; `read`, `simulate` and `Pipeline` take it, too.
 
@@ -301,7 +375,8 @@ def open(
     `motion` gives a `Motion` of every frame while something slides, among the records. With `path_samples`, events have the
     samples that models of the path take (`Event.path_sample`). With `at_once`, an event comes as soon as its answers are certain,
     without a sample. `every` hands out all frames of a camera, even if the program is
-    slower. `sensor` is the name of one sensor of a recording of several. Raises `Error` if the source cannot be used.
+    slower. `sensor` is the name of one sensor of a recording of several. With `paced`, a file or scene is read at the rate of
+    its frames. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", model="builtin") as stream:
@@ -328,6 +403,8 @@ def open(
         path_samples=path_samples,
         at_once=at_once,
         sensor=sensor,
+        paced=paced,
+        baud=baud,
     )
     return Stream(_wstac.open_source(os.fsdecode(source), options, True))
 
@@ -349,6 +426,8 @@ def source_options(
     path_samples: bool = False,
     at_once: bool = False,
     sensor: Optional[str] = None,
+    paced: bool = False,
+    baud: Optional[int] = None,
 ) -> dict[str, Any]:
     """Returns the options of a source as the extension takes them."""
     least, most = -(1 << 31), (1 << 31) - 1
@@ -368,4 +447,6 @@ def source_options(
         "paths": bool(path_samples),
         "at_once": bool(at_once),
         "sensor": sensor,
+        "paced": bool(paced),
+        "baud": None if baud is None else _frames.count("baud", baud, 1, (1 << 32) - 1),
     }

@@ -1,6 +1,5 @@
 //! Turns what a sensor finds into the messages that are published.
 
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::SystemTime;
 
@@ -8,30 +7,22 @@ use wstac_core::params::TAXELS;
 use wstac_host::error::Error;
 use wstac_host::output::{FrameFeatures, Output};
 
-use crate::arguments::Arguments;
+use crate::arguments::{Arguments, Form};
 use crate::message::Message;
-use crate::orders::{Settings, copy_of};
-use crate::publisher::{Counts, Publication, Queue};
+use crate::publisher::{Counts, Queue};
 use crate::ros::messages::{Header, RosMessage};
-use crate::ros::picture::RosImageShape;
 
 /// The way of a sensor's outputs to its publisher.
 pub(crate) struct PublisherHandle {
     queue: Queue,
-    has_records: bool,
-    has_cdr_records: bool,
-    has_ros: bool,
-    settings: Arc<Settings>,
+    /// The coordinate frame of messages of ROS 2, if records are such messages.
+    frame_id: Option<String>,
 }
 
 impl PublisherHandle {
-    pub(crate) fn new(queue: Queue, settings: Arc<Settings>, arguments: &Arguments) -> Self {
-        let (has_records, has_cdr_records) = (arguments.has_records(), arguments.has_cdr_records());
-        Self { queue, has_records, has_cdr_records, has_ros: arguments.ros, settings }
-    }
-
-    pub(crate) fn settings(&self) -> &Settings {
-        &self.settings
+    pub(crate) fn new(queue: Queue, name: &str, arguments: &Arguments) -> Self {
+        let frame_id = (arguments.zenoh_encoding == Form::Cdr).then(|| format!("{name}_frame"));
+        Self { queue, frame_id }
     }
 
     pub(crate) fn counts(&self) -> &Counts {
@@ -51,12 +42,13 @@ impl PublisherHandle {
             _ => {}
         }
         let stamp = output.stamp().map_or(stamp, |stamp| stamp.time);
-        let ros = self.with_header(stamp, |header| RosMessage::of(output, header)).flatten();
-        let record = match self.cdr_record(ros.as_ref()) {
-            None if self.has_records => Message::of(output)?,
-            record => record,
+        let message = match self.header(stamp).and_then(|header| RosMessage::of(output, header)) {
+            Some(message) => Some(Message::of_ros(message)),
+            None => Message::of(output)?,
         };
-        self.queue.push(Publication::new(record, ros.filter(|_| self.has_ros)));
+        if let Some(message) = message {
+            self.queue.push(message);
+        }
         Ok(())
     }
 
@@ -64,30 +56,12 @@ impl PublisherHandle {
     /// without their own.
     pub(crate) fn taxels(&self, features: &FrameFeatures, sums: &[u32; TAXELS], stamp: SystemTime) {
         let stamp = features.stamp.map_or(stamp, |stamp| stamp.time);
-        let ros = self.with_header(stamp, |header| RosMessage::of_taxels(features.frame, sums, header));
-        let record = self.cdr_record(ros.as_ref());
-        let record = record.or_else(|| self.has_records.then(|| Message::of_taxels(features, sums)));
-        self.queue.push(Publication::new(record, ros.filter(|_| self.has_ros)));
+        let ros = |header| Message::of_ros(RosMessage::of_taxels(features.frame, sums, header));
+        self.queue.push(self.header(stamp).map_or_else(|| Message::of_taxels(features, sums), ros));
     }
 
-    /// Publishes the picture of the last frame, if pictures are wanted.
-    pub(crate) fn picture(&self, shape: RosImageShape, bytes: &[u8], stamp: SystemTime) {
-        if self.has_ros && self.settings.picture.load(Ordering::Relaxed) {
-            let frame_id = copy_of(&self.settings.frame_id);
-            self.queue.push_picture(|| shape.message(bytes, stamp, &frame_id));
-        }
-    }
-
-    /// Returns a message of ROS 2 as a record, if records are such messages.
-    fn cdr_record(&self, message: Option<&RosMessage>) -> Option<Message> {
-        message.filter(|_| self.has_cdr_records).and_then(Message::of_ros)
-    }
-
-    /// Makes a message of ROS 2 with its header, if there are any.
-    fn with_header<T>(&self, stamp: SystemTime, make: impl FnOnce(Header<'_>) -> T) -> Option<T> {
-        (self.has_ros || self.has_cdr_records).then(|| {
-            let frame_id = copy_of(&self.settings.frame_id);
-            make(Header { stamp, frame_id: &frame_id })
-        })
+    /// Returns the header of a message of ROS 2, if records are such messages.
+    fn header(&self, stamp: SystemTime) -> Option<Header<'_>> {
+        self.frame_id.as_deref().map(|frame_id| Header { stamp, frame_id })
     }
 }

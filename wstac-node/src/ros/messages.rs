@@ -2,7 +2,6 @@
 
 use std::time::{Duration, SystemTime};
 
-use serde_json::Value;
 use wstac_core::params::TAXELS;
 use wstac_host::json::real;
 use wstac_host::output::{Output, TactileEvent};
@@ -56,54 +55,6 @@ impl RosMessage {
         let cdr = Cdr::new().header(header.stamp, header.frame_id).u64(frame);
         Self { kind: Type::Taxels, payload: sums.iter().fold(cdr, |cdr, sum| cdr.u32(*sum)).finish() }
     }
-
-    /// Returns the message about a sensor's state, as `diagnostic_msgs` has it.
-    pub(crate) fn of_state(sensor: &str, health: Health, facts: &[(&str, Value)]) -> Self {
-        let (level, text) = health.described();
-        let cdr = Cdr::new().header(SystemTime::now(), "").u32(1);
-        let cdr = cdr.u8(level).text(&format!("wstac: {sensor}")).text(text).text(sensor);
-        let write = |cdr: Cdr, (name, value): &(&str, Value)| cdr.text(name).text(&in_words(value));
-        let cdr = facts.iter().fold(cdr.u32(facts.len() as u32), write);
-        Self { kind: Type::DiagnosticArray, payload: cdr.finish() }
-    }
-}
-
-/// Returns a fact of a state for a person.
-fn in_words(value: &Value) -> String {
-    match value {
-        Value::Null => "unknown".to_owned(),
-        Value::String(text) => text.clone(),
-        Value::Object(counts) => {
-            let counts: Vec<_> = counts.iter().map(|(name, count)| format!("{count} {name}")).collect();
-            counts.join(", ")
-        }
-        other => other.to_string(),
-    }
-}
-
-/// The health of a sensor within the last second.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Health {
-    /// Frames arrived, and nothing was lost.
-    Well,
-    /// Frames, events or messages were lost.
-    Loses,
-    /// No frame arrived.
-    Silent,
-    /// The source has ended.
-    Ended,
-}
-
-impl Health {
-    /// Returns the level of `diagnostic_msgs/DiagnosticStatus`, and a text.
-    fn described(self) -> (u8, &'static str) {
-        match self {
-            Self::Well => (0, "frames arrive"),
-            Self::Loses => (1, "frames, events or messages were lost"),
-            Self::Silent => (2, "no frames arrive"),
-            Self::Ended => (3, "the source has ended"),
-        }
-    }
 }
 
 fn of_event(event: &TactileEvent, header: Header<'_>) -> Cdr {
@@ -134,18 +85,4 @@ fn name_of(texture: &Texture) -> String {
     let depth = texture.depth_mm.map(|depth| depth.to_string());
     let parts = [texture.pattern.clone(), depth].into_iter().flatten().collect::<Vec<_>>().join(" ");
     texture.specimen.clone().or_else(|| texture.class.clone()).unwrap_or(parts)
-}
-
-#[cfg(test)]
-mod tests {
-    use serde_json::json;
-
-    use super::*;
-
-    #[test]
-    fn facts_of_a_state_are_words() {
-        let lost = json!({"corrupt": 1, "shorter than a frame": 3});
-        let found = [Value::Null, lost, "default-layout".into(), 7.5.into()].map(|value| in_words(&value));
-        assert_eq!(found, ["unknown", "1 corrupt, 3 shorter than a frame", "default-layout", "7.5"]);
-    }
 }

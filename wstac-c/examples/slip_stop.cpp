@@ -1,0 +1,30 @@
+// Stops a machine when a part that is held begins to slip, with a callback: ./slip_stop_cpp SOURCE
+#include <cstdio>
+#include <wstac.hpp>
+
+// Put the call that stops your machine here.
+static void stop() { std::puts("  stop"); }
+
+int main(int argc, char **argv)
+{
+    if (argc != 2) {
+        std::fputs("slip_stop: wrong arguments, expected SOURCE\n", stderr);
+        return 2;
+    }
+    wstac::Sensor sensor = wstac::Sensor::open(argv[1]);
+    // A camera without a frame gives no record within a second: go on.
+    bool ended = false;
+    while (sensor && !ended) {
+        sensor.each([&ended](const WstacRecord &record) noexcept {
+            if (record.kind == WSTAC_KIND_SLIP) {
+                std::printf("frame %.0f: slip since frame %.0f\n", double(record.frame), double(record.onset_frame));
+                stop();
+            }
+            ended = record.kind == WSTAC_KIND_END;
+            return true;
+        });
+    }
+    if (!sensor)
+        std::fprintf(stderr, "%s: %s\n", wstac_error_text(sensor.status()), sensor.error());
+    return sensor ? 0 : 1;
+}

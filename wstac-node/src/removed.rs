@@ -1,0 +1,23 @@
+//! The options that `wstac-node` no longer has, and what to use instead.
+
+use clap::Error;
+use clap::error::{ContextKind, ContextValue};
+
+/// Options that were removed, and what to use instead. The table "Removed" of CHANGELOG.md has the same rows, which
+/// `ci/node` asks `wstac-node` for.
+const REMOVED: [(&str, &str); 6] = [
+    ("--ros", "the package wstac_ros publishes sensors in ROS 2 with any middleware (docs/ROS.md)"),
+    ("--picture", "the parameter SENSOR.picture of wstac_ros (docs/ROS.md)"),
+    ("--domain", "ROS_DOMAIN_ID, which every node of ROS 2 reads (docs/ROS.md)"),
+    ("--node-name", "--ros-args -r __node:=NAME of wstac_ros (docs/ROS.md)"),
+    ("--files", "the parameter files of wstac_ros (docs/ROS.md)"),
+    ("--zenoh", "without this option, records are published under the keys of Zenoh, too"),
+];
+
+/// Returns what to use instead of a removed option, if that is what clap does not know.
+pub(crate) fn answer(unknown: &Error) -> Option<String> {
+    let Some(ContextValue::String(name)) = unknown.get(ContextKind::InvalidArg) else { return None };
+    let (option, instead) = REMOVED.iter().find(|(option, _)| option == name)?;
+    let line = format!("wstac-node {option}");
+    Some(format!("{line}: was removed; help: {instead}"))
+}

@@ -1,0 +1,1 @@
+"""Tactile sensors as a node of ROS 2."""
