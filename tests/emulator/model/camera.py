@@ -1,7 +1,7 @@
 """A parallel sensor, the DCMI that captures its pixels, and DMA1's stream 0 that moves the DCMI's words.
 
 Every second byte is dropped if the program asks for that, and the words are written to the ring. The clip's first frame
-is the first one that is captured so and not measured. Before that, the sensor is dark.
+is the first one that is captured and not measured. Before that, the sensor is dark.
 """
 
 from .registers import Registers
@@ -102,11 +102,9 @@ class Dcmi(Registers):
         return bool(self.values.get(CR, 0) & ENABLE)
 
     def uses_frames(self):
-        """Returns whether every second byte of the next frame is captured, and the frame not measured line by line."""
-        if self.values.get(IER, 0) & LINE:
-            return False
-        wants = ENABLE | CAPTURE | EVERY_SECOND_BYTE
-        return self.values.get(CR, 0) & wants == wants
+        """Returns whether the next frame is captured, and not measured line by line."""
+        wants = ENABLE | CAPTURE
+        return not self.values.get(IER, 0) & LINE and self.values.get(CR, 0) & wants == wants
 
     def flag(self, flag):
         """Sets a flag, if it is on."""

@@ -36,7 +36,7 @@ async fn main(_spawner: Spawner) {
         clock: (p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), Some(p.PA10.into())))),
         #[cfg(feature = "usb")]
-        line: h743::usb(p.USB_OTG_FS, UsbIrqs, (p.PA12, p.PA11), _spawner),
+        line: h743::usb(p.USB_OTG_FS, UsbIrqs, (p.PA12, p.PA11), _spawner, Some(h743::OPENMV_BOOTLOADER)),
         #[cfg(not(feature = "usb"))]
         line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
         // Green and red of the colored light, which shine while their pins are low.

@@ -7,6 +7,7 @@ use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{Config, Driver, InterruptHandler};
 use wstac_core::wire::Bootloader;
 
+use crate::link::EnterBootloader;
 use crate::restart::restart;
 use crate::serial::{Peripheral, Serial};
 use crate::usb;
@@ -15,7 +16,8 @@ use crate::usb;
 const MAGIC: *mut u32 = 0x2001_FFFC as *mut u32;
 const STAY: u32 = 0xB007_10AD;
 
-static PERIPHERAL: Peripheral = usb::peripheral(Some((Bootloader::Dfu, || {
+/// OpenMV's boot loader.
+pub const OPENMV_BOOTLOADER: EnterBootloader = (Bootloader::Dfu, || {
     cortex_m::interrupt::disable();
     // SAFETY: the memory is there, and nothing runs any more that uses it.
     #[allow(unsafe_code)]
@@ -24,7 +26,7 @@ static PERIPHERAL: Peripheral = usb::peripheral(Some((Bootloader::Dfu, || {
     }
     cortex_m::asm::dsb();
     restart()
-})));
+});
 
 /// The numbers of STMicroelectronics for a serial line over USB: a product with a name of its own needs numbers of its own.
 const VENDOR: u16 = 0x0483;
@@ -32,7 +34,7 @@ const PRODUCT: u16 = 0x5740;
 /// The bytes for packets that arrive: those of the control endpoint and of the line.
 const ARRIVING: usize = 128;
 
-/// Starts the line of a board with OpenMV's boot loader.
+/// Starts the line of a board with this boot loader, if the program can start one.
 ///
 /// # Panics
 /// Panics at a second call.
@@ -41,16 +43,18 @@ pub fn usb(
     interrupts: impl Binding<OTG_FS, InterruptHandler<USB_OTG_FS>> + 'static,
     data: (Peri<'static, PA12>, Peri<'static, PA11>),
     spawner: Spawner,
+    bootloader: Option<EnterBootloader>,
 ) -> Serial {
+    let peripheral = cortex_m::singleton!(: Peripheral = usb::peripheral(bootloader));
     let arriving = cortex_m::singleton!(: [u8; ARRIVING] = [0; ARRIVING]);
-    let Some(arriving) = arriving else { panic!("USB is started once") };
+    let (Some(arriving), Some(peripheral)) = (arriving, peripheral) else { panic!("USB is started once") };
     // A camera on a cable has no other supply: there is no VBUS to watch.
     let mut config = Config::default();
     config.vbus_detection = false;
     if let Ok(task) = serve(Driver::new_fs(otg, interrupts, data.0, data.1, arriving, config)) {
         spawner.spawn(task);
     }
-    Serial::new(&PERIPHERAL)
+    Serial::new(peripheral)
 }
 
 #[embassy_executor::task]

@@ -31,8 +31,8 @@
 //! | 0x3068 | 0: PCLK inverted |
 
 use super::{
-    Addressing, CameraSensor, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set, six_frames,
-    usual_exposure,
+    Addressing, CameraSensor, ExposurePart, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set,
+    six_frames, usual_exposure,
 };
 use crate::setup;
 
@@ -80,7 +80,7 @@ pub(super) const fn with<const FPS: u32>(wires: DataWires) -> CameraSensor {
         identity: [set(0x0000, 0x01), set(0x0001, 0xB0)],
         reset: set(0x0103, 0x01),
         reset_ms: 100,
-        banked: &[],
+        once: &[],
         settings,
         start: &START,
         switches: 0x2100,
@@ -99,12 +99,14 @@ pub(super) const fn with<const FPS: u32>(wires: DataWires) -> CameraSensor {
         suspects: Suspects { size: 0x3010, format: 0x3059, rate: 0x3060 },
         slower: None,
         clock: None,
-        exposure: [0x0202, 0x0203],
+        exposure: &EXPOSURE,
         lines: None,
         longest_exposure: At::<FPS>::LINES - 2,
         pattern: &WALKING_ONES,
     }
 }
+
+static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x0202, true), ExposurePart::byte(0x0203, false)];
 
 /// The pixel clocks of a line.
 const CLOCKS: u16 = 376;

@@ -1,6 +1,6 @@
 //! The camera interface (DCMI) of the STM32H743 and one stream of its DMA, as [`Capture`].
 //!
-//! The DCMI captures frame after frame and drops every second byte, the chroma of YUYV. Stream 0 of DMA1 writes the rest
+//! The DCMI captures frame after frame and drops every second byte if that is the chroma of YUYV. Stream 0 of DMA1 writes the rest
 //! into a ring of two stripes, round and round, and interrupts when a half is full. No whole frame is kept anywhere.
 //!
 //! Frames are not cropped to the taxels: the host may ask for a picture of all that the camera sees, and then every row
@@ -206,7 +206,7 @@ impl Camera for Dcmi {
                 w.set_vspol(self.signals.vsync_high_between_frames);
                 w.set_hspol(!self.signals.href_high_in_lines);
                 w.set_pckpol(self.signals.sample_at_rising_edge);
-                if what != What::AllBytes {
+                if what != What::AllBytes && self.signals.has_chroma {
                     w.0 |= EVERY_SECOND_BYTE | if self.signals.luma_first { 0 } else { THE_SECOND };
                 }
             });
