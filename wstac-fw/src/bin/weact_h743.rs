@@ -1,5 +1,5 @@
-//! The firmware of a WeAct MiniSTM32H743 with a camera in its socket. Events go out of its USB. The boot loader is that of
-//! the chip's ROM.
+//! The firmware of a WeAct MiniSTM32H743 with a camera in its socket. Events go out of its USB. The boot loader is that
+//! of the chip's ROM.
 #![no_std]
 #![no_main]
 #![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]

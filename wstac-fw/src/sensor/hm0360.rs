@@ -1,12 +1,12 @@
-//! HM0360: 640 × 480 gray pixels, of which every second one in both directions is sent, from a clock of 24 MHz over eight
-//! data wires.
+//! HM0360: 640 × 480 gray pixels, of which every second one in both directions is sent, from a clock of 24 MHz over
+//! eight data wires.
 //!
 //! Register addresses and bits are those of Himax's register list as public drivers quote it: OpenMV's, from which
 //! Zephyr's comes, and Espressif's. There was no data sheet and no sensor, so nothing of this is confirmed on hardware.
 //!
-//! Drivers contradict themselves about the rate. As OpenMV counts an exposure, a line of 376 pixels takes as many clocks
-//! of 24 MHz / 2, and a frame of 532 lines 1/60 s; as it sets rates, that is 1/30 s. So the firmware begins with this
-//! divider, measures the rate, and divides the clock once more if frames come twice as fast.
+//! Drivers contradict themselves about the rate. As OpenMV counts an exposure, a line of 376 pixels takes as many
+//! clocks of 24 MHz / 2, and a frame of 532 lines 1/60 s; as it sets rates, that is 1/30 s. So the firmware begins with
+//! this divider, measures the rate, and divides the clock once more if frames come twice as fast.
 //!
 //! | register | bits that are used |
 //! | --- | --- |
@@ -55,7 +55,7 @@ pub(super) const fn hm0360<const FPS: u32>() -> CameraSensor {
         reset: set(0x0103, 0x01),
         reset_ms: 10,
         once: &TUNING,
-        settings: At::<FPS>::SETTINGS,
+        settings: AtRate::<FPS>::SETTINGS,
         start: &START,
         switches: 0x2000,
         settle_ms: six_frames(FPS),
@@ -75,7 +75,7 @@ pub(super) const fn hm0360<const FPS: u32>() -> CameraSensor {
         clock: None,
         exposure: &EXPOSURE,
         lines: None,
-        longest_exposure: At::<FPS>::LINES - 4,
+        longest_exposure: AtRate::<FPS>::LINES - 4,
         pattern: &[],
     }
 }
@@ -85,9 +85,9 @@ const CLOCKS: u16 = 376;
 static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x0202, true), ExposurePart::byte(0x0203, false)];
 
 /// Makes a rate of the table.
-struct At<const FPS: u32>;
+struct AtRate<const FPS: u32>;
 
-impl<const FPS: u32> At<FPS> {
+impl<const FPS: u32> AtRate<FPS> {
     const LINES: u16 = frame_lines(532, FPS);
     /// It is at most 27 ms.
     const EXPOSURE: [u8; 2] = usual_exposure(480, Self::LINES, 26).to_be_bytes();

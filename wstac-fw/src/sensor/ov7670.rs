@@ -52,13 +52,13 @@ pub(super) const fn ov7670<const FPS: u32>() -> CameraSensor {
         identity: [set(0x0A, 0x76), set(0x0B, 0x73)],
         reset_ms: 10,
         once: &TUNING,
-        settings: At::<FPS>::SETTINGS,
+        settings: AtRate::<FPS>::SETTINGS,
         suspects: Suspects { size: 0x72, format: 0x3A, rate: 0x11 },
         slower: Some([0x07, 0x0F]),
         exposure: &EXPOSURE,
         // Two rows of the array, with two clocks per pixel.
         readout: readout(2 * PIXELS * 2),
-        longest_exposure: At::<FPS>::LINES - 10,
+        longest_exposure: AtRate::<FPS>::LINES - 10,
         // Its address, the register of its reset and its signals are those of the OV7690.
         ..ov7690::<FPS>()
     }
@@ -73,9 +73,9 @@ const MIDDLE: ExposurePart = ExposurePart { register: 0x10, from: 6, mask: 0xFF 
 const HIGH: ExposurePart = ExposurePart { register: 0x07, from: 14, mask: 0x3F };
 
 /// Makes a rate of the table.
-struct At<const FPS: u32>;
+struct AtRate<const FPS: u32>;
 
-impl<const FPS: u32> At<FPS> {
+impl<const FPS: u32> AtRate<FPS> {
     const LINES: u16 = frame_lines(ARRAY as u32, FPS);
     /// The lines that are added to those of the array.
     const MORE: [u8; 2] = (Self::LINES - ARRAY).to_be_bytes();

@@ -298,8 +298,8 @@ fn at_a_rate<const FPS: u32>() {
     }
 }
 
-/// Checks a sensor with so many rows of the array for each of the picture, clocks of a line, lines of a frame, and clocks per
-/// millisecond.
+/// Checks a sensor with so many rows of the array for each of the picture, clocks of a line, lines of a frame, and
+/// clocks per millisecond.
 fn has_rate(sensor: &CameraSensor, fps: u32, rows: u32, clocks: u32, lines: u32, clock: u32) {
     let row_ms = f64::from(rows * clocks) / f64::from(clock);
     let between = f64::from(sensor.size.height() - 1);

@@ -1,7 +1,8 @@
 //! The camera interface (DCMI) of the STM32H743 and one stream of its DMA, as [`Capture`].
 //!
-//! The DCMI captures frame after frame and drops every second byte if that is the chroma of YUYV. Stream 0 of DMA1 writes the rest
-//! into a ring of two stripes, round and round, and interrupts when a half is full. No whole frame is kept anywhere.
+//! The DCMI captures frame after frame and drops every second byte if that is the chroma of YUYV. Stream 0 of DMA1
+//! writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole frame is
+//! kept anywhere.
 //!
 //! Frames are not cropped to the taxels: the host may ask for a picture of all that the camera sees, and then every row
 //! has to be there, while frames go on being used.
