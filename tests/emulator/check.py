@@ -29,7 +29,7 @@ from machine import AXI, AXI_SIZE, DTCM, Machine, Stopped
 from model.camera import M0AR
 from model.i2c import I2C1
 from model.ports import NUCLEO, OPENMV, WEACT
-from model.sensor import Hm0360, Mt9m114, Ov7670, Ov7690, Ov7692, Ov7725
+from model.sensor import Hm01b0, Hm0360, Mt9m114, Ov7670, Ov7690, Ov7692, Ov7725
 
 SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
 # The configuration of a program that is built without one.
@@ -963,7 +963,7 @@ def main():
         check = Check(host, elf)
         check.axi_reads("reads of the AXI SRAM")
         check.out_of_reach("a ring in the DTCM")
-        for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692"), (Ov7670, "OV7670"), (Hm0360, "HM0360")):
+        for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692"), (Ov7670, "OV7670"), (Hm0360, "HM0360"), (Hm01b0, "HM01B0")):
             check.plain(sensor, name)
         for fps in (15, 25, 60):
             rows, lines = (1, 329) if fps > 30 else (2, 480)
@@ -971,6 +971,7 @@ def main():
         for fps in (15, 25):
             check.rate(fps, Ov7670, 239 * 2 * 784 * 2 / 24_000, 480)
         for fps in (15, 60):
+            check.rate(fps, Hm01b0, 239 * 376 * 4 / 24_000, 240 if fps > 30 else 480)
             check.rate(fps, Hm0360, 239 * 376 * 4 / 24_000, 240 if fps > 30 else 480)
         check.start("an HM0360 that is twice as fast", [FOUND, DIVIDED], Hm0360, halves=False)
         for sensor in (Ov7690, Ov7692):
@@ -1078,7 +1079,7 @@ def check_weact(host, elf):
     print("WeAct MiniSTM32H743:")
     check = Check(host, elf, WEACT)
     check_board(check)
-    for sensor in (Ov7690, Ov7692, Ov7670, Hm0360):
+    for sensor in (Ov7690, Ov7692, Ov7670, Hm0360, Hm01b0):
         check.plain(sensor, sensor.__name__)
     return check.failures
 

@@ -15,7 +15,7 @@ picture: a constant change of these is named, and only a calibration sees it.
 import sys
 
 from emulate import FRAME, HEIGHT, WIDTH, Board
-from model.sensor import Hm0360, Ov7670, Ov7690, Ov7692, Ov7725, WordSensor
+from model.sensor import Hm01b0, Hm0360, Ov7670, Ov7690, Ov7692, Ov7725, WordSensor
 
 MUST = ("pins", "size", "format", "chroma", "rate", "automatic")
 MAY = {
@@ -81,7 +81,7 @@ def check(elf, sensor, name):
 
 def main():
     """Checks all sensors, or those that are named."""
-    sensors = {"OV7725": Ov7725, "OV7690": Ov7690, "OV7692": Ov7692, "OV7670": Ov7670, "HM0360": Hm0360}
+    sensors = {"OV7725": Ov7725, "OV7690": Ov7690, "OV7692": Ov7692, "OV7670": Ov7670, "HM0360": Hm0360, "HM01B0": Hm01b0}
     if len(sys.argv) < 2 or any(name not in sensors for name in sys.argv[2:]):
         sys.exit(__doc__)
     failed = 0

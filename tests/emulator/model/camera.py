@@ -7,7 +7,7 @@ is the first one that is captured and not measured. Before that, the sensor is d
 from .registers import Registers
 
 DCMI, DCMI_IRQ = 0x4802_0000, 78
-CR, RIS, IER, ICR = 0x00, 0x08, 0x0C, 0x14
+CR, RIS, IER, ICR, CWSTRT, CWSIZE = 0x00, 0x08, 0x0C, 0x14, 0x20, 0x24
 CAPTURE, CROP, ENABLE = 1, 1 << 2, 1 << 14
 EVERY_SECOND_BYTE, THE_SECOND = 1 << 16, 1 << 18
 OVERRUN, VSYNC, LINE = 2, 8, 16
@@ -72,7 +72,7 @@ class Dma(Registers):
 
 
 class Dcmi(Registers):
-    """The camera interface. Cropping is not modeled."""
+    """The camera interface."""
 
     def __init__(self, dma, ports):
         super().__init__(DCMI)
@@ -96,6 +96,12 @@ class Dcmi(Registers):
         super().write(offset, value)
         if offset == CR:
             self.capturing &= self.enabled()
+
+    def _window(self):
+        """Returns first and last line of the window, the clocks of a line before it, and those in it (RM0433, DCMI_CWSTRT)."""
+        start, size = self.values.get(CWSTRT, 0), self.values.get(CWSIZE, 0)
+        first = start >> 16 & 0x1FFF
+        return first, first + (size >> 16 & 0x3FFF), start & 0x3FFF, (size & 0x3FFF) + 1
 
     def enabled(self):
         """Returns whether it is on."""
@@ -126,11 +132,10 @@ class Dcmi(Registers):
         self.flag(LINE)
         control = self.values.get(CR, 0)
         row, self.row = self.row, self.row + 1
-        if control & CROP:
-            raise ValueError("the camera interface crops, which is not modeled")
-        if not self.capturing:
+        first, last, before, count = self._window() if control & CROP else (0, row, 0, None)
+        if not self.capturing or not first <= row <= last:
             return
-        data, mask = bytes_of(row), self.ports.mask()
+        data, mask = bytes_of(row)[before:][:count], self.ports.mask()
         if mask != 0xFF:
             data = bytes(byte & mask for byte in data)
         if control & EVERY_SECOND_BYTE:

@@ -673,3 +673,99 @@ class Hm0360(WordSensor):
     def bars(self):
         """Returns whether a test picture or noise hides the scene."""
         return bool(self[0x0601] & 1) or self._is_noise()
+
+
+class Hm01b0(WordSensor):
+    """HM01B0 with eight wires: gray pixels with a border. Its registers are those of the drivers that tests/pico/sensor.mjs
+    names.
+    """
+
+    ADDRESS, IDENTITY = 0x24, {0x0000: 0x01, 0x0001: 0xB0}
+    DEFAULTS = {
+        0x0202: 0x01, 0x0203: 0x08, 0x020E: 0x01, 0x0340: 0x02, 0x0341: 0x32, 0x0342: 0x01, 0x0343: 0x72, 0x0383: 0x01,
+        0x0387: 0x01, 0x1000: 0x01, 0x1003: 0x20, 0x1007: 0x20, 0x2100: 0x01, 0x3011: 0x70, 0x3022: 0x02, 0x3023: 0x02,
+        0x3059: 0x02, 0x3060: 0x0A, 0x3068: 0x20,
+    }  # fmt: skip
+    SWITCHES, AUTOMATIC = (0x2100, 1), ((1, 0x0202, 0x0203),)
+    # The oscillator inside, which is a guess; the shortest line, and how many more lines a frame has than rows.
+    OSCILLATOR, SHORTEST_LINE, FEWEST_BLANK, BORDER = 10_000_000, 369, 16, 2
+
+    def drives(self):
+        """Returns whether all frames come: in mode 3 some do, and 0x3064 bit 2 waits for a trigger."""
+        return self.present and self.is_on() and self[0x0100] & 7 == 1 and not self[0x3064] & 4
+
+    def drives_data(self):
+        """Returns whether the data is right when it is taken: a clock of the other polarity changes it then."""
+        return not self[0x3068] & 1
+
+    def lines(self):
+        """Returns the lines of a frame."""
+        return max(self.number(0x0340, 0x0341, 8), self.size()[1] + self.FEWEST_BLANK)
+
+    def row(self):
+        """Returns the seconds of a line, each of which is sent."""
+        clock = (self.OSCILLATOR if self[0x3067] & 1 else XCLK) / (8, 4, 2, 1)[self[0x3060] & 3]
+        return max(self.number(0x0342, 0x0343, 8), self.SHORTEST_LINE) / clock
+
+    def period(self):
+        """Returns the seconds of a frame. One whose exposure does not fit takes several."""
+        return self.row() * self.lines() * max(1, -(-(self.number(0x0202, 0x0203, 8) + 2) // self.lines()))
+
+    def readout_ms(self):
+        """Returns the milliseconds from the first row inside the border to the last."""
+        return 1000 * self.row() * (self.size()[1] - 2 * self.BORDER - 1)
+
+    def size(self):
+        """Returns columns and rows: of the array or its window, or half of both."""
+        columns, rows = (2 if self[register] & 3 == 3 else 1 for register in (0x0383, 0x0387))
+        return 324 // columns, (244 if self[0x3010] & 1 else 324) // rows
+
+    def format(self):
+        """Returns the format: gray pixels come as raw ones do, or as numbers of six bits."""
+        return "SHORT" if self[0x3011] & 1 else "RAW"
+
+    def bytes_per_line(self):
+        """Returns the bytes of a line. With fewer wires, a pixel takes more clocks; and the clock may run before the pixels."""
+        clocks = 8 if self[0x3059] & 0x20 else 2 if self[0x3059] & 0x40 else 1
+        early = 0 if self[0x3060] & 0x20 else max(0, (self[0x3023] & 0x1F) - (self[0x1012] >> 1 & 1))
+        return (self.size()[0] + early) * clocks
+
+    def chroma(self):
+        """Returns that there is none."""
+
+    def light(self):
+        """Returns the table of exposure and gains. What black levels and binning change is a guess."""
+        lines = min(self.number(0x0202, 0x0203, 8), self.lines() - 2)
+        gain = 2 ** (self[0x0205] >> 4 & 7) * ((self[0x020E] & 3) << 6 | self[0x020F] >> 2) / 0x40
+        gain *= (2 if self[0x0390] & 1 else 1) * (2 if self[0x0390] & 2 else 1)
+        black = (self[0x1003] if self[0x1000] & 1 else 16) + (self[0x1007] if self[0x1006] & 1 else 16)
+        return curve(round(lines / self.nominal * gain * (1 + (black - 16) / 512), 6), STRAIGHT, 64)
+
+    def view(self):
+        """Returns how the picture lies."""
+        return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
+
+    def bars(self):
+        """Returns whether a test picture or repaired pixels hide the scene."""
+        return bool(self[0x0601] & 1 or self[0x1008] & 1)
+
+    def _bytes(self, luma):
+        """Returns the bytes of a line: of a picture inside the border, which has another value."""
+        border = bytes([199]) * self.BORDER
+        data = border + luma[self.BORDER : -self.BORDER] + border
+        return bytes(value >> 2 for value in data) if self.format() == "SHORT" else data
+
+    def _line(self, picture, row, clip_size):
+        wide, length = self.size()[0], self.bytes_per_line()
+        if self[0x0601] & 0x11 == 0x11 and self.drives_data():
+            # Walking ones: each value is twice the last one, and 1 follows 0. A black level is added to them.
+            black = self[0x1003] if self[0x1000] & 1 else 0
+            data = bytes(min(255, (1 << at % 9 & 0xFF) + black) for at in range(row * wide, (row + 1) * wide))
+            return (data * -(-length // wide))[:length]
+        width, inside = clip_size[0], row - self.BORDER
+        if picture is not None and 0 <= inside < clip_size[1] and (wide, self.view()) == (width + 4, (False, False, 0, 0)):
+            shown = picture[inside * width : (inside + 1) * width]
+            table, border = self.light(), bytes([199]) * self.BORDER
+            data = self._bytes(border + (shown.translate(table) if table else shown) + border)
+            return (data * -(-length // len(data)))[:length] if self.drives_data() and not self.bars() else bytes(length)
+        return super()._line(picture, row, clip_size)

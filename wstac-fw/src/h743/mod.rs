@@ -35,6 +35,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use self::flash::{BoardFlash, SECTORS};
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
+use crate::sensor::hm01b0::HM01B0;
 use crate::sensor::hm0360::HM0360;
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
@@ -53,8 +54,11 @@ use crate::stripes::Ring;
 use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 
 /// The sensors that are looked for, in this order. All produce frames of one size.
-static SENSORS: &[CameraSensor] =
-    if setup::FPS > WHOLE_FPS { &[OV7690, OV7692, OV7725, HM0360] } else { &[OV7690, OV7692, OV7725, OV7670, HM0360] };
+static SENSORS: &[CameraSensor] = if setup::FPS > WHOLE_FPS {
+    &[OV7690, OV7692, OV7725, HM0360, HM01B0]
+} else {
+    &[OV7690, OV7692, OV7725, OV7670, HM0360, HM01B0]
+};
 /// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.

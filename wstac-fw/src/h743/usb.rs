@@ -1,10 +1,9 @@
 //! The USB of full speed at PA11 and PA12 as the serial line.
 
 use embassy_executor::Spawner;
-use embassy_stm32::Peri;
-use embassy_stm32::interrupt::typelevel::{Binding, OTG_FS};
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::usb::{Config, Driver, InterruptHandler};
+use embassy_stm32::{Peri, bind_interrupts};
 use wstac_core::wire::Bootloader;
 
 use crate::link::EnterBootloader;
@@ -28,6 +27,12 @@ pub const OPENMV_BOOTLOADER: EnterBootloader = (Bootloader::Dfu, || {
     restart()
 });
 
+bind_interrupts!(
+    struct UsbIrqs {
+        OTG_FS => InterruptHandler<USB_OTG_FS>;
+    }
+);
+
 /// The numbers of STMicroelectronics for a serial line over USB: a product with a name of its own needs numbers of its own.
 const VENDOR: u16 = 0x0483;
 const PRODUCT: u16 = 0x5740;
@@ -40,7 +45,6 @@ const ARRIVING: usize = 128;
 /// Panics at a second call.
 pub fn usb(
     otg: Peri<'static, USB_OTG_FS>,
-    interrupts: impl Binding<OTG_FS, InterruptHandler<USB_OTG_FS>> + 'static,
     data: (Peri<'static, PA12>, Peri<'static, PA11>),
     spawner: Spawner,
     bootloader: Option<EnterBootloader>,
@@ -51,7 +55,7 @@ pub fn usb(
     // A camera on a cable has no other supply: there is no VBUS to watch.
     let mut config = Config::default();
     config.vbus_detection = false;
-    if let Ok(task) = serve(Driver::new_fs(otg, interrupts, data.0, data.1, arriving, config)) {
+    if let Ok(task) = serve(Driver::new_fs(otg, UsbIrqs, data.0, data.1, arriving, config)) {
         spawner.spawn(task);
     }
     Serial::new(peripheral)

@@ -71,8 +71,6 @@ pub struct CameraSensor {
     pub size: FrameSize,
     /// The time from the first of these rows to the last: a shutter that rolls reads one after the other.
     pub readout: ReadoutTime,
-    /// The pixels that the sensor sends on every side of that, and that the camera interface leaves out.
-    pub border: u16,
     /// The signals of the sensor's parallel port.
     pub signals: Signals,
     /// The registers that are named when frames are wrong although every setting was kept.
@@ -138,7 +136,7 @@ pub struct Suspects {
     pub rate: u16,
 }
 
-/// The polarities, the order of bytes and the first clocks of a parallel port, which a camera interface needs to know.
+/// The polarities, the order of bytes and the border of a parallel port, which a camera interface needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "each is one way or the other")]
 pub struct Signals {
@@ -152,6 +150,8 @@ pub struct Signals {
     pub has_chroma: bool,
     /// Whether the first of two bytes is a pixel's luma. The second one is then chroma.
     pub luma_first: bool,
+    /// The pixels on every side of those that are used, which the camera interface leaves out.
+    pub border: u16,
     /// The pixels for which PCLK runs before the first one of a line. They are measured, and left out with the border.
     pub early: u16,
 }
@@ -207,7 +207,7 @@ impl CameraSensor {
 
     /// Returns the width and height of what the sensor sends.
     pub fn sent(&self) -> [u16; 2] {
-        [self.size.width(), self.size.height()].map(|side| side.saturating_add(2 * self.border))
+        [self.size.width(), self.size.height()].map(|side| side.saturating_add(2 * self.signals.border))
     }
 
     /// Returns the fault of frames of which a part is not as the settings make it, and of so many words.

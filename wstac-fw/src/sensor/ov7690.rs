@@ -52,13 +52,13 @@ pub(super) const fn ov7690<const FPS: u32>() -> CameraSensor {
         size: QVGA,
         // Rows of the array, with two clocks per pixel.
         readout: readout(At::<FPS>::ROWS * 776 * 2),
-        border: 0,
         signals: Signals {
             vsync_high_between_frames: true,
             href_high_in_lines: true,
             sample_at_rising_edge: true,
             has_chroma: true,
             luma_first: true,
+            border: 0,
             early: 0,
         },
         suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },

@@ -8,7 +8,7 @@ use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 use wstac_core::wire::RegisterValues;
 
-use super::hm01b0::{DataWires, hm01b0, with};
+use super::hm01b0::{DataWires, HM01B0, hm01b0, with};
 use super::hm0360::{HM0360, hm0360};
 use super::ov7670::{OV7670, ov7670};
 use super::ov7690::{OV7690, ov7690};
@@ -18,8 +18,17 @@ use super::watch::Watch;
 use super::{Addressing, CameraSensor, ExposurePart, SensorError, Setting, longest_exposure};
 
 const OMNIVISION: [CameraSensor; 4] = [OV7690, OV7692, OV7725, OV7670];
-const ALL: [CameraSensor; 8] =
-    [OV7690, OV7692, OV7725, OV7670, HM0360, hm01b0(DataWires::One), hm01b0(DataWires::Four), hm01b0(DataWires::Eight)];
+const ALL: [CameraSensor; 9] = [
+    OV7690,
+    OV7692,
+    OV7725,
+    OV7670,
+    HM0360,
+    HM01B0,
+    hm01b0(DataWires::One),
+    hm01b0(DataWires::Four),
+    hm01b0(DataWires::Eight),
+];
 
 /// Returns the steps on the bus that read this value.
 fn is_read(sensor: &CameraSensor, Setting { register, value }: Setting) -> Vec<Transaction> {
@@ -234,19 +243,19 @@ fn the_longest_exposure_fits_in_a_frame() {
 
 #[test]
 fn rates_readouts_and_exposures_are_those_of_the_tables() {
-    at_a_rate::<15>();
-    at_a_rate::<25>();
-    at_a_rate::<30>();
-    at_a_rate::<31>();
-    at_a_rate::<45>();
-    at_a_rate::<60>();
+    at_a_rate::<15, false>();
+    at_a_rate::<25, false>();
+    at_a_rate::<30, false>();
+    at_a_rate::<31, true>();
+    at_a_rate::<45, true>();
+    at_a_rate::<60, true>();
     at_a_slow_rate::<15>();
     at_a_slow_rate::<20>();
     at_a_slow_rate::<25>();
     at_a_slow_rate::<30>();
     // The clock of one wire would be 48 MHz.
     let lines = |sensor: CameraSensor| sensor.table().find(|set| set.register == 0x3060).unwrap().value & 3;
-    assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60>(wires))), [1, 1]);
+    assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60, true>(wires))), [1, 1]);
 }
 
 /// Returns a register of a sensor's table.
@@ -268,7 +277,7 @@ fn at_a_slow_rate<const FPS: u32>() {
     has_rate(&sensor, FPS, rows, 2 * 784, lines, clock);
 }
 
-fn at_a_rate<const FPS: u32>() {
+fn at_a_rate<const FPS: u32, const IS_FAST: bool>() {
     // Rows of the array for each row of the picture, clocks of a line, lines of a frame, clocks per millisecond.
     let all = [ov7690::<FPS>(), ov7692::<FPS>()].map(|sensor| {
         let pixels = (at(&sensor, 0x2A) & 0x70) << 4 | at(&sensor, 0x2B);
@@ -285,10 +294,11 @@ fn at_a_rate<const FPS: u32>() {
     let lines = lines + (at(&sensor, 0x2E) << 8 | at(&sensor, 0x2D));
     let ov7725 = (sensor, rows, 2 * (pixels + at(&sensor, 0x2B)), lines, pll);
     let wires = if FPS > 30 { [DataWires::Eight; 3] } else { [DataWires::One, DataWires::Four, DataWires::Eight] };
-    let hm01b0 = wires.map(with::<FPS>).map(|sensor| {
-        let clock = 24_000 / [8, 4, 2, 1][(at(&sensor, 0x3060) & 3) as usize];
-        (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock)
-    });
+    let hm01b0 =
+        wires.map(with::<FPS, IS_FAST>).into_iter().chain([with::<FPS, true>(DataWires::Eight)]).map(|sensor| {
+            let clock = 24_000 / [8, 4, 2, 1][(at(&sensor, 0x3060) & 3) as usize];
+            (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock)
+        });
     let sensor = hm0360::<FPS>();
     // The rate as drivers set it: half of what they count.
     let clock = (24_000 >> (at(&sensor, 0x0300) & 3)) / 2;
