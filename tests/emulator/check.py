@@ -975,6 +975,7 @@ def main():
             check.rate(fps, Hm01b0, 239 * 376 * 4 / 24_000, 240 if fps > 30 else 480)
             check.rate(fps, Hm0360, 239 * 376 * 4 / 24_000, 240 if fps > 30 else 480)
         check.start("an HM0360 that is twice as fast", [FOUND, DIVIDED], Hm0360, halves=False)
+        check.start("an HM01B0 with clocks before its pixels", [FOUND], Hm01b0, slips={0x3060: 0x09})
         for sensor in (Ov7690, Ov7692):
             check.rate(60, sensor, 239 * 776 * 2 / 24_000, 240, count=24)
         for at in range(0, len(other), 3):

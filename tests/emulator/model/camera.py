@@ -77,7 +77,7 @@ class Dcmi(Registers):
     def __init__(self, dma, ports):
         super().__init__(DCMI)
         self.ports = ports
-        self.dma, self.capturing, self.row = dma, False, 0
+        self.dma, self.capturing, self.row, self.rest = dma, False, 0, b""
 
     def reset(self):
         """Resets the registers."""
@@ -123,7 +123,7 @@ class Dcmi(Registers):
             return
         self.flag(VSYNC)
         self.capturing = self.enabled() and bool(self.values.get(CR, 0) & CAPTURE)
-        self.row = 0
+        self.row, self.rest = 0, b""
 
     def line(self, bytes_of):
         """Handles the begin of a line, whose bytes are `bytes_of(row)`."""
@@ -140,8 +140,9 @@ class Dcmi(Registers):
             data = bytes(byte & mask for byte in data)
         if control & EVERY_SECOND_BYTE:
             data = data[1 if control & THE_SECOND else 0 :: 2]
-        # The rest of a frame that is not whole words is left out.
-        data = data[: len(data) // 4 * 4]
+        # The rest of a line goes on with the next one. That of a frame which is not whole words is left out.
+        data = self.rest + data
+        data, self.rest = data[: len(data) // 4 * 4], data[len(data) // 4 * 4 :]
         if not self.dma.take(data):
             self.flag(OVERRUN)
 

@@ -725,10 +725,14 @@ class Hm01b0(WordSensor):
         return "SHORT" if self[0x3011] & 1 else "RAW"
 
     def bytes_per_line(self):
-        """Returns the bytes of a line. With fewer wires, a pixel takes more clocks; and the clock may run before the pixels."""
-        clocks = 8 if self[0x3059] & 0x20 else 2 if self[0x3059] & 0x40 else 1
-        early = 0 if self[0x3060] & 0x20 else max(0, (self[0x3023] & 0x1F) - (self[0x1012] >> 1 & 1))
-        return (self.size()[0] + early) * clocks
+        """Returns the bytes of a line's pixels. With fewer wires, one takes more clocks."""
+        return self.size()[0] * (8 if self[0x3059] & 0x20 else 2 if self[0x3059] & 0x40 else 1)
+
+    def early(self):
+        """Returns the clocks before the pixels of a line, while HREF is high: unless the clock runs only with pixels. The
+        firmware measures and leaves them out.
+        """
+        return 0 if self[0x3060] & 0x20 else max(0, (self[0x3023] & 0x1F) - (self[0x1012] >> 1 & 1))
 
     def chroma(self):
         """Returns that there is none."""
@@ -749,23 +753,25 @@ class Hm01b0(WordSensor):
         """Returns whether a test picture or repaired pixels hide the scene."""
         return bool(self[0x0601] & 1 or self[0x1008] & 1)
 
-    def _bytes(self, luma):
-        """Returns the bytes of a line: of a picture inside the border, which has another value."""
+    def _shown(self, picture, row, clip_size):
+        """Returns the pixels of a line: of walking ones, of the clip inside the border, or of another picture."""
+        (wide, high), (width, height), inside = self.size(), clip_size, row - self.BORDER
         border = bytes([199]) * self.BORDER
-        data = border + luma[self.BORDER : -self.BORDER] + border
-        return bytes(value >> 2 for value in data) if self.format() == "SHORT" else data
+        if self[0x0601] & 0x11 == 0x11:
+            # Each value is twice the last one, and 1 follows 0. A black level is added to them.
+            black = self[0x1003] if self[0x1000] & 1 else 0
+            return bytes(min(255, (1 << at % 9 & 0xFF) + black) for at in range(row * wide, (row + 1) * wide))
+        if picture is None or not 0 <= inside < height or (wide, high) != (width + 4, height + 4) or self.bars():
+            return bytes(wide)
+        mirrored, turned, *_ = self.view()
+        inside = height - 1 - inside if turned else inside
+        shown = picture[inside * width : (inside + 1) * width]
+        table = self.light()
+        shown = shown.translate(table) if table else shown
+        return border + (shown[::-1] if mirrored else shown) + border
 
     def _line(self, picture, row, clip_size):
-        wide, length = self.size()[0], self.bytes_per_line()
-        if self[0x0601] & 0x11 == 0x11 and self.drives_data():
-            # Walking ones: each value is twice the last one, and 1 follows 0. A black level is added to them.
-            black = self[0x1003] if self[0x1000] & 1 else 0
-            data = bytes(min(255, (1 << at % 9 & 0xFF) + black) for at in range(row * wide, (row + 1) * wide))
-            return (data * -(-length // wide))[:length]
-        width, inside = clip_size[0], row - self.BORDER
-        if picture is not None and 0 <= inside < clip_size[1] and (wide, self.view()) == (width + 4, (False, False, 0, 0)):
-            shown = picture[inside * width : (inside + 1) * width]
-            table, border = self.light(), bytes([199]) * self.BORDER
-            data = self._bytes(border + (shown.translate(table) if table else shown) + border)
-            return (data * -(-length // len(data)))[:length] if self.drives_data() and not self.bars() else bytes(length)
-        return super()._line(picture, row, clip_size)
+        length, data = self.bytes_per_line(), self._shown(picture, row, clip_size)
+        data = bytes(value >> 2 for value in data) if self.format() == "SHORT" else data
+        data = data[:1] * self.early() + (data * -(-length // len(data)))[:length]
+        return data if self.drives_data() else bytes(len(data))
