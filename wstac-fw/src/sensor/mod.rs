@@ -1,4 +1,4 @@
-//! Camera sensors. Tables make each of them send QVGA at the rate of [`setup`](crate::setup) with a fixed light response.
+//! Camera sensors. Tables make each of them send QVGA at the rate of [`setup`] with a fixed light response.
 //! One procedure identifies them and sets them up, whether their registers have addresses of 8 or of 16 bits.
 //!
 //! A rate is made by lines without pixels. Their number keeps every rate from 15 to 60 frames per second within 0.4 %, and
