@@ -193,7 +193,7 @@ class Sensor:
         table = self.light()
         data, length = self._bytes(luma.translate(table) if table else luma), self.bytes_per_line()
         # A clock that is too fast sends bytes again.
-        return (data * -(-length // len(data)))[:length] if self.drives_data() else bytes(length)
+        return (data * -(-length // max(len(data), 1)))[:length] if self.drives_data() else bytes(length)
 
     def _bytes(self, luma):
         kind = self.format()
