@@ -15,13 +15,13 @@ picture: a constant change of these is named, and only a calibration sees it.
 import sys
 
 from emulate import FRAME, HEIGHT, WIDTH, Board
-from model.sensor import Ov7690, Ov7692, Ov7725
+from model.sensor import Hm01b0, Hm0360, Ov7670, Ov7690, Ov7692, Ov7725, WordSensor
 
 MUST = ("pins", "size", "format", "chroma", "rate", "automatic")
 MAY = {
     "light": "another light, which stays as it is",
     "view": "another view, which a calibration sees",
-    "picture": "color bars in place of the picture",
+    "picture": "color bars or noise in place of the picture",
 }
 LATEST = 60 * FRAME
 
@@ -74,13 +74,14 @@ def check(elf, sensor, name):
                 said.append(f"{named}: {', '.join(MAY[part] for part in MAY if part in parts)}")
         bank, register = divmod(place, 256)
         where = f"0x{register:02X}" + (f" of bank {bank}" if bank else "")
+        where = f"0x{place:04X}" if issubclass(sensor, WordSensor) else where
         lines.append(f"{name} {where} = 0x{value:02X}: " + ("; ".join(said) or "no effect on the pins is known"))
     return lines, failures
 
 
 def main():
     """Checks all sensors, or those that are named."""
-    sensors = {"OV7725": Ov7725, "OV7690": Ov7690, "OV7692": Ov7692}
+    sensors = {"OV7725": Ov7725, "OV7690": Ov7690, "OV7692": Ov7692, "OV7670": Ov7670, "HM0360": Hm0360, "HM01B0": Hm01b0}
     if len(sys.argv) < 2 or any(name not in sensors for name in sys.argv[2:]):
         sys.exit(__doc__)
     failed = 0

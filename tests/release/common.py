@@ -24,6 +24,7 @@ BOARDS = {
     "pico.uf2": ("rp2040", "thumbv6m-none-eabi", "rp2040", "pico"),
     "pico2.uf2": ("rp2350", "thumbv8m.main-none-eabihf", "rp2350", "pico"),
     "openmv_cam_h7.dfu": ("openmv", "thumbv7em-none-eabihf", "h743", "openmv_cam_h7"),
+    "weact_h743.dfu": ("weact", "thumbv7em-none-eabihf", "h743", "weact_h743"),
 }
 
 

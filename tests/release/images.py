@@ -1,6 +1,7 @@
-"""Writes a board's program as a file for its boot loader: .uf2 for a Raspberry Pi Pico or Pico 2, .dfu for an OpenMV Cam H7.
+"""Writes a board's program as a file for its boot loader: .uf2 for a Raspberry Pi Pico or Pico 2, .dfu for an OpenMV Cam H7 or
+a WeAct MiniSTM32H743.
 
-    images.py rp2040|rp2350|openmv PROGRAM OUT
+    images.py rp2040|rp2350|openmv|weact PROGRAM OUT
 """
 
 from __future__ import annotations
@@ -16,8 +17,10 @@ HAS_FAMILY, HAS_TAG = 0x2000, 0x8000
 FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}
 # RP2350-E10: the first revision of the boot ROM needs a first block that is to be ignored, of the family of any address.
 ANY_ADDRESS, IGNORED, IGNORE = 0xE48BFF57, 0x10FFFF00, 0x9957E304
-# The suffix of USB DFU 1.1, of OpenMV's boot loader: its numbers, and the address of its part FIRMWARE.
-VENDOR, PRODUCT, DFU, FIRMWARE = 0x37C5, 0x9204, 0x0100, 0x08040000
+# The suffix of USB DFU 1.1, and of each boot loader its numbers and where a program begins: OpenMV's has a part FIRMWARE, and
+# that in the ROM of an STM32 (AN2606) takes an address.
+DFU = 0x0100
+LOADERS = {"openmv": (0x37C5, 0x9204, 0x08040000), "weact": (0x0483, 0xDF11, 0x08000000)}
 
 
 def parts(elf: bytes) -> list[tuple[int, bytes]]:
@@ -52,22 +55,23 @@ def uf2(elf: bytes, chip: str) -> bytes:
     return b"".join(blocks)
 
 
-def dfu(elf: bytes) -> bytes:
+def dfu(elf: bytes, board: str) -> bytes:
     every = parts(elf)
-    if every[0][0] != FIRMWARE:
-        sys.exit(f"the program begins at {every[0][0]:#x}, expected {FIRMWARE:#x}: is it that of an OpenMV Cam H7?")
+    vendor, product, begin = LOADERS[board]
+    if every[0][0] != begin:
+        sys.exit(f"the program begins at {every[0][0]:#x}, expected {begin:#x}: is it that of the board {board}?")
     image = bytearray()
     for place, data in every:
-        image.extend(bytes(place - FIRMWARE - len(image)) + data)
-    image += struct.pack("<4H3sB", 0xFFFF, PRODUCT, VENDOR, DFU, b"UFD", 16)
+        image.extend(bytes(place - begin - len(image)) + data)
+    image += struct.pack("<4H3sB", 0xFFFF, product, vendor, DFU, b"UFD", 16)
     return bytes(image + struct.pack("<I", zlib.crc32(image) ^ 0xFFFFFFFF))
 
 
 def main() -> None:
-    if len(sys.argv) != 4 or sys.argv[1] not in (*FAMILIES, "openmv"):
+    if len(sys.argv) != 4 or sys.argv[1] not in (*FAMILIES, *LOADERS):
         sys.exit(__doc__)
     chip, elf = sys.argv[1], Path(sys.argv[2]).read_bytes()
-    Path(sys.argv[3]).write_bytes(dfu(elf) if chip == "openmv" else uf2(elf, chip))
+    Path(sys.argv[3]).write_bytes(dfu(elf, chip) if chip in LOADERS else uf2(elf, chip))
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ import subprocess
 from pathlib import Path
 from zipfile import ZipFile
 
+from images import LOADERS
 from common import AS_ROOT, BOARDS, FILES, MACHINES, ROOT, TARGET, CleanRoot, demo_is_that_of_the_readme, fail, folder, run, say, timed, version
 
 # What Python prints of an event and a data set: numbers in full.
@@ -197,13 +198,14 @@ def foreign_python(folder: Path) -> Path:
 
 def boards(at: Path) -> None:
     """Reads the firmware's files back with other programs: they have the bytes that objcopy makes of the programs."""
-    for name, (_, target, _, program) in BOARDS.items():
+    for name, (chip, target, _, program) in BOARDS.items():
         file, flat = FILES / f"wstac-fw-{version()}-{name}", at / "flat"
         run("arm-none-eabi-objcopy", "-O", "binary", TARGET / target / "release" / program, flat)
         data, expected = file.read_bytes(), flat.read_bytes()
         if file.suffix == ".dfu":
             said = run("dfu-suffix", "-c", file)
-            if not re.search(r"Product ID:\s*0x9204\s*Vendor ID:\s*0x37C5", said):
+            vendor, product = LOADERS[chip][:2]
+            if not re.search(rf"Product ID:\s*0x{product:04X}\s*Vendor ID:\s*0x{vendor:04X}", said):
                 fail(f"dfu-suffix says of {file.name}: {said}")
             found = data[:-16]
         else:

@@ -28,7 +28,8 @@ pub fn emulated(out: &Path) {
 /// the settings, which begin at 0x08180000. With the feature `models`, it ends in front of the models, at 0x08100000.
 ///
 /// The OpenMV Cam H7 has a bootloader of 128 KiB and a file system of 128 KiB in front of it.
-pub const H743: &[(&str, u32, u32)] = &[("h743", 0x0800_0000, 1536), ("openmv_cam_h7", 0x0804_0000, 1280)];
+pub const H743: &[(&str, u32, u32)] =
+    &[("h743", 0x0800_0000, 1536), ("openmv_cam_h7", 0x0804_0000, 1280), ("weact_h743", 0x0800_0000, 1536)];
 
 /// The memories of an STM32H743 besides its flash. Variables and stack are in the core's own RAM (DTCM), which takes no
 /// cycles to wait; the DMA does not reach that, and a bootloader has its own variables there. So the ring and the crash

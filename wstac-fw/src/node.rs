@@ -495,7 +495,7 @@ async fn try_to_bring_up(
     let found = FrameNumbers { lines, words, millihertz: self_test::millihertz(frames, ticks, TICK_HZ) };
     let differs = |part| sensor.differs(part, sensor.frames().words, found);
     let [width, height] = sensor.sent();
-    let early = self_test::early_pixels(probe, width, sensor.border);
+    let early = self_test::early_pixels(probe, width, sensor.signals.border);
     let size = [width + early, height];
     let judged =
         [0, 1].map(|half| self_test::judge(probe, camera.rows(half), size, sensor.signals.has_chroma, RATE, TICK_HZ));

@@ -1,13 +1,13 @@
 """A parallel sensor, the DCMI that captures its pixels, and DMA1's stream 0 that moves the DCMI's words.
 
 Every second byte is dropped if the program asks for that, and the words are written to the ring. The clip's first frame
-is the first one that is captured so and not measured. Before that, the sensor is dark.
+is the first one that is captured and not measured. Before that, the sensor is dark.
 """
 
 from .registers import Registers
 
 DCMI, DCMI_IRQ = 0x4802_0000, 78
-CR, RIS, IER, ICR = 0x00, 0x08, 0x0C, 0x14
+CR, RIS, IER, ICR, CWSTRT, CWSIZE = 0x00, 0x08, 0x0C, 0x14, 0x20, 0x24
 CAPTURE, CROP, ENABLE = 1, 1 << 2, 1 << 14
 EVERY_SECOND_BYTE, THE_SECOND = 1 << 16, 1 << 18
 OVERRUN, VSYNC, LINE = 2, 8, 16
@@ -72,12 +72,12 @@ class Dma(Registers):
 
 
 class Dcmi(Registers):
-    """The camera interface. Cropping is not modeled."""
+    """The camera interface."""
 
     def __init__(self, dma, ports):
         super().__init__(DCMI)
         self.ports = ports
-        self.dma, self.capturing, self.row = dma, False, 0
+        self.dma, self.capturing, self.row, self.rest = dma, False, 0, b""
 
     def reset(self):
         """Resets the registers."""
@@ -97,16 +97,20 @@ class Dcmi(Registers):
         if offset == CR:
             self.capturing &= self.enabled()
 
+    def _window(self):
+        """Returns first and last line of the window, the clocks of a line before it, and those in it (RM0433, DCMI_CWSTRT)."""
+        start, size = self.values.get(CWSTRT, 0), self.values.get(CWSIZE, 0)
+        first = start >> 16 & 0x1FFF
+        return first, first + (size >> 16 & 0x3FFF), start & 0x3FFF, (size & 0x3FFF) + 1
+
     def enabled(self):
         """Returns whether it is on."""
         return bool(self.values.get(CR, 0) & ENABLE)
 
     def uses_frames(self):
-        """Returns whether every second byte of the next frame is captured, and the frame not measured line by line."""
-        if self.values.get(IER, 0) & LINE:
-            return False
-        wants = ENABLE | CAPTURE | EVERY_SECOND_BYTE
-        return self.values.get(CR, 0) & wants == wants
+        """Returns whether the next frame is captured, and not measured line by line."""
+        wants = ENABLE | CAPTURE
+        return not self.values.get(IER, 0) & LINE and self.values.get(CR, 0) & wants == wants
 
     def flag(self, flag):
         """Sets a flag, if it is on."""
@@ -119,7 +123,7 @@ class Dcmi(Registers):
             return
         self.flag(VSYNC)
         self.capturing = self.enabled() and bool(self.values.get(CR, 0) & CAPTURE)
-        self.row = 0
+        self.row, self.rest = 0, b""
 
     def line(self, bytes_of):
         """Handles the begin of a line, whose bytes are `bytes_of(row)`."""
@@ -128,17 +132,17 @@ class Dcmi(Registers):
         self.flag(LINE)
         control = self.values.get(CR, 0)
         row, self.row = self.row, self.row + 1
-        if control & CROP:
-            raise ValueError("the camera interface crops, which is not modeled")
-        if not self.capturing:
+        first, last, before, count = self._window() if control & CROP else (0, row, 0, None)
+        if not self.capturing or not first <= row <= last:
             return
-        data, mask = bytes_of(row), self.ports.mask()
+        data, mask = bytes_of(row)[before:][:count], self.ports.mask()
         if mask != 0xFF:
             data = bytes(byte & mask for byte in data)
         if control & EVERY_SECOND_BYTE:
             data = data[1 if control & THE_SECOND else 0 :: 2]
-        # The rest of a frame that is not whole words is left out.
-        data = data[: len(data) // 4 * 4]
+        # The rest of a line goes on with the next one. That of a frame which is not whole words is left out.
+        data = self.rest + data
+        data, self.rest = data[: len(data) // 4 * 4], data[len(data) // 4 * 4 :]
         if not self.dma.take(data):
             self.flag(OVERRUN)
 

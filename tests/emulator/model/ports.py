@@ -40,6 +40,9 @@ NUCLEO = Wiring("PC6 PC7 PC8 PC9 PE4 PD3 PE5 PE6", "PD8", "PB0 PB14", 1, 8_000_0
 OPENMV = Wiring(
     "PC6 PC7 PE0 PE1 PE4 PB6 PE5 PE6", "PB10", "PC1 PC0", 0, 12_000_000, False, power="PD7 PA10", bootloader=True
 )
+# Zephyr's mini_stm32h743.dts: 25 MHz, the blue light at PE3, a socket with power-down at PA7 and no reset. PB12 is free on the
+# header, as PB10 is.
+WEACT = Wiring("PC6 PC7 PE0 PE1 PE4 PD3 PE5 PE6", "PB10", "PE3 PB12", 1, 25_000_000, False, power="PA7")
 
 
 class Port(Registers):
@@ -106,8 +109,8 @@ class Ports:
             return False
         if self.wiring.power is None:
             return True
-        (down, down_pin), (reset, reset_pin) = self.wiring.power
-        return self.ports[down].is_low(down_pin) and self.ports[reset].is_high(reset_pin)
+        (down, down_pin), *resets = self.wiring.power
+        return self.ports[down].is_low(down_pin) and all(self.ports[port].is_high(number) for port, number in resets)
 
     def has_bus(self):
         """Returns whether the bus has its pins."""

@@ -1,8 +1,8 @@
 """The sensors: what their registers make of the pins.
 
 The registers and bits are those of public drivers and of quotes of OmniVision's data sheets, not those of the
-firmware's tables: Linux drivers of the OV7690 and OV772x, MediaTek's and Analog Devices' drivers of the OV7692, and
-OpenMV's drivers of the OV7690 and OV7725. What none of them says is a guess, and the comment says so.
+firmware's tables: Linux drivers of the OV7670, OV7690 and OV772x, MediaTek's and Analog Devices' drivers of the OV7692,
+OpenMV's drivers of the OV7670, OV7690, OV7725 and HM0360, Zephyr's of the HM0360, and Adafruit's of the OV7670. What none of them says is a guess, and the comment says so.
 
 A clip is what the sensor sees with the exposure `nominal`, in lines, and gain 1. Wrong lights change its luma, wrong sizes cut or
 enlarge it, and a wrong format gives other bytes.
@@ -24,8 +24,8 @@ class Sensor:
     """
 
     ADDRESS, IDENTITY, DEFAULTS, RESET = 0, {}, {}, (0x12, 0x80)
-    # The registers that automatic controls change: (bit of 0x13, registers).
-    AUTOMATIC = ()
+    # The register and the bits that switch automatic controls on, and the registers that each changes: (bit, registers).
+    SWITCHES, AUTOMATIC = (0x13, 7), ()
 
     def __init__(self, address=None, identity=None):
         self.address = self.ADDRESS if address is None else address
@@ -149,7 +149,7 @@ class Sensor:
             "format": self.format(),
             # A difference of 2 is within what a byte may differ by.
             "chroma": self.chroma() is not None and all(abs(value - GREY_CHROMA) <= 2 for value in self.chroma()),
-            "automatic": self[0x13] & 7,
+            "automatic": self[self.SWITCHES[0]] & self.SWITCHES[1],
             "light": self.light(),
             "view": self.view(),
             "picture": "bars" if self.bars() else "scene",
@@ -159,7 +159,7 @@ class Sensor:
         """Lets the automatic controls act: they look for another light, and their registers show it."""
         self.dark = None
         for bit, high, low in self.AUTOMATIC:
-            if self[0x13] & bit:
+            if self[self.SWITCHES[0]] & bit:
                 value = (self.registers.get(high, 0) << 8 | self.registers.get(low, 0)) + 1 if high else None
                 if high:
                     self.registers[high], self.registers[low] = value >> 8 & 0xFF, value & 0xFF
@@ -191,8 +191,9 @@ class Sensor:
             x_of = [(wide - 1 - x if mirrored else x) + right for x in range(wide)]
             luma = bytes(picture[y * width + x % wide * width // wide] for x in x_of)
         table = self.light()
-        luma = luma.translate(table) if table else luma
-        return self._bytes(luma)[: self.bytes_per_line()] if self.drives_data() else bytes(self.bytes_per_line())
+        data, length = self._bytes(luma.translate(table) if table else luma), self.bytes_per_line()
+        # A clock that is too fast sends bytes again.
+        return (data * -(-length // max(len(data), 1)))[:length] if self.drives_data() else bytes(length)
 
     def _bytes(self, luma):
         kind = self.format()
@@ -236,20 +237,36 @@ def doublings(value):
     return 2 ** bin(value >> 4).count("1") * (1 + (value & 15) / 16)
 
 
-class Mt9m114(Sensor):
-    """The identity of an MT9M114: registers of 16 bits at addresses of 16 bits, the high byte first. Nothing else is modeled."""
+class WordSensor(Sensor):
+    """A sensor whose registers have addresses of 16 bits, the high byte first. It accepts a repeated start."""
 
-    ADDRESS, IDENTITY = 0x48, {0x0000: 0x24, 0x0001: 0x81}
+    RESET = (0x0103, 0x01)
 
     def stop(self):
-        """Ends a transfer."""
+        """Ends a transfer of an address, and of values for the registers from there on."""
+        self._point()
+        for value in self.written:
+            self._set(self.pointer, value)
+            self.pointer += 1
         self.written = []
 
     def read(self):
-        """Returns the byte at the address that was written, which moves on."""
-        self.pointer = int.from_bytes(self.written, "big") if self.written else self.pointer + 1
-        self.written = []
-        return self.registers.get(self.pointer, 0)
+        """Returns the register at the address that was written, which moves on."""
+        self._point()
+        value = self.registers.get(self.pointer, 0)
+        self.pointer += 1
+        return value
+
+    def _point(self):
+        if len(self.written) >= 2:
+            self.pointer = int.from_bytes(self.written[:2], "big")
+            del self.written[:2]
+
+
+class Mt9m114(WordSensor):
+    """The identity of an MT9M114. Nothing else is modeled."""
+
+    ADDRESS, IDENTITY = 0x48, {0x0000: 0x24, 0x0001: 0x81}
 
     def drives(self):
         """Returns that the port is not driven before its firmware is set up."""
@@ -474,3 +491,287 @@ class Ov7725(Sensor):
     def bars(self):
         """Returns whether color bars hide the picture."""
         return bool(self[0x0C] & 1 or self[0x66] & 0x20)
+
+
+class Ov7670(Sensor):
+    """OV7670. A line takes 784 pixels of two clocks, and a frame 510 lines, whatever the scaler makes of them."""
+
+    ADDRESS, IDENTITY = 0x21, {0x0A: 0x76, 0x0B: 0x73, 0x1C: 0x7F, 0x1D: 0xA2}
+    DEFAULTS = {
+        0x00: 0x00, 0x01: 0x80, 0x02: 0x80, 0x0D: 0x40, 0x0E: 0x01, 0x0F: 0x43, 0x10: 0x40, 0x11: 0x80, 0x13: 0x8F,
+        0x14: 0x4A, 0x17: 0x11, 0x18: 0x61, 0x19: 0x03, 0x1A: 0x7B, 0x1E: 0x00, 0x32: 0x80, 0x3A: 0x0D, 0x3C: 0x68,
+        0x3D: 0x88, 0x3E: 0x00, 0x40: 0xC0, 0x41: 0x10, 0x56: 0x40, 0x57: 0x80, 0x67: 0x80, 0x68: 0x80, 0x6B: 0x0A,
+        0x70: 0x3A, 0x71: 0x35, 0x72: 0x11, 0x73: 0x00, 0x74: 0x00,
+        **{0x7B + k: value for k, value in enumerate(GAMMA_AT_RESET)}, 0x7A: 0x24, 0xA2: 0x02,
+    }  # fmt: skip
+    AUTOMATIC = ((1, 0x07, 0x10), (2, 0, 0x02), (4, 0, 0x00))
+    PIXELS, LINES, ARRAY = 784, 510, (640, 480)
+
+    def drives(self):
+        """Returns whether frames come with their pixels: 0x09 bit 4 is sleep, and a VSYNC of the other polarity ends them."""
+        return self.present and self.is_on() and not self[0x09] & 0x10 and not self[0x15] & 2
+
+    def drives_data(self):
+        """Returns whether the data is right when it is taken: a clock of the other polarity changes it then."""
+        return not self[0x15] & 0x10
+
+    def lines(self):
+        """Returns the lines of a frame. The two pairs of registers both add some."""
+        return self.LINES + (self[0x2D] | self[0x2E] << 8) + (self[0x92] | self[0x93] << 8)
+
+    def array_line(self):
+        """Returns the seconds of a line of the array. A divider of 1 divides by 2, which Linux's driver has measured."""
+        multiplier = (1, 4, 6, 8)[self[0x6B] >> 6]
+        divider = 1 if self[0x11] & 0x40 else max((self[0x11] & 0x3F) + 1, 2)
+        return 2 * (self.PIXELS + (self[0x2B] | (self[0x2A] & 0xF0) << 4)) * divider / (XCLK * multiplier)
+
+    def period(self):
+        """Returns the seconds of a frame. In the dark, more frame times belong to each."""
+        night = (1, 2, 4, 8)[self[0x3B] >> 5 & 3] if self[0x3B] & 0x80 else 1
+        return night * self.array_line() * self.lines()
+
+    def row(self):
+        """Returns the seconds from a row of what is sent to the next."""
+        return self.array_line() * (self._fraction(4) if self._is_scaled() else 1)
+
+    def _is_scaled(self):
+        return bool(self[0x0C] & 4)
+
+    def _fraction(self, bit):
+        return 1 << (self[0x72] >> bit & 3)
+
+    def size(self):
+        """Returns the size behind the scaler: 0x12 chooses CIF and QCIF, unless 0x3E says that the scaler is set by hand."""
+        left, right = self[0x17] << 3 | self[0x32] & 7, self[0x18] << 3 | self[0x32] >> 3 & 7
+        top, bottom = self[0x19] << 2 | self[0x03] & 3, self[0x1A] << 2 | self[0x03] >> 2 & 3
+        wide, high = (right - left) % self.PIXELS, max(bottom - top, 1)
+        if self[0x12] & 0x28 and not self[0x3E] & 8:
+            wide, high = (352, 288) if self[0x12] & 0x20 else (176, 144)
+        elif self._is_scaled():
+            wide, high = wide // self._fraction(0), high // self._fraction(4)
+        elif self[0x12] & 0x10 and not self[0x3E] & 8:
+            wide, high = wide // 2, high // 2
+        # An HSYNC in place of HREF also comes in lines without pixels, and an HREF of the other polarity is high there.
+        if self[0x15] & 0x40:
+            high = self.lines()
+        if self[0x15] & 8:
+            wide = self.PIXELS // self._fraction(0) - wide
+        # Codes before and behind the pixels take the place of four of them.
+        return max(4, wide + (4 if self[0x04] & 0x40 else 0) & ~1), max(1, high)
+
+    def bytes_per_line(self):
+        """Returns the bytes of a line. The scaled picture has a clock of its own; too slow a one loses bytes, and too fast a
+        one repeats them. What a picture looks like whose clock is not that of its scaler is a guess.
+        """
+        divided = 1 << min(self[0x3E] & 7, 4) if self[0x3E] & 0x10 else 1
+        wanted = self._fraction(0) if self._is_scaled() else 1
+        inner = 1 if self[0x73] & 8 else 1 << min(self[0x73] & 7, 4)
+        shown = super().bytes_per_line() * wanted // divided
+        return shown if not self._is_scaled() or inner == wanted else shown * wanted // inner
+
+    def format(self):
+        """Returns the format: 0x12 bits 2 and 0, and the order of 0x3A bit 3."""
+        kind = self[0x12] & 5
+        if kind & 1:
+            return "RAW"
+        if kind == 4:
+            return "RGB"
+        return "UYVY" if self[0x3A] & 8 else "YUYV"
+
+    def chroma(self):
+        """Returns U and V if they are fixed."""
+        return (self[0x67], self[0x68]) if self[0x3A] & 0x10 else None
+
+    def light(self):
+        """Returns the table of exposure, gains and gamma. How much contrast and brightness change is a guess."""
+        lines = min((self[0x07] & 0x3F) << 10 | self[0x10] << 2 | self[0x04] & 3, self.lines() - 4)
+        gain = doublings(self[0x00]) * (1, 2, 2, 4)[self[0x03] >> 6]
+        if self[0x41] & 8:
+            gain *= (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x6A]) / 0x40
+        gain *= (1, 1, 2, 4)[self[0x74] & 3] if self[0x74] & 0x10 else 1
+        gain *= self[0x56] / 0x40 * (1 + (self[0x55] & 0x7F) / 256)
+        gain *= (1.1 if self[0x66] & 1 else 1) * (1 + self[0x69] / 256)
+        gain *= {0: 0.875, 2: 0.99, 3: 1}.get(self[0x40] >> 6, 0.875)
+        # A center of contrast other than the middle moves the light, and so does a negative.
+        gain *= 1 - abs(self[0x57] - 0x80) / 512
+        gain *= 0.5 if self[0x3A] & 0x20 else 1
+        curved = self[0x3D] & 0x80
+        knots = tuple(self[0x7B + k] for k in range(15)) if curved else STRAIGHT
+        return curve(round(lines / self.nominal * gain, 6), knots, self[0x7A] if curved else 64)
+
+    def view(self):
+        """Returns how the picture lies. The window's first column and line shift it."""
+        right = (self[0x17] << 3 | self[0x32] & 7) - 168
+        down = (self[0x19] << 2 | self[0x03] & 3) - 10
+        return bool(self[0x1E] & 0x20), bool(self[0x1E] & 0x10), right // 2, down // 2
+
+    def bars(self):
+        """Returns whether a test picture hides the scene."""
+        return bool(self[0x12] & 2 or self[0x42] & 8 or (self[0x70] | self[0x71]) & 0x80)
+
+
+class Hm0360(WordSensor):
+    """HM0360: gray pixels. `halves` is whether a pixel takes two of the clocks that OpenMV's driver counts, so that its rates
+    are those that the same driver sets.
+    """
+
+    ADDRESS, IDENTITY, halves = 0x24, {0x0000: 0x03, 0x0001: 0x60}, True
+    DEFAULTS = {
+        0x0100: 0x00, 0x0202: 0x01, 0x0203: 0x08, 0x020E: 0x01, 0x0300: 0x08, 0x0340: 0x02, 0x0341: 0x14, 0x0342: 0x03,
+        0x0343: 0x00, 0x2000: 0x5F,
+    }  # fmt: skip
+    SWITCHES, AUTOMATIC = (0x2000, 1), ((1, 0x0202, 0x0203),)
+
+    def drives(self):
+        """Returns whether frames come."""
+        return self.present and self.is_on() and bool(self[0x0100] & 1)
+
+    def _is_noise(self):
+        """Returns whether the data is taken while it changes: a rising edge is Zephyr's name of bit 0."""
+        return bool(self[0x3112] & 1)
+
+    def lines(self):
+        """Returns the lines of a frame, which has some more than rows."""
+        return max(self.number(0x0340, 0x0341, 8), self.size()[1] + 16)
+
+    def row(self):
+        """Returns the seconds of a line, each of which is sent."""
+        clock = XCLK / (1 << (self[0x0300] & 3)) / (2 if self.halves else 1)
+        return max(self.number(0x0342, 0x0343, 8), self.size()[0]) / clock
+
+    def period(self):
+        """Returns the seconds of a frame."""
+        return self.row() * self.lines()
+
+    def size(self):
+        """Returns the window, of which every second or fourth column and row is sent."""
+        window = (640, 480) if self[0x3030] & 1 else (656, 496)
+        return window[0] >> (self[0x0380] & 3), window[1] >> (self[0x0381] & 3)
+
+    def format(self):
+        """Returns the format: gray pixels come as raw ones do."""
+        return "RAW"
+
+    def bytes_per_line(self):
+        """Returns the bytes of a line. Other values of 0x310F are for fewer wires, which is a guess: a pixel takes more clocks."""
+        return self.size()[0] * (1, 2, 8, 8)[self[0x310F] & 3]
+
+    def chroma(self):
+        """Returns that there is none."""
+
+    def light(self):
+        """Returns the table of exposure, gains and curve. What curve it is, is a guess."""
+        lines = min(self.number(0x0202, 0x0203, 8), self.lines() - 4)
+        gain = (1 << (self[0x0205] >> 4 & 7)) * self.number(0x020E, 0x020F, 8) / 256
+        knots, slope = (GAMMA_AT_RESET, 0x06) if self[0x102F] & 1 else (STRAIGHT, 64)
+        return curve(round(lines / self.nominal * gain, 6), knots, slope)
+
+    def view(self):
+        """Returns how the picture lies."""
+        return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
+
+    def bars(self):
+        """Returns whether a test picture or noise hides the scene."""
+        return bool(self[0x0601] & 1) or self._is_noise()
+
+
+class Hm01b0(WordSensor):
+    """HM01B0 with eight wires: gray pixels with a border. Its registers are those of the drivers that tests/pico/sensor.mjs
+    names.
+    """
+
+    ADDRESS, IDENTITY = 0x24, {0x0000: 0x01, 0x0001: 0xB0}
+    DEFAULTS = {
+        0x0202: 0x01, 0x0203: 0x08, 0x020E: 0x01, 0x0340: 0x02, 0x0341: 0x32, 0x0342: 0x01, 0x0343: 0x72, 0x0383: 0x01,
+        0x0387: 0x01, 0x1000: 0x01, 0x1003: 0x20, 0x1007: 0x20, 0x2100: 0x01, 0x3011: 0x70, 0x3022: 0x02, 0x3023: 0x02,
+        0x3059: 0x02, 0x3060: 0x0A, 0x3068: 0x20,
+    }  # fmt: skip
+    SWITCHES, AUTOMATIC = (0x2100, 1), ((1, 0x0202, 0x0203),)
+    # The oscillator inside, which is a guess; the shortest line, and how many more lines a frame has than rows.
+    OSCILLATOR, SHORTEST_LINE, FEWEST_BLANK, BORDER = 10_000_000, 369, 16, 2
+
+    def drives(self):
+        """Returns whether all frames come: in mode 3 some do, and 0x3064 bit 2 waits for a trigger."""
+        return self.present and self.is_on() and self[0x0100] & 7 == 1 and not self[0x3064] & 4
+
+    def drives_data(self):
+        """Returns whether the data is right when it is taken: a clock of the other polarity changes it then."""
+        return not self[0x3068] & 1
+
+    def lines(self):
+        """Returns the lines of a frame."""
+        return max(self.number(0x0340, 0x0341, 8), self.size()[1] + self.FEWEST_BLANK)
+
+    def row(self):
+        """Returns the seconds of a line, each of which is sent."""
+        clock = (self.OSCILLATOR if self[0x3067] & 1 else XCLK) / (8, 4, 2, 1)[self[0x3060] & 3]
+        return max(self.number(0x0342, 0x0343, 8), self.SHORTEST_LINE) / clock
+
+    def period(self):
+        """Returns the seconds of a frame. One whose exposure does not fit takes several."""
+        return self.row() * self.lines() * max(1, -(-(self.number(0x0202, 0x0203, 8) + 2) // self.lines()))
+
+    def readout_ms(self):
+        """Returns the milliseconds from the first row inside the border to the last."""
+        return 1000 * self.row() * (self.size()[1] - 2 * self.BORDER - 1)
+
+    def size(self):
+        """Returns columns and rows: of the array or its window, or half of both."""
+        columns, rows = (2 if self[register] & 3 == 3 else 1 for register in (0x0383, 0x0387))
+        return 324 // columns, (244 if self[0x3010] & 1 else 324) // rows
+
+    def format(self):
+        """Returns the format: gray pixels come as raw ones do, or as numbers of six bits."""
+        return "SHORT" if self[0x3011] & 1 else "RAW"
+
+    def bytes_per_line(self):
+        """Returns the bytes of a line's pixels. With fewer wires, one takes more clocks."""
+        return self.size()[0] * (8 if self[0x3059] & 0x20 else 2 if self[0x3059] & 0x40 else 1)
+
+    def early(self):
+        """Returns the clocks before the pixels of a line, while HREF is high: unless the clock runs only with pixels. The
+        firmware measures and leaves them out.
+        """
+        return 0 if self[0x3060] & 0x20 else max(0, (self[0x3023] & 0x1F) - (self[0x1012] >> 1 & 1))
+
+    def chroma(self):
+        """Returns that there is none."""
+
+    def light(self):
+        """Returns the table of exposure and gains. What black levels and binning change is a guess."""
+        lines = min(self.number(0x0202, 0x0203, 8), self.lines() - 2)
+        gain = 2 ** (self[0x0205] >> 4 & 7) * ((self[0x020E] & 3) << 6 | self[0x020F] >> 2) / 0x40
+        gain *= (2 if self[0x0390] & 1 else 1) * (2 if self[0x0390] & 2 else 1)
+        black = (self[0x1003] if self[0x1000] & 1 else 16) + (self[0x1007] if self[0x1006] & 1 else 16)
+        return curve(round(lines / self.nominal * gain * (1 + (black - 16) / 512), 6), STRAIGHT, 64)
+
+    def view(self):
+        """Returns how the picture lies."""
+        return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
+
+    def bars(self):
+        """Returns whether a test picture or repaired pixels hide the scene."""
+        return bool(self[0x0601] & 1 or self[0x1008] & 1)
+
+    def _shown(self, picture, row, clip_size):
+        """Returns the pixels of a line: of walking ones, of the clip inside the border, or of another picture."""
+        (wide, high), (width, height), inside = self.size(), clip_size, row - self.BORDER
+        border = bytes([199]) * self.BORDER
+        if self[0x0601] & 0x11 == 0x11:
+            # Each value is twice the last one, and 1 follows 0. A black level is added to them.
+            black = self[0x1003] if self[0x1000] & 1 else 0
+            return bytes(min(255, (1 << at % 9 & 0xFF) + black) for at in range(row * wide, (row + 1) * wide))
+        if picture is None or not 0 <= inside < height or (wide, high) != (width + 4, height + 4) or self.bars():
+            return bytes(wide)
+        mirrored, turned, *_ = self.view()
+        inside = height - 1 - inside if turned else inside
+        shown = picture[inside * width : (inside + 1) * width]
+        table = self.light()
+        shown = shown.translate(table) if table else shown
+        return border + (shown[::-1] if mirrored else shown) + border
+
+    def _line(self, picture, row, clip_size):
+        length, data = self.bytes_per_line(), self._shown(picture, row, clip_size)
+        data = bytes(value >> 2 for value in data) if self.format() == "SHORT" else data
+        data = data[:1] * self.early() + (data * -(-length // len(data)))[:length]
+        return data if self.drives_data() else bytes(len(data))

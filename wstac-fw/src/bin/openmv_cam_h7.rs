@@ -8,8 +8,6 @@ use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
-#[cfg(feature = "usb")]
-use embassy_stm32::{bind_interrupts, peripherals::USB_OTG_FS, usb::InterruptHandler};
 #[cfg(not(feature = "usb"))]
 use wstac_fw::h743::Irqs;
 use wstac_fw::h743::{self, CameraPins, Crystal, Light, SensorBus, SensorPower, Wiring};
@@ -18,12 +16,6 @@ use wstac_fw::h743::{self, CameraPins, Crystal, Light, SensorBus, SensorPower, W
 const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
 #[cfg(not(feature = "usb"))]
 const BAUD: u32 = 115_200;
-#[cfg(feature = "usb")]
-bind_interrupts!(
-    struct UsbIrqs {
-        OTG_FS => InterruptHandler<USB_OTG_FS>;
-    }
-);
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
@@ -36,7 +28,7 @@ async fn main(_spawner: Spawner) {
         clock: (p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), Some(p.PA10.into())))),
         #[cfg(feature = "usb")]
-        line: h743::usb(p.USB_OTG_FS, UsbIrqs, (p.PA12, p.PA11), _spawner),
+        line: h743::usb(p.USB_OTG_FS, (p.PA12, p.PA11), _spawner, Some(h743::OPENMV_BOOTLOADER)),
         #[cfg(not(feature = "usb"))]
         line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
         // Green and red of the colored light, which shine while their pins are low.

@@ -18,7 +18,7 @@ pub use start::{Crystal, start};
 pub use thermometer::ChipThermometer;
 pub use usart::usart3;
 #[cfg(feature = "usb")]
-pub use usb::usb;
+pub use usb::{OPENMV_BOOTLOADER, usb};
 
 use core::convert::Infallible;
 use core::mem::MaybeUninit;
@@ -35,12 +35,15 @@ use wstac_core::layout::{FrameSize, Layout};
 use self::flash::{BoardFlash, SECTORS};
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
-use crate::sensor::CameraSensor;
+use crate::sensor::hm01b0::HM01B0;
+use crate::sensor::hm0360::HM0360;
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
+use crate::sensor::ov7670::OV7670;
 use crate::sensor::ov7690::OV7690;
 use crate::sensor::ov7692::OV7692;
 use crate::sensor::ov7725::OV7725;
+use crate::sensor::{CameraSensor, WHOLE_FPS};
 use crate::serial::Serial;
 #[cfg(not(feature = "settings"))]
 use crate::settings_store::FixedSettings;
@@ -51,7 +54,11 @@ use crate::stripes::Ring;
 use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 
 /// The sensors that are looked for, in this order. All produce frames of one size.
-static SENSORS: [CameraSensor; 3] = [OV7690, OV7692, OV7725];
+static SENSORS: &[CameraSensor] = if setup::FPS > WHOLE_FPS {
+    &[OV7690, OV7692, OV7725, HM0360, HM01B0]
+} else {
+    &[OV7690, OV7692, OV7725, OV7670, HM0360, HM01B0]
+};
 /// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.
@@ -141,13 +148,13 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
     };
     #[cfg(feature = "settings")]
     let store = cortex_m::singleton!(: KeptSettings<BoardFlash> =
-        KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE, longest_exposure(&SENSORS)));
+        KeptSettings::new(BoardFlash::new(wiring.flash), SECTORS, LAYOUT, node::RATE, longest_exposure(SENSORS)));
     #[cfg(not(feature = "settings"))]
     let store = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, Light> = Link::new(wiring.line, wiring.trouble));
     let (Some(store), Some(line)) = (store, line) else { panic!("a board has one node") };
     let node = Node::<H743, WIDTH, STRIPES> {
-        sensors: &SENSORS,
+        sensors: SENSORS,
         store,
         camera,
         bus: wiring.bus,

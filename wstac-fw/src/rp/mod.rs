@@ -49,7 +49,7 @@ static WITH_4: [CameraSensor; 1] = [hm01b0(DataWires::Four)];
 static WITH_8: [CameraSensor; 1] = [hm01b0(DataWires::Eight)];
 /// The size of what is used of their frames.
 const SIZE: FrameSize = hm01b0(DataWires::Eight).size;
-const BORDER: u16 = hm01b0(DataWires::Eight).border;
+const BORDER: u16 = hm01b0(DataWires::Eight).signals.border;
 
 /// The rows that are captured. Those below the picture are no part of it, but a line that is lost is then missed at the
 /// next sync.

@@ -31,8 +31,8 @@
 //! | 0x3068 | 0: PCLK inverted |
 
 use super::{
-    Addressing, CameraSensor, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set, six_frames,
-    usual_exposure,
+    Addressing, CameraSensor, ExposurePart, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set,
+    six_frames, usual_exposure,
 };
 use crate::setup;
 
@@ -61,17 +61,20 @@ impl DataWires {
 /// Creates the HM01B0 with this data bus.
 pub const fn hm01b0(wires: DataWires) -> CameraSensor {
     match wires {
-        DataWires::One => with::<{ if setup::FPS > WHOLE_FPS { WHOLE_FPS } else { setup::FPS } }>(wires),
-        _ => with::<{ setup::FPS }>(wires),
+        DataWires::One => with::<{ if setup::FPS > WHOLE_FPS { WHOLE_FPS } else { setup::FPS } }, false>(wires),
+        _ => with::<{ setup::FPS }, { setup::FPS > WHOLE_FPS }>(wires),
     }
 }
 
-/// Creates the HM01B0 at a rate of 15 to 60 frames per second; with one wire, to 30.
-pub(super) const fn with<const FPS: u32>(wires: DataWires) -> CameraSensor {
+/// The HM01B0 with eight wires and as many lines as sensors of other boards have.
+pub const HM01B0: CameraSensor = with::<{ setup::FPS }, true>(DataWires::Eight);
+
+/// Creates the HM01B0 at a rate of 15 to 60 frames per second; with one wire or a slow clock, to 30.
+pub(super) const fn with<const FPS: u32, const IS_FAST: bool>(wires: DataWires) -> CameraSensor {
     let settings = match wires {
-        DataWires::One => At::<FPS>::WITH_1,
-        DataWires::Four => At::<FPS>::WITH_4,
-        DataWires::Eight => At::<FPS>::WITH_8,
+        DataWires::One => At::<FPS, IS_FAST>::WITH_1,
+        DataWires::Four => At::<FPS, IS_FAST>::WITH_4,
+        DataWires::Eight => At::<FPS, IS_FAST>::WITH_8,
     };
     CameraSensor {
         name: "HM01B0",
@@ -80,45 +83,47 @@ pub(super) const fn with<const FPS: u32>(wires: DataWires) -> CameraSensor {
         identity: [set(0x0000, 0x01), set(0x0001, 0xB0)],
         reset: set(0x0103, 0x01),
         reset_ms: 100,
-        banked: &[],
+        once: &[],
         settings,
         start: &START,
         switches: 0x2100,
         settle_ms: six_frames(FPS),
         size: QVGA,
-        readout: readout(At::<FPS>::DIVIDER * CLOCKS),
-        border: 2,
+        readout: readout(At::<FPS, IS_FAST>::DIVIDER * CLOCKS),
         signals: Signals {
             vsync_high_between_frames: false,
             href_high_in_lines: true,
             sample_at_rising_edge: true,
             has_chroma: false,
             luma_first: true,
+            border: 2,
             early: 0,
         },
         suspects: Suspects { size: 0x3010, format: 0x3059, rate: 0x3060 },
         slower: None,
         clock: None,
-        exposure: [0x0202, 0x0203],
+        exposure: &EXPOSURE,
         lines: None,
-        longest_exposure: At::<FPS>::LINES - 2,
+        longest_exposure: At::<FPS, IS_FAST>::LINES - 2,
         pattern: &WALKING_ONES,
     }
 }
+
+static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x0202, true), ExposurePart::byte(0x0203, false)];
 
 /// The pixel clocks of a line.
 const CLOCKS: u16 = 376;
 
 /// Makes a rate of the tables.
-struct At<const FPS: u32>;
+struct At<const FPS: u32, const IS_FAST: bool>;
 
-impl<const FPS: u32> At<FPS> {
+impl<const FPS: u32, const IS_FAST: bool> At<FPS, IS_FAST> {
     /// The clocks of 24 MHz for a pixel.
-    const DIVIDER: u16 = if FPS > WHOLE_FPS { 4 } else { 8 };
+    const DIVIDER: u16 = if IS_FAST { 4 } else { 8 };
     /// The lines of a frame. An exposure of more than two less would take longer than a frame.
-    const LINES: u16 = frame_lines(if FPS > WHOLE_FPS { 532 } else { 266 }, FPS);
+    const LINES: u16 = frame_lines(if IS_FAST { 532 } else { 266 }, FPS);
     /// It is at most 27 ms.
-    const EXPOSURE: u16 = usual_exposure(if FPS > WHOLE_FPS { 480 } else { 240 }, Self::LINES, 26);
+    const EXPOSURE: u16 = usual_exposure(if IS_FAST { 480 } else { 240 }, Self::LINES, 26);
 
     const RATE: [Setting; 6] = [
         set(0x0340, (Self::LINES >> 8) as u8),
@@ -127,7 +132,7 @@ impl<const FPS: u32> At<FPS> {
         set(0x0202, (Self::EXPOSURE >> 8) as u8),
         set(0x0203, Self::EXPOSURE as u8),
         // PCLK only with pixels; low bits first; clock / 4 or 8
-        set(0x3060, if FPS > WHOLE_FPS { 0x29 } else { 0x28 }),
+        set(0x3060, if IS_FAST { 0x29 } else { 0x28 }),
     ];
     const WITH_1: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_1, &TUNING, &LOCKS];
     const WITH_4: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_4, &TUNING, &LOCKS];

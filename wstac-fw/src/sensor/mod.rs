@@ -1,4 +1,4 @@
-//! Camera sensors. Tables make each of them send QVGA at the rate of [`setup`](crate::setup) with a fixed light response.
+//! Camera sensors. Tables make each of them send QVGA at the rate of [`setup`] with a fixed light response.
 //! One procedure identifies them and sets them up, whether their registers have addresses of 8 or of 16 bits.
 //!
 //! A rate is made by lines without pixels. Their number keeps every rate from 15 to 60 frames per second within 0.4 %, and
@@ -9,6 +9,8 @@
 //! table first switches the automatic controls off, then sets values, and makes gamma a straight line.
 
 pub mod hm01b0;
+pub mod hm0360;
+pub mod ov7670;
 pub mod ov7690;
 pub mod ov7692;
 pub mod ov7725;
@@ -54,9 +56,10 @@ pub struct CameraSensor {
     pub reset: Setting,
     /// The milliseconds that the sensor needs after that.
     pub reset_ms: u32,
-    /// The settings that choose banks of registers, and those of other banks. Each is read back, and they come first.
-    pub banked: &'static [Setting],
-    /// The settings of format, size and rate, then the locks. Each is read back.
+    /// The settings that come first, and are read back once: those that choose banks of registers and those of other
+    /// banks, and those without a public meaning.
+    pub once: &'static [Setting],
+    /// The settings of format, size and rate, then the locks. Each is read back, again and again.
     pub settings: &'static [&'static [Setting]],
     /// The settings that are written last and not read back, because they change by themselves.
     pub start: &'static [Setting],
@@ -68,8 +71,6 @@ pub struct CameraSensor {
     pub size: FrameSize,
     /// The time from the first of these rows to the last: a shutter that rolls reads one after the other.
     pub readout: ReadoutTime,
-    /// The pixels that the sensor sends on every side of that, and that the camera interface leaves out.
-    pub border: u16,
     /// The signals of the sensor's parallel port.
     pub signals: Signals,
     /// The registers that are named when frames are wrong although every setting was kept.
@@ -78,14 +79,37 @@ pub struct CameraSensor {
     pub slower: Option<[u8; 2]>,
     /// The value of the clock's register, if it is not that of the settings because they gave another rate.
     pub clock: Option<u8>,
-    /// The registers of the exposure in lines, high byte first.
-    pub exposure: [u16; 2],
+    /// The registers that have the exposure in lines.
+    pub exposure: &'static [ExposurePart],
     /// The exposure in lines, if it is not that of the settings: at most `longest_exposure`.
     pub lines: Option<u16>,
     /// The longest exposure in lines with which the sensor keeps its rate.
     pub longest_exposure: u16,
     /// The settings of a test pattern of walking ones, or none. Their registers are in the table, too.
     pub pattern: &'static [Setting],
+}
+
+/// A register that has a part of the exposure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ExposurePart {
+    /// The register.
+    pub register: u16,
+    /// The value of its bit 0 as a power of 2, in sixteenths of a line.
+    pub from: u8,
+    /// The bits of the register that have it.
+    pub mask: u8,
+}
+
+impl ExposurePart {
+    /// Returns the value of the register with an exposure of so many lines in place of the one that it has.
+    pub const fn of(self, value: u8, lines: u16) -> u8 {
+        value & !self.mask | ((lines as u32) << 4 >> self.from) as u8 & self.mask
+    }
+
+    /// Creates a register of the high or the low byte.
+    const fn byte(register: u16, is_high: bool) -> Self {
+        Self { register, from: if is_high { 12 } else { 4 }, mask: 0xFF }
+    }
 }
 
 /// Returns the longest exposure in lines that each of these sensors can have.
@@ -112,7 +136,7 @@ pub struct Suspects {
     pub rate: u16,
 }
 
-/// The polarities, the order of bytes and the first clocks of a parallel port, which a camera interface needs to know.
+/// The polarities, the order of bytes and the border of a parallel port, which a camera interface needs to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[expect(clippy::struct_excessive_bools, reason = "each is one way or the other")]
 pub struct Signals {
@@ -126,6 +150,8 @@ pub struct Signals {
     pub has_chroma: bool,
     /// Whether the first of two bytes is a pixel's luma. The second one is then chroma.
     pub luma_first: bool,
+    /// The pixels on every side of those that are used, which the camera interface leaves out.
+    pub border: u16,
     /// The pixels for which PCLK runs before the first one of a line. They are measured, and left out with the border.
     pub early: u16,
 }
@@ -181,7 +207,7 @@ impl CameraSensor {
 
     /// Returns the width and height of what the sensor sends.
     pub fn sent(&self) -> [u16; 2] {
-        [self.size.width(), self.size.height()].map(|side| side.saturating_add(2 * self.border))
+        [self.size.width(), self.size.height()].map(|side| side.saturating_add(2 * self.signals.border))
     }
 
     /// Returns the fault of frames of which a part is not as the settings make it, and of so many words.
@@ -205,12 +231,12 @@ impl CameraSensor {
 
     /// Returns the settings of format, size and rate, then the locks.
     pub fn table(&self) -> impl Iterator<Item = Setting> + use<> {
-        let (clock, rate, lines, [high, low]) = (self.clock, self.suspects.rate, self.lines, self.exposure);
-        self.settings.iter().copied().flatten().map(move |&Setting { register, value }| match (clock, lines) {
-            (Some(value), _) if register == rate => Setting { register, value },
-            (_, Some(lines)) if register == high => Setting { register, value: (lines >> 8) as u8 },
-            (_, Some(lines)) if register == low => Setting { register, value: lines as u8 },
-            _ => Setting { register, value },
+        let (clock, rate, lines, parts) = (self.clock, self.suspects.rate, self.lines, self.exposure);
+        self.settings.iter().copied().flatten().map(move |&Setting { register, value }| {
+            let value = clock.filter(|_| register == rate).unwrap_or(value);
+            let Some(lines) = lines else { return Setting { register, value } };
+            let part = parts.iter().find(|part| part.register == register);
+            Setting { register, value: part.map_or(value, |part| part.of(value, lines)) }
         })
     }
 
@@ -249,7 +275,7 @@ impl CameraSensor {
         let mut port = Port(Registers::new(bus, self.address, self.addressing));
         port.write(self.reset)?;
         delay.delay_ms(self.reset_ms);
-        for setting in self.banked.iter().copied().chain(self.table()) {
+        for setting in self.once.iter().copied().chain(self.table()) {
             port.write(setting)?;
             port.verify(setting)?;
         }
@@ -301,7 +327,7 @@ impl<B: I2c> Port<'_, B> {
 }
 
 /// The highest rate with every line of the array, or with the slow clock.
-const WHOLE_FPS: u32 = 30;
+pub(crate) const WHOLE_FPS: u32 = 30;
 
 /// Returns the lines of a frame at a rate, if there are so many of them in 1/30 s.
 const fn frame_lines(in_thirtieth: u32, fps: u32) -> u16 {

@@ -27,8 +27,8 @@
 //! | 0xD2, 0xDA, 0xDB | effects: 4–3 fix U and V at these two values; 2: contrast |
 
 use super::{
-    Addressing, CameraSensor, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set,
-    six_frames, usual_exposure,
+    Addressing, CameraSensor, ExposurePart, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines,
+    readout, set, six_frames, usual_exposure,
 };
 use crate::setup;
 
@@ -44,7 +44,7 @@ pub(super) const fn ov7690<const FPS: u32>() -> CameraSensor {
         identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
         reset: set(0x12, 0x80),
         reset_ms: 5,
-        banked: &[],
+        once: &[],
         settings: At::<FPS>::OV7690,
         start: &[],
         switches: 0x13,
@@ -52,24 +52,26 @@ pub(super) const fn ov7690<const FPS: u32>() -> CameraSensor {
         size: QVGA,
         // Rows of the array, with two clocks per pixel.
         readout: readout(At::<FPS>::ROWS * 776 * 2),
-        border: 0,
         signals: Signals {
             vsync_high_between_frames: true,
             href_high_in_lines: true,
             sample_at_rising_edge: true,
             has_chroma: true,
             luma_first: true,
+            border: 0,
             early: 0,
         },
         suspects: Suspects { size: 0xCD, format: 0x0C, rate: 0x11 },
         slower: Some([0x01, 0x03]),
         clock: None,
-        exposure: [0x0F, 0x10],
+        exposure: &EXPOSURE,
         lines: None,
         longest_exposure: At::<FPS>::LINES - 16,
         pattern: &[],
     }
 }
+
+static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x0F, true), ExposurePart::byte(0x10, false)];
 
 /// Makes a rate of the tables of the OV7690 and the OV7692.
 pub(super) struct At<const FPS: u32>;

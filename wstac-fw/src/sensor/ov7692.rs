@@ -28,7 +28,7 @@ pub(super) const fn ov7692<const FPS: u32>() -> CameraSensor {
         name: "OV7692",
         address: 0x3C,
         identity: [set(0x0A, 0x76), set(0x0B, 0x92)],
-        banked: &BANKED,
+        once: &BANKED,
         settings: At::<FPS>::OV7692,
         ..ov7690::<FPS>()
     }

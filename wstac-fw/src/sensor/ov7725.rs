@@ -28,7 +28,9 @@
 //! | 0xAC | 3–2: scale factors follow from the sizes |
 
 use super::ov7690::ov7690;
-use super::{CameraSensor, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, set, usual_exposure};
+use super::{
+    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, set, usual_exposure,
+};
 use crate::setup;
 
 /// The OV7725.
@@ -43,7 +45,7 @@ pub(super) const fn ov7725<const FPS: u32>() -> CameraSensor {
         settings: At::<FPS>::SETTINGS,
         suspects: Suspects { size: 0x29, format: 0x0C, rate: 0x11 },
         slower: Some([0x03, 0x07]),
-        exposure: [0x08, 0x10],
+        exposure: &EXPOSURE,
         // Rows of the array, with two clocks per pixel.
         readout: readout(At::<FPS>::ROWS * At::<FPS>::PIXELS * 2),
         longest_exposure: At::<FPS>::LINES - 10,
@@ -51,6 +53,8 @@ pub(super) const fn ov7725<const FPS: u32>() -> CameraSensor {
         ..ov7690::<FPS>()
     }
 }
+
+static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x08, true), ExposurePart::byte(0x10, false)];
 
 /// Makes a rate of the table.
 struct At<const FPS: u32>;

@@ -8,16 +8,27 @@ use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 use wstac_core::wire::RegisterValues;
 
-use super::hm01b0::{DataWires, hm01b0, with};
+use super::hm01b0::{DataWires, HM01B0, hm01b0, with};
+use super::hm0360::{HM0360, hm0360};
+use super::ov7670::{OV7670, ov7670};
 use super::ov7690::{OV7690, ov7690};
 use super::ov7692::{OV7692, ov7692};
 use super::ov7725::{OV7725, ov7725};
 use super::watch::Watch;
-use super::{Addressing, CameraSensor, SensorError, Setting, longest_exposure, set};
+use super::{Addressing, CameraSensor, ExposurePart, SensorError, Setting, longest_exposure};
 
-const OMNIVISION: [CameraSensor; 3] = [OV7690, OV7692, OV7725];
-const ALL: [CameraSensor; 6] =
-    [OV7690, OV7692, OV7725, hm01b0(DataWires::One), hm01b0(DataWires::Four), hm01b0(DataWires::Eight)];
+const OMNIVISION: [CameraSensor; 4] = [OV7690, OV7692, OV7725, OV7670];
+const ALL: [CameraSensor; 9] = [
+    OV7690,
+    OV7692,
+    OV7725,
+    OV7670,
+    HM0360,
+    HM01B0,
+    hm01b0(DataWires::One),
+    hm01b0(DataWires::Four),
+    hm01b0(DataWires::Eight),
+];
 
 /// Returns the steps on the bus that read this value.
 fn is_read(sensor: &CameraSensor, Setting { register, value }: Setting) -> Vec<Transaction> {
@@ -49,7 +60,7 @@ fn steps_of_read(sensor: &CameraSensor) -> usize {
 }
 
 fn settings(sensor: &CameraSensor) -> Vec<Setting> {
-    sensor.banked.iter().chain(sensor.settings.iter().copied().flatten()).copied().collect()
+    sensor.once.iter().chain(sensor.settings.iter().copied().flatten()).copied().collect()
 }
 
 /// Returns all steps on the bus if nothing is wrong.
@@ -149,7 +160,7 @@ fn the_test_pattern_is_shown_and_gone_again() {
             bus.done();
         }
     }
-    assert!(OMNIVISION.iter().all(|sensor| sensor.pattern.is_empty()) && !ALL[3].pattern.is_empty());
+    assert!(OMNIVISION.iter().all(|sensor| sensor.pattern.is_empty()) && !ALL[5].pattern.is_empty());
 }
 
 #[test]
@@ -175,6 +186,8 @@ fn automatic_controls_are_off_before_their_values_are_set() {
 #[test]
 fn a_clock_that_is_too_fast_is_divided_once() {
     assert!(!hm01b0(DataWires::Eight).slow_down(2));
+    let mut slow = HM0360;
+    assert!(slow.slow_down(2) && slow.table().any(|setting| setting == Setting { register: 0x0300, value: 0x0A }));
     for sensor in OMNIVISION {
         let [half, quarter] = sensor.slower.unwrap();
         let mut slow = sensor;
@@ -188,24 +201,34 @@ fn a_clock_that_is_too_fast_is_divided_once() {
     }
 }
 
+/// Returns the exposure of a sensor's table, in lines.
+fn exposure(sensor: &CameraSensor) -> u32 {
+    let part = |part: &ExposurePart| {
+        let setting = sensor.table().find(|setting| setting.register == part.register).unwrap();
+        u32::from(setting.value & part.mask) << part.from
+    };
+    let sixteenths: u32 = sensor.exposure.iter().map(part).sum();
+    sixteenths >> 4
+}
+
 #[test]
-fn another_exposure_changes_its_two_registers_alone() {
-    for sensor in OMNIVISION {
-        let [high, low] = sensor.exposure;
-        let longer = CameraSensor { lines: Some(sensor.longest_exposure), ..sensor };
-        let changed: Vec<_> = sensor.table().zip(longer.table()).filter(|(before, after)| before != after).collect();
-        // The high byte is that of 480 lines already.
-        let [(before, after)] = changed[..] else { panic!("{changed:?}") };
-        assert_eq!((before.register, after), (low, set(low, 0xF4)), "{}", sensor.name);
-        let short: Vec<_> = CameraSensor { lines: Some(100), ..sensor }.table().collect();
-        assert!(short.contains(&set(high, 0)) && short.contains(&set(low, 100)), "{}", sensor.name);
+fn another_exposure_changes_its_registers_alone() {
+    for sensor in ALL {
+        for lines in [1, 2, 3, 100, sensor.longest_exposure - 1, sensor.longest_exposure] {
+            let other = CameraSensor { lines: Some(lines), ..sensor };
+            assert_eq!(exposure(&other), u32::from(lines), "{}", sensor.name);
+            for (before, after) in sensor.table().zip(other.table()).filter(|(before, after)| before != after) {
+                let part = sensor.exposure.iter().find(|part| part.register == before.register).unwrap();
+                assert_eq!(before.value & !part.mask, after.value & !part.mask, "{}", sensor.name);
+            }
+        }
     }
 }
 
 #[test]
 fn the_longest_exposure_fits_in_a_frame() {
     // The lines of a frame, less those that drivers leave: two of the HM01B0, and four of OmniVision's.
-    for (sensor, most) in [(OV7725, 510 - 4), (OV7690, 516 - 4), (OV7692, 516 - 4)] {
+    for (sensor, most) in [(OV7725, 510 - 4), (OV7690, 516 - 4), (OV7692, 516 - 4), (OV7670, 510 - 4)] {
         assert!(sensor.longest_exposure <= most, "{}", sensor.name);
     }
     let sensor = hm01b0(DataWires::One);
@@ -213,31 +236,48 @@ fn the_longest_exposure_fits_in_a_frame() {
     assert_eq!(sensor.longest_exposure, u16::from_be_bytes([byte(0x0340), byte(0x0341)]) - 2);
     // The table's own exposure is not longer, and what all sensors of a board can do is the shortest.
     for sensor in ALL {
-        let [high, low] =
-            sensor.exposure.map(|register| sensor.table().find(|set| set.register == register).unwrap().value);
-        assert!(u16::from_be_bytes([high, low]) <= sensor.longest_exposure, "{}", sensor.name);
+        assert!(exposure(&sensor) <= u32::from(sensor.longest_exposure), "{}", sensor.name);
     }
     assert_eq!((longest_exposure(&OMNIVISION), longest_exposure(&ALL)), (500, 264));
 }
 
 #[test]
 fn rates_readouts_and_exposures_are_those_of_the_tables() {
-    at_a_rate::<15>();
-    at_a_rate::<25>();
-    at_a_rate::<30>();
-    at_a_rate::<31>();
-    at_a_rate::<45>();
-    at_a_rate::<60>();
+    at_a_rate::<15, false>();
+    at_a_rate::<25, false>();
+    at_a_rate::<30, false>();
+    at_a_rate::<31, true>();
+    at_a_rate::<45, true>();
+    at_a_rate::<60, true>();
+    at_a_slow_rate::<15>();
+    at_a_slow_rate::<20>();
+    at_a_slow_rate::<25>();
+    at_a_slow_rate::<30>();
     // The clock of one wire would be 48 MHz.
     let lines = |sensor: CameraSensor| sensor.table().find(|set| set.register == 0x3060).unwrap().value & 3;
-    assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60>(wires))), [1, 1]);
+    assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60, true>(wires))), [1, 1]);
 }
 
-fn at_a_rate<const FPS: u32>() {
-    let at = |sensor: &CameraSensor, register| {
-        u32::from(sensor.table().find(|setting| setting.register == register).unwrap().value)
-    };
-    let word = |sensor: &CameraSensor, register| at(sensor, register) << 8 | at(sensor, register + 1);
+/// Returns a register of a sensor's table.
+fn at(sensor: &CameraSensor, register: u16) -> u32 {
+    u32::from(sensor.table().find(|setting| setting.register == register).unwrap().value)
+}
+
+/// Returns a number of two registers.
+fn word(sensor: &CameraSensor, register: u16) -> u32 {
+    at(sensor, register) << 8 | at(sensor, register + 1)
+}
+
+/// Checks sensors with at most 30 frames per second.
+fn at_a_slow_rate<const FPS: u32>() {
+    let sensor = ov7670::<FPS>();
+    let clock = 24_000 * [1, 4, 6, 8][(at(&sensor, 0x6B) >> 6) as usize] / (1 + (at(&sensor, 0x11) & 0x3F));
+    let rows = 1 << (at(&sensor, 0x72) >> 4 & 3);
+    let lines = 510 + (at(&sensor, 0x2E) << 8 | at(&sensor, 0x2D));
+    has_rate(&sensor, FPS, rows, 2 * 784, lines, clock);
+}
+
+fn at_a_rate<const FPS: u32, const IS_FAST: bool>() {
     // Rows of the array for each row of the picture, clocks of a line, lines of a frame, clocks per millisecond.
     let all = [ov7690::<FPS>(), ov7692::<FPS>()].map(|sensor| {
         let pixels = (at(&sensor, 0x2A) & 0x70) << 4 | at(&sensor, 0x2B);
@@ -245,34 +285,44 @@ fn at_a_rate<const FPS: u32>() {
         let clock = pll / ((at(&sensor, 0x11) & 0x3F) + 1) / 2;
         let lines = if at(&sensor, 0x12) & 0x40 != 0 { 258 } else { 516 };
         let lines = lines + ((at(&sensor, 0x2A) & 15) << 8 | at(&sensor, 0x2C));
-        (sensor, word(&sensor, 0xCA) / word(&sensor, 0xCE), 2 * pixels, lines, clock, word(&sensor, 0x0F))
+        (sensor, word(&sensor, 0xCA) / word(&sensor, 0xCE), 2 * pixels, lines, clock)
     });
     let sensor = ov7725::<FPS>();
     let pll = 24_000 * [1, 4, 6, 8][(at(&sensor, 0x0D) >> 6) as usize] / (2 * (1 + (at(&sensor, 0x11) & 0x3F)));
     let rows = 2 * at(&sensor, 0x1A) / (2 * at(&sensor, 0x2C));
     let [pixels, lines] = if at(&sensor, 0x12) & 0x40 != 0 { [576, 278] } else { [784, 510] };
     let lines = lines + (at(&sensor, 0x2E) << 8 | at(&sensor, 0x2D));
-    let exposure = at(&sensor, 0x08) << 8 | at(&sensor, 0x10);
-    let ov7725 = (sensor, rows, 2 * (pixels + at(&sensor, 0x2B)), lines, pll, exposure);
+    let ov7725 = (sensor, rows, 2 * (pixels + at(&sensor, 0x2B)), lines, pll);
     let wires = if FPS > 30 { [DataWires::Eight; 3] } else { [DataWires::One, DataWires::Four, DataWires::Eight] };
-    let hm01b0 = wires.map(with::<FPS>).map(|sensor| {
-        let clock = 24_000 / [8, 4, 2, 1][(at(&sensor, 0x3060) & 3) as usize];
-        (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock, word(&sensor, 0x0202))
-    });
-    for (sensor, rows, clocks, lines, clock, exposure) in all.into_iter().chain([ov7725]).chain(hm01b0) {
-        let row_ms = f64::from(rows * clocks) / f64::from(clock);
-        let between = f64::from(sensor.size.height() - 1);
-        assert!((f64::from(sensor.readout.ms()) - between * row_ms).abs() < 1e-5, "{}: {row_ms}", sensor.name);
-        // The same clocks give the rate, which the firmware measures.
-        let rate = f64::from(clock) * 1000.0 / f64::from(clocks * lines);
-        assert!((rate / f64::from(FPS) - 1.0).abs() < 0.004, "{}: {rate}", sensor.name);
-        // Frames are six when settings have settled, and the exposure is nearly all of one, or 26 ms.
-        assert!(sensor.settle_ms * FPS >= 6000 - FPS, "{}", sensor.name);
-        let longest = u32::from(sensor.longest_exposure);
-        assert!(exposure <= longest && longest <= lines - 2, "{}: {exposure} of {lines} lines", sensor.name);
-        let exposed_ms = f64::from(exposure * clocks) / f64::from(clock);
-        assert!(exposed_ms > f64::min(26.0, 900.0 / rate), "{}: {exposed_ms} ms", sensor.name);
+    let hm01b0 =
+        wires.map(with::<FPS, IS_FAST>).into_iter().chain([with::<FPS, true>(DataWires::Eight)]).map(|sensor| {
+            let clock = 24_000 / [8, 4, 2, 1][(at(&sensor, 0x3060) & 3) as usize];
+            (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock)
+        });
+    let sensor = hm0360::<FPS>();
+    // The rate as drivers set it: half of what they count.
+    let clock = (24_000 >> (at(&sensor, 0x0300) & 3)) / 2;
+    has_rate(&sensor, FPS, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock);
+    for (sensor, rows, clocks, lines, clock) in all.into_iter().chain([ov7725]).chain(hm01b0) {
+        has_rate(&sensor, FPS, rows, clocks, lines, clock);
     }
+}
+
+/// Checks a sensor with so many rows of the array for each of the picture, clocks of a line, lines of a frame, and
+/// clocks per millisecond.
+fn has_rate(sensor: &CameraSensor, fps: u32, rows: u32, clocks: u32, lines: u32, clock: u32) {
+    let row_ms = f64::from(rows * clocks) / f64::from(clock);
+    let between = f64::from(sensor.size.height() - 1);
+    assert!((f64::from(sensor.readout.ms()) - between * row_ms).abs() < 1e-5, "{}: {row_ms}", sensor.name);
+    // The same clocks give the rate, which the firmware measures.
+    let rate = f64::from(clock) * 1000.0 / f64::from(clocks * lines);
+    assert!((rate / f64::from(fps) - 1.0).abs() < 0.004, "{}: {rate}", sensor.name);
+    // Frames are six when settings have settled, and the exposure is nearly all of one, or 26 ms.
+    assert!(sensor.settle_ms * fps >= 6000 - fps, "{}", sensor.name);
+    let (exposure, longest) = (exposure(sensor), u32::from(sensor.longest_exposure));
+    assert!(exposure <= longest && longest <= lines - 2, "{}: {exposure} of {lines} lines", sensor.name);
+    let exposed_ms = f64::from(exposure * clocks) / f64::from(clock);
+    assert!(exposed_ms > f64::min(26.0, 900.0 / rate), "{}: {exposed_ms} ms", sensor.name);
 }
 
 #[test]

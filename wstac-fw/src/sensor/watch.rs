@@ -22,11 +22,12 @@ impl Watch {
     /// Returns [`SensorError::NotTaken`] if the sensor has another value, or [`SensorError::Bus`].
     pub fn check<B: I2c>(&mut self, sensor: &CameraSensor, bus: &mut B) -> Result<(), SensorError<B::Error>> {
         let mut port = Port(Registers::new(bus, sensor.address, sensor.addressing));
-        for setting in sensor.table().filter(|setting| setting.register == sensor.switches) {
+        if let Some(setting) = sensor.table().find(|setting| setting.register == sensor.switches) {
             port.verify(setting)?;
         }
+        let mut settings = sensor.table().skip(self.next);
         for _ in 0..PER_FRAME {
-            let Some(setting) = sensor.table().nth(self.next) else {
+            let Some(setting) = settings.next() else {
                 self.next = 0;
                 break;
             };

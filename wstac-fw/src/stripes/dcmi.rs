@@ -1,10 +1,11 @@
 //! The camera interface (DCMI) of the STM32H743 and one stream of its DMA, as [`Capture`].
 //!
-//! The DCMI captures frame after frame and drops every second byte, the chroma of YUYV. Stream 0 of DMA1 writes the rest
-//! into a ring of two stripes, round and round, and interrupts when a half is full. No whole frame is kept anywhere.
+//! The DCMI captures frame after frame and drops every second byte if that is the chroma of YUYV. Stream 0 of DMA1
+//! writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole frame is
+//! kept anywhere.
 //!
-//! Frames are not cropped to the taxels: the host may ask for a picture of all that the camera sees, and then every row
-//! has to be there, while frames go on being used.
+//! Frames are cropped to what is inside a sensor's border, and not to the taxels: the host may ask for a picture of all
+//! that the camera sees, and then every row has to be there, while frames go on being used.
 //!
 //! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and
 //! words.
@@ -75,8 +76,8 @@ pub struct Dcmi {
     ring: *const u8,
     stripe_bytes: usize,
     signals: Signals,
-    /// The words of a frame's luma.
-    frame_words: u32,
+    /// Width and height of what is used of frames.
+    size: [u16; 2],
 }
 
 // SAFETY: the pointer is that of the ring, which it alone has.
@@ -121,8 +122,8 @@ impl Dcmi {
             typelevel::DCMI::enable();
             typelevel::DMA1_STREAM0::enable();
         }
-        let frame_words = u32::from(size.width()) * u32::from(size.height()) / 4;
-        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals, frame_words })
+        let size = [size.width(), size.height()];
+        Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals, size })
     }
 }
 
@@ -161,6 +162,26 @@ impl Capture for Dcmi {
 
     fn now(&self) -> Ticks {
         Instant::now().as_ticks()
+    }
+}
+
+impl Dcmi {
+    /// Leaves the border of frames out unless all bytes are captured: so many clocks of each line, and so many lines.
+    fn leave_border_out(&self, what: What) {
+        let Signals { border, early, .. } = self.signals;
+        let is_cropped = border > 0 && what != What::AllBytes;
+        DCMI.cr().modify(|w| w.set_crop(is_cropped));
+        if is_cropped {
+            let [width, height] = self.size;
+            DCMI.cwstrt().write(|w| {
+                w.set_hoffcnt(border + early);
+                w.set_vst(border);
+            });
+            DCMI.cwsize().write(|w| {
+                w.set_capcnt(width - 1);
+                w.set_vline(height - 1);
+            });
+        }
     }
 }
 
@@ -206,10 +227,11 @@ impl Camera for Dcmi {
                 w.set_vspol(self.signals.vsync_high_between_frames);
                 w.set_hspol(!self.signals.href_high_in_lines);
                 w.set_pckpol(self.signals.sample_at_rising_edge);
-                if what != What::AllBytes {
+                if what != What::AllBytes && self.signals.has_chroma {
                     w.0 |= EVERY_SECOND_BYTE | if self.signals.luma_first { 0 } else { THE_SECOND };
                 }
             });
+            self.leave_border_out(what);
             DCMI.ier().write(|w| {
                 w.set_ovr_ie(true);
                 w.set_err_ie(true);
@@ -236,7 +258,8 @@ impl Camera for Dcmi {
     }
 
     fn luma_words(&self) -> u32 {
-        self.frame_words
+        let [width, height] = self.size;
+        u32::from(width) * u32::from(height) / 4
     }
 
     fn probe(&self) -> Probe {

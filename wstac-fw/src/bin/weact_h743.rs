@@ -1,0 +1,41 @@
+//! The firmware of a WeAct MiniSTM32H743 with a camera in its socket. Events go out of its USB. The boot loader is that
+//! of the chip's ROM.
+#![no_std]
+#![no_main]
+#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
+
+use defmt_rtt as _;
+use embassy_executor::Spawner;
+use embassy_stm32::gpio::Level;
+use embassy_stm32::rcc::HseMode;
+#[cfg(not(feature = "usb"))]
+use wstac_fw::h743::Irqs;
+use wstac_fw::h743::{self, CameraPins, Crystal, Light, SensorBus, SensorPower, Wiring};
+
+/// The crystal of 25 MHz, which makes 575 MHz instead of 576.
+const CRYSTAL: Crystal = Crystal::new(25_000_000, HseMode::Oscillator, 2, 46);
+#[cfg(not(feature = "usb"))]
+const BAUD: u32 = 115_200;
+
+#[embassy_executor::main]
+async fn main(_spawner: Spawner) {
+    let (p, has_crystal) = h743::start(CRYSTAL, cfg!(feature = "usb"));
+    let wiring = Wiring {
+        // D0 to D7, VSYNC, HREF, PCLK.
+        camera: CameraPins::new(p.PC6, p.PC7, p.PE0, p.PE1, p.PE4, p.PD3, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),
+        dcmi: p.DCMI,
+        stream: p.DMA1_CH0,
+        clock: (p.MCO1, p.PA8),
+        bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PA7.into(), None))),
+        #[cfg(feature = "usb")]
+        line: h743::usb(p.USB_OTG_FS, (p.PA12, p.PA11), _spawner, None),
+        #[cfg(not(feature = "usb"))]
+        line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
+        // The board has one light, which is blue. PB12 is high after a problem.
+        events: Light::new(p.PE3.into(), Level::High),
+        trouble: Light::new(p.PB12.into(), Level::High),
+        watchdog: p.IWDG1,
+        flash: p.FLASH,
+    };
+    h743::run(has_crystal, wiring).await
+}

@@ -1,0 +1,167 @@
+//! OV7670: 320 × 240, scaled down from the whole array, which a clock of 24 MHz reads at most 30 times per second.
+//!
+//! Register addresses and bits are those of OmniVision's data sheet as public drivers quote it: those of Linux, OpenMV,
+//! Zephyr and Adafruit. There was no data sheet and no sensor, so nothing of this is confirmed on hardware. The rate is
+//! arithmetic, as Linux and Adafruit have it: the PLL makes 96 MHz of 24 MHz, which are divided by 4, and a frame takes
+//! 784 × 510 × 2 clocks. Slower rates have more lines.
+//!
+//! | register | bits that are used |
+//! | --- | --- |
+//! | 0x00–0x03, 0x6A | gain; blue and red gains; 7–6: more gain, 3–0: low bits of the window; green gain |
+//! | 0x04 | 6: codes in place of syncs, 1–0: low bits of the exposure |
+//! | 0x07, 0x10 | exposure in lines, bits 15–10 and 9–2 |
+//! | 0x0A, 0x0B | product identity |
+//! | 0x0C | 2: scaled down |
+//! | 0x11 | 6: no divider; 5–0: the clock is the PLL's / (1 + these) |
+//! | 0x12 | 7: reset; 5–3: other sizes; 2, 0: 0 for YUV; 1: color bars |
+//! | 0x13 | 5: flicker control, 2: automatic gain, 1: automatic white balance, 0: automatic exposure |
+//! | 0x15 | 6–0: polarities of syncs and clock |
+//! | 0x17–0x1A, 0x32 | window of the pixel array, of which 640 × 480 are taken |
+//! | 0x1E | 5: mirrored, 4: upside down |
+//! | 0x2A, 0x2B, 0x2D, 0x2E, 0x92, 0x93 | pixels and lines that are added |
+//! | 0x3A | 5: negative, 4: fixed U and V, 3: chroma first |
+//! | 0x3B | 7: lower the frame rate in the dark |
+//! | 0x3D | 7: gamma |
+//! | 0x3E, 0x73 | clock of the scaled picture: half of the array's |
+//! | 0x3F, 0x41 | sharper edges; gains of white balance |
+//! | 0x40 | 7–6: range of luma, 3 for 0 to 255 |
+//! | 0x42 | 3: color bars |
+//! | 0x55–0x57 | brightness, contrast with 0x40 for 1, and its center |
+//! | 0x66 | 0: lens correction |
+//! | 0x67, 0x68 | U and V, if they are fixed |
+//! | 0x69 | gains of each color |
+//! | 0x6B | 7–6: PLL, 1 for 4 times |
+//! | 0x70–0x72 | 7: test pictures; scale, 1 for half of width and height |
+//! | 0x74 | 4: digital gain of bits 1–0, 0 for none |
+//! | 0x8C | 1: RGB of 12 bits |
+//! | 0xA2 | delay of the scaled picture |
+
+use super::ov7690::ov7690;
+use super::{
+    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, set, usual_exposure,
+};
+use crate::setup;
+
+/// The OV7670, which has at most 30 frames per second.
+pub const OV7670: CameraSensor = ov7670::<{ if setup::FPS > WHOLE_FPS { WHOLE_FPS } else { setup::FPS } }>();
+
+/// Creates the OV7670 at a rate of 15 to 30 frames per second.
+pub(super) const fn ov7670<const FPS: u32>() -> CameraSensor {
+    CameraSensor {
+        name: "OV7670",
+        identity: [set(0x0A, 0x76), set(0x0B, 0x73)],
+        reset_ms: 10,
+        once: &TUNING,
+        settings: AtRate::<FPS>::SETTINGS,
+        suspects: Suspects { size: 0x72, format: 0x3A, rate: 0x11 },
+        slower: Some([0x07, 0x0F]),
+        exposure: &EXPOSURE,
+        // Two rows of the array, with two clocks per pixel.
+        readout: readout(2 * PIXELS * 2),
+        longest_exposure: AtRate::<FPS>::LINES - 10,
+        // Its address, the register of its reset and its signals are those of the OV7690.
+        ..ov7690::<FPS>()
+    }
+}
+
+/// The pixels of a line, and the lines of a frame without added ones.
+const PIXELS: u16 = 784;
+const ARRAY: u16 = 510;
+static EXPOSURE: [ExposurePart; 3] = [LOW, MIDDLE, HIGH];
+const LOW: ExposurePart = ExposurePart { register: 0x04, from: 4, mask: 0x03 };
+const MIDDLE: ExposurePart = ExposurePart { register: 0x10, from: 6, mask: 0xFF };
+const HIGH: ExposurePart = ExposurePart { register: 0x07, from: 14, mask: 0x3F };
+
+/// Makes a rate of the table.
+struct AtRate<const FPS: u32>;
+
+impl<const FPS: u32> AtRate<FPS> {
+    const LINES: u16 = frame_lines(ARRAY as u32, FPS);
+    /// The lines that are added to those of the array.
+    const MORE: [u8; 2] = (Self::LINES - ARRAY).to_be_bytes();
+    const EXPOSURE: u16 = usual_exposure(480, Self::LINES, 18);
+
+    const RATE: [Setting; 13] = [
+        set(0x12, 0x00), // the whole array; YUV
+        set(0x6B, 0x4A), // 4 times
+        set(0x11, 0x03), // by 4: 24 MHz again
+        set(0x2A, 0x00), // no more pixels, and lines only in 0x2D and 0x2E
+        set(0x2B, 0x00),
+        set(0x92, 0x00),
+        set(0x93, 0x00),
+        set(0x2D, Self::MORE[1]),
+        set(0x2E, Self::MORE[0]),
+        set(0x13, 0x00),                         // no automatic exposure, gain, white balance
+        set(0x04, LOW.of(0x00, Self::EXPOSURE)), // nearly all of a frame, at most 31 ms
+        set(0x10, MIDDLE.of(0x00, Self::EXPOSURE)),
+        set(0x07, HIGH.of(0x00, Self::EXPOSURE)),
+    ];
+    const SETTINGS: &[&[Setting]] = &[&FORMAT, &Self::RATE, &WINDOW, &LOCKS];
+}
+
+/// Registers without a public meaning, which Linux, OpenMV and Zephyr set to the same values.
+static TUNING: [Setting; 16] = [
+    set(0x0E, 0x61),
+    set(0x0F, 0x4B),
+    set(0x16, 0x02),
+    set(0x21, 0x02),
+    set(0x22, 0x91),
+    set(0x29, 0x07),
+    set(0x33, 0x0B),
+    set(0x35, 0x0B),
+    set(0x37, 0x1D),
+    set(0x38, 0x71),
+    set(0x39, 0x2A),
+    set(0xB0, 0x84),
+    set(0xB1, 0x0C), // black level from covered pixels
+    set(0xB2, 0x0E),
+    set(0xB3, 0x82),
+    set(0xB8, 0x0A),
+];
+
+/// YUV 4:2:2, Y first. Chroma is fixed at its middle, which tells luma from chroma without a picture.
+static FORMAT: [Setting; 8] = [
+    set(0x3A, 0x14), // fixed U and V, Y first
+    set(0x67, FIXED_CHROMA),
+    set(0x68, FIXED_CHROMA),
+    set(0x3D, 0x00), // no gamma
+    set(0x40, 0xC0), // luma of 0 to 255
+    set(0x8C, 0x00),
+    set(0x15, 0x00), // VSYNC is high between frames and HREF in lines; data at the rising edge
+    set(0x1E, 0x00),
+];
+
+/// 640 × 480 of the array, scaled to 320 × 240, where Linux and Zephyr place them.
+static WINDOW: [Setting; 14] = [
+    set(0x0C, 0x04), // scaled down
+    set(0x3E, 0x19), // half of the clock
+    set(0x73, 0xF1),
+    set(0x72, 0x11), // half of width and height
+    set(0x70, 0x3A),
+    set(0x71, 0x35),
+    set(0xA2, 0x02),
+    set(0x17, 0x15), // columns 168 to 24, of 784
+    set(0x18, 0x03),
+    set(0x32, 0x80),
+    set(0x19, 0x02), // lines 10 to 490
+    set(0x1A, 0x7A),
+    set(0x03, 0x0A),
+    set(0x42, 0x00),
+];
+
+/// Sets the values of automatic controls, which are off. No setting bends the light's curve.
+static LOCKS: [Setting; 13] = [
+    set(0x3B, 0x00), // the rate stays
+    set(0x41, 0x00), // no gains of white balance, nor edges
+    set(0x3F, 0x00),
+    set(0x55, 0x00), // brightness 0
+    set(0x56, 0x40), // contrast 1
+    set(0x57, 0x80),
+    set(0x66, 0x00), // no lens correction
+    set(0x69, 0x00),
+    set(0x74, 0x10), // no digital gain
+    set(0x00, 0x00), // gain 1
+    set(0x01, 0x40), // blue 1
+    set(0x02, 0x40), // red 1
+    set(0x6A, 0x40), // green 1
+];
