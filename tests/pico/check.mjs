@@ -10,15 +10,17 @@
 
 import { fileURLToPath } from 'node:url';
 import { learning, models } from './models.mjs';
-import { BUS_BYTE, Board } from './machine.mjs';
+import { BUS_BYTE, Board, SCL, SDA } from './machine.mjs';
 import {
   ANOTHER_RATE,
   ANOTHER_SIZE,
   BACK,
   FORGETS,
   GONE,
+  HELD_LOW,
   Host,
   LOST_SYNC,
+  NOT_PULLED_UP,
   OVERRUN,
   READOUT_MS,
   SENDS,
@@ -282,9 +284,13 @@ faulty(
 start('data line held low', eight, (board) => (board.sensor.holds = 5), [], 1);
 // In the identity, at the reset, and in the settings. Nobody has opened USB so early.
 for (const at of [0, 1, 3, 5, 8, 40]) {
-  start(`no acknowledge at step ${at}`, four, (board) => (board.sensor.nackAfter = at), [GONE]);
+  start(`no acknowledge at step ${at}`, four, (board) => (board.sensor.nackAfter = at), [GONE, BACK]);
 }
-never('no sensor', eight, (board) => (board.sensor.present = false), GONE);
+never('no sensor', eight, (board) => Object.assign(board.sensor, { present: false, pullsUp: false }), NOT_PULLED_UP);
+never('no clock of the sensor', eight, (board) => (board.sensor.present = false), GONE);
+for (const [name, shorted] of [['SDA', [SDA]], ['SCL', [SCL]], ['both', [SDA, SCL]]]) {
+  never(`lines of the bus that are held low: ${name}`, eight, (board) => (board.sensor.shorted = shorted), HELD_LOW[name]);
+}
 never(
   'another sensor',
   eight,
