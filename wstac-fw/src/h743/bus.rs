@@ -107,7 +107,9 @@ impl Bus for SensorBus {
         let pull = |pin: Pin, up| pin.pull(if up { Pupdr::PULL_UP } else { Pupdr::PULL_DOWN });
         self.with_pins(|scl, sda| {
             let lines = bus::lines(scl, sda, Pin::drive_and_wait, pull, Pin::is_high);
-            [scl, sda].into_iter().for_each(|pin| pin.pull(Pupdr::FLOATING));
+            for pin in [scl, sda] {
+                pin.pull(Pupdr::FLOATING);
+            }
             lines
         })
     }

@@ -79,7 +79,9 @@ impl Bus for RpBus {
     fn lines(&mut self) -> BusLines {
         self.with_pins(|scl, sda| {
             let lines = bus::lines(scl, sda, drive_and_wait, pull, is_high);
-            [scl, sda].into_iter().for_each(|pin| pull(pin, true));
+            for pin in [scl, sda] {
+                pull(pin, true);
+            }
             lines
         })
     }

@@ -1,7 +1,5 @@
 //! The chip's USB as the serial line, and the boot loader in its ROM.
 
-use core::fmt::Write;
-
 use embassy_executor::Spawner;
 #[cfg(feature = "rp2040")]
 use embassy_rp::flash::{Blocking, Flash};
@@ -43,7 +41,7 @@ const BOOTLOADER: EnterBootloader = (Bootloader::Uf2, || {
     }
 });
 
-/// Starts the line. Its serial number is that of the chip, as the boot loader in the ROM has it.
+/// Starts the line. Its serial number is that of the chip; an RP2040's is the one that the Pico SDK gives it, too.
 ///
 /// # Panics
 /// Panics at a second call.
@@ -51,8 +49,13 @@ pub fn usb(usb: Peri<'static, peripherals::USB>, flash: Peri<'_, peripherals::FL
     let Some(serial) = cortex_m::singleton!(: heapless::String<16> = heapless::String::new()) else {
         panic!("USB is started once")
     };
-    // 16 digits fit.
-    let _ = chip_id(flash).map(|id| write!(serial, "{id:016X}"));
+    // This takes less flash than the formatting of a number of 64 bits.
+    for byte in chip_id(flash).into_iter().flat_map(u64::to_be_bytes) {
+        for digit in [byte >> 4, byte & 0xF] {
+            // 16 digits fit.
+            let _ = serial.push(char::from(b"0123456789ABCDEF"[usize::from(digit)]));
+        }
+    }
     if let Ok(task) = serve(Driver::new(usb, UsbIrqs), serial) {
         spawner.spawn(task);
     }
@@ -65,16 +68,16 @@ async fn serve(driver: Driver<'static, peripherals::USB>, serial: &'static str) 
 }
 
 /// Returns the unique number of an RP2350, or that of the flash of an RP2040, which has none.
+#[cfg(feature = "rp2040")]
+#[inline(never)]
 pub(super) fn chip_id(flash: Peri<'_, peripherals::FLASH>) -> Option<u64> {
-    #[cfg(feature = "rp2040")]
-    {
-        let mut id = [0; 8];
-        let mut flash = Flash::<_, Blocking, SIZE>::new_blocking(flash);
-        flash.blocking_unique_id(&mut id).ok().map(|()| u64::from_be_bytes(id))
-    }
-    #[cfg(not(feature = "rp2040"))]
-    {
-        let _ = flash;
-        embassy_rp::otp::get_chipid().ok()
-    }
+    let mut id = [0; 8];
+    let mut flash = Flash::<_, Blocking, SIZE>::new_blocking(flash);
+    flash.blocking_unique_id(&mut id).ok().map(|()| u64::from_be_bytes(id))
+}
+
+#[cfg(not(feature = "rp2040"))]
+#[expect(clippy::needless_pass_by_value, reason = "an RP2040 reads it there")]
+pub(super) fn chip_id(_flash: Peri<'_, peripherals::FLASH>) -> Option<u64> {
+    embassy_rp::otp::get_chipid().ok()
 }
