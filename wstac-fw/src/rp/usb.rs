@@ -77,7 +77,6 @@ pub(super) fn chip_id(flash: Peri<'_, peripherals::FLASH>) -> Option<u64> {
 }
 
 #[cfg(not(feature = "rp2040"))]
-#[expect(clippy::needless_pass_by_value, reason = "an RP2040 reads it there")]
 pub(super) fn chip_id(_flash: Peri<'_, peripherals::FLASH>) -> Option<u64> {
     embassy_rp::otp::get_chipid().ok()
 }

@@ -67,9 +67,9 @@ mod tests {
 
     fn found(bytes: &[u8]) -> String {
         let mut foreign = Foreign::default();
-        bytes.iter().for_each(|&byte| {
+        for &byte in bytes {
             foreign.take(byte);
-        });
+        }
         foreign.in_words()
     }
 
@@ -77,13 +77,13 @@ mod tests {
     fn zeros_text_echoes_and_noise_are_told_apart() {
         let noise: Vec<u8> = (0..=u8::MAX).rev().collect();
         let mut buffer = [0; LONGEST];
-        let echo = [&noise, &[0], encode(&Request::Hello, 0, &mut buffer)].concat();
+        let echo = [&noise[..], &[0], encode(&Request::Hello, 0, &mut buffer)].concat();
         for (bytes, expected) in [
             (&[][..], "found no bytes, "),
-            (&[0; 99], "found zeros, "),
-            (b"[    0.000000] Booting Linux\r\n", "found text, "),
-            (&noise, "found other bytes, "),
-            (&echo, "found its own requests, "),
+            (&[0; 99][..], "found zeros, "),
+            (&b"[    0.000000] Booting Linux\r\n"[..], "found text, "),
+            (&noise[..], "found other bytes, "),
+            (&echo[..], "found its own requests, "),
         ] {
             assert!(found(bytes).contains(expected), "{}, expected {expected}", found(bytes));
         }
