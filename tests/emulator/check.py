@@ -726,7 +726,7 @@ class Check:
         self.say(name, problems)
 
     def late(self, name):
-        """The host is told that there is no camera, and then that it sends frames. Its rate is told only while it does."""
+        """The host is told that there is no camera, then that it sends frames, and its rate only while it does."""
         board = self.board(self.host.frames[:90])
         board.sensor.present = False
         board.machine.at(50 * FRAME, lambda: plug_in(board))
@@ -738,7 +738,8 @@ class Check:
         gone = "does not answer: its bus is free"
         expected = [gone, "sends frames", "sends no pixels", gone]
         problems = [] if camera == expected else [f"the host is told {camera}, expected {expected}"]
-        rates = [re.search(r", (no frames|[\d.]+ frames per second), ", note) for note in notes if "the board: up for" in note]
+        states = [note for note in notes if "the board: up for" in note]
+        rates = [re.search(r", (no frames|[\d.]+ frames per second), ", state) for state in states]
         rates = [rate and rate[1] for rate in rates]
         steps = [rate for at, rate in enumerate(rates) if rate and rate not in rates[at - 1 : at]]
         if len(steps) != 3 or steps[::2] != ["no frames"] * 2 or not steps[1].startswith("30.0"):
@@ -1032,15 +1033,17 @@ def main():
         for at in (0, 4, 9, 12, 13, 14, 15):
             said = [FOUND] if at == 0 else [GONE, FOUND, BACK]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
-        check.never("no sensor", [GONE], silent("nothing pulls SDA and SCL up", "that it is connected"), present=False, pulls_up=False)
-        check.never("no clock of the sensor", [GONE], silent("its bus is free", "the sensor's XCLK"), is_on=lambda: False)
+        floats = silent("nothing pulls SDA and SCL up", "that it is connected")
+        check.never("no sensor", [GONE], floats, present=False, pulls_up=False)
+        is_free = silent("its bus is free", "the sensor's XCLK")
+        check.never("no clock of the sensor", [GONE], is_free, is_on=lambda: False)
         for shorted, what, first in (
             ([SDA], "SDA is", "SDA for a short circuit"),
             ([SCL], "SCL is", "SCL for a short circuit"),
             ([SCL, SDA], "SDA and SCL are", "the camera's power"),
         ):
-            pins = [pin for _, pin in shorted]
-            check.never(f"{what} held low", [GONE], silent(f"{what} held low", first), shorted=pins, present=len(pins) == 1)
+            pins, name = [pin for _, pin in shorted], f"{what} held low"
+            check.never(name, [GONE], silent(name, first), shorted=pins, present=len(pins) == 1)
         check.late("a camera that comes late")
         other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
         unknown = "says it is 0x2642, which the firmware does not know"

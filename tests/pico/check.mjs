@@ -289,7 +289,7 @@ for (const at of [0, 1, 3, 5, 8, 40]) {
 never('no sensor', eight, (board) => Object.assign(board.sensor, { present: false, pullsUp: false }), NOT_PULLED_UP);
 never('no clock of the sensor', eight, (board) => (board.sensor.present = false), GONE);
 for (const [name, shorted] of [['SDA', [SDA]], ['SCL', [SCL]], ['both', [SDA, SCL]]]) {
-  never(`lines of the bus that are held low: ${name}`, eight, (board) => (board.sensor.shorted = shorted), HELD_LOW[name]);
+  never(`held low: ${name}`, eight, (board) => (board.sensor.shorted = shorted), HELD_LOW[name]);
 }
 never(
   'another sensor',

@@ -14,8 +14,8 @@ const TABLE_AT = 0x14, LOOKUP_AT = 0x18, TABLE = 0x40, LOOKUP = 0x80, FIRST = 0x
 // The codes of the functions.
 const NAMES = ['C4', 'IF', 'EX', 'RE', 'RP', 'FC', 'CX', 'UB'];
 const BREAK = 0xbe00, RETURN = 0x4770;
-// The register of the serial interface's data, and the instruction that reads the unique number behind four bytes without a
-// meaning (W25Q16JV data sheet, 8.2.35).
+// The register of the serial interface's data, and the instruction that reads the unique number behind four bytes
+// without a meaning (W25Q16JV data sheet, 8.2).
 const DATA = 0x60, READ_UNIQUE_ID = 0x4b, DUMMY = [0, 0, 0, 0];
 export const UNIQUE_ID = [0xe6, 0x61, 0x40, 0x31, 0x1f, 0x2a, 0x53, 0x27];
 

@@ -146,7 +146,7 @@ export class Board {
     this.pio.run = () => {};
     this.levels = 0;
     Object.defineProperty(mcu, 'gpioValues', { get: () => this.levels });
-    // A bus with open drains: a line is low if the core drives it low, or something holds it, or no resistor pulls it up.
+    // A bus with open drains: a line is high if a resistor pulls it up, and nothing holds it low.
     this.lines = () => {
       const low = (pin) => mcu.gpio[pin].outputEnable && !mcu.gpio[pin].outputValue;
       const { sensor } = this;

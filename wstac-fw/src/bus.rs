@@ -30,8 +30,8 @@ pub fn free<P: Copy>(clock: P, data: P, drive: impl Fn(P, bool), is_high: impl F
 
 /// Returns what holds the lines while nothing is sent.
 ///
-/// Both lines are pins with open drains, and `drive` is that of [`free`]. `pull` switches the chip's own resistor of a pin
-/// to this side, up if it is true. At the end both pull down.
+/// Both lines are pins with open drains, and `drive` is that of [`free`]. `pull` switches the chip's own resistor of a
+/// pin to this side, up if it is true.
 pub fn lines<P: Copy>(
     clock: P,
     data: P,

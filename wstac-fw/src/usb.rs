@@ -23,8 +23,8 @@ use crate::serial::{self, Peripheral};
 const PACKET: usize = 64;
 /// The time between two looks at a queue without room for a packet.
 const FULL: Duration = Duration::from_millis(1);
-/// The time between two looks at the number of the bus's frame, and the longest one for which a frame that is new at the
-/// second look still counts as young. A frame has 1 ms, and its last fifth is to be avoided.
+/// The time between two looks at the number of the bus's frame, and the longest one for which a frame that is new at
+/// the second look still counts as young. A frame has 1 ms, and its last fifth is to be avoided.
 const LOOK: Duration = Duration::from_micros(100);
 const YOUNG: Duration = Duration::from_micros(600);
 /// The looks after which a packet is sent all the same: the bus sleeps.

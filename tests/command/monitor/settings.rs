@@ -10,7 +10,9 @@ use serde_json::Value;
 use wstac_core::features::Floor;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::trigger::TriggerConfig;
-use wstac_core::wire::{Bootloader, Decoder, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse};
+use wstac_core::wire::{
+    Bootloader, Decoder, Fault, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse,
+};
 use wstac_tests::command::{printed, run, said};
 use wstac_tests::folder::Folder;
 

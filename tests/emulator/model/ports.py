@@ -43,7 +43,7 @@ OPENMV = Wiring(
 
 
 class Port(Registers):
-    """A port. The sensor's bus is on two pins of port B, which are high if a resistor pulls them up and nothing holds them low."""
+    """A port. The sensor's bus is on two pins of port B."""
 
     def __init__(self, number, sensor, changed):
         super().__init__(BASE + STEP * number)
@@ -53,10 +53,11 @@ class Port(Registers):
         """Returns a register."""
         if offset != IDR:
             return super().read(offset)
-        return 0xFFFF & ~sum(1 << number for port, number in (SCL, SDA) if port == self.number and not self._bus_level(number))
+        lines = [number for port, number in (SCL, SDA) if port == self.number]
+        return 0xFFFF & ~sum(1 << number for number in lines if not self._bus_level(number))
 
     def _bus_level(self, number):
-        """Returns whether a line of the bus is high: an open drain holds it low, or else the strongest resistor decides."""
+        """Returns whether a line of the bus is high: a resistor pulls it up, and nothing holds it low."""
         is_held = self.sensor.holds > 0 and number == SDA[1] or number in self.sensor.shorted
         pulls_up = self.sensor.pulls_up or self.values.get(PUPDR, 0) >> 2 * number & 3 == PULL_UP
         return pulls_up and not is_held and not self.is_low(number)

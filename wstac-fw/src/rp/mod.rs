@@ -149,8 +149,8 @@ pub fn sensor_clock<T: GpoutPin>(pin: Peri<'static, T>) {
 /// Answers for ever.
 ///
 /// # Panics
-/// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or 1 above 30
-/// frames per second, or at a second call.
+/// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or 1 above
+/// 30 frames per second, or at a second call.
 pub async fn run(wiring: RpWiring) -> ! {
     #[cfg(not(feature = "usb"))]
     let id = None;

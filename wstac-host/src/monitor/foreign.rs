@@ -20,7 +20,7 @@ pub(super) struct Foreign {
 }
 
 impl Foreign {
-    /// Takes a byte. Returns whether it ends a request: then the port sends back what it is sent, since no board sends any.
+    /// Takes a byte. Returns whether it ends a request: no board sends any, so the port sends back what it is sent.
     pub(super) fn take(&mut self, byte: u8) -> bool {
         self.since.get_or_insert_with(Instant::now);
         self.count += 1;
