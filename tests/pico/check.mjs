@@ -163,15 +163,16 @@ function drift(name, program) {
 }
 
 /**
- * The program fails: it restarts, reports why, and continues. It may be reset `again` at once, before it has found the
- * sensor; then the report comes again after that. A later reset reports nothing.
+ * The program fails: it restarts, reports why, and continues. It may be reset `again` at once, before it has reported
+ * that; then the report comes after the second restart. A later reset reports nothing.
  */
 function crash(name, program, how, why, { count = 60, again = false } = {}) {
   const faults = {
     20: (board) => {
       how(board);
       for (let turn = 0; again && board.resets === 0 && turn < 100_000; turn++) board.run(1e4);
-      if (again) board.run(1e7), board.reset();
+      // The line sends bytes in no time, 5 ms after a restart, and what is sent is erased.
+      if (again) board.run(4e6), board.reset();
     },
   };
   const board = new Board(program, frames.slice(0, count), faults);
@@ -179,8 +180,9 @@ function crash(name, program, how, why, { count = 60, again = false } = {}) {
   const problems = [];
   ofLine(Buffer.from(board.sent));
   const restarts = again ? 2 : 1;
-  const pattern = new RegExp(`^it started again because of: ${why}; restart ${restarts}$`);
-  if (told().length !== restarts || !pattern.test(told().at(-1))) {
+  // A start that ends so early may not be counted.
+  const pattern = new RegExp(`^it started again because of: ${why}; restart ${again ? '[12]' : 1}$`);
+  if (told().length !== 1 || !pattern.test(told().at(-1))) {
     problems.push(`the host is told ${JSON.stringify(told())}, expected ${why}; restart ${restarts}`);
   }
   if (board.resets !== restarts) problems.push(`the chip restarted ${board.resets} times`);
