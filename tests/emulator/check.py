@@ -28,7 +28,7 @@ from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import AXI, AXI_SIZE, DTCM, Machine, Stopped
 from model.camera import M0AR
 from model.i2c import I2C1
-from model.ports import NUCLEO, OPENMV, WEACT
+from model.ports import NUCLEO, OPENMV, SCL, SDA, WEACT
 from model.sensor import Hm01b0, Hm0360, Mt9m114, Ov7670, Ov7690, Ov7692, Ov7725
 
 SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
@@ -727,6 +727,27 @@ class Check:
             problems.append(f"the host notes {self.host.notes!r}")
         self.say(name, problems)
 
+    def late(self, name):
+        """The host is told that there is no camera, then that it sends frames, and its rate only while it does."""
+        board = self.board(self.host.frames[:90])
+        board.sensor.present = False
+        board.machine.at(50 * FRAME, lambda: plug_in(board))
+        board.camera.faults[70] = lambda: unplug(board)
+        board.machine.run(lambda: board.machine.now > 240 * FRAME)
+        self.host.of_line(bytes(board.line.sent), "--status")
+        notes = self.host.notes.split("\n")
+        camera = [note.split("; ")[0].split(": the camera ")[-1] for note in notes if "the board: the camera" in note]
+        gone = "does not answer: its bus is free"
+        expected = [gone, "sends frames", "sends no pixels", gone]
+        problems = [] if camera == expected else [f"the host is told {camera}, expected {expected}"]
+        states = [note for note in notes if "the board: up for" in note]
+        rates = [re.search(r", (no frames|[\d.]+ frames per second), ", state) for state in states]
+        rates = [rate and rate[1] for rate in rates]
+        steps = [rate for at, rate in enumerate(rates) if rate and rate not in rates[at - 1 : at]]
+        if len(steps) != 3 or steps[::2] != ["no frames"] * 2 or not steps[1].startswith("30.0"):
+            problems.append(f"the rates are {rates}")
+        self.say(name, problems)
+
     def drift(self, name):
         """The rate changes by 4 % while frames are used: this is reported, and they are used again when it is right."""
         board = self.board(self.host.frames)
@@ -879,8 +900,13 @@ def sends(what, first=".*", lines=240, words=38400, rate=r"30\.0\d"):
     return rf"at 0x21 sends {what} \(found {found}; expected {right}\); help: check {first}"
 
 
+def silent(why, first):
+    """Returns the expression of what the host says of a sensor that does not answer."""
+    return f"does not answer: {why}; help: check {first}, .*"
+
+
 OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
-SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames again"
+SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
 FORGETS = "the sensor does not keep register {=u16:#04x}"
 SENDS, DIVIDED = "{=u32} lines, {=u32} words, {=u32} frames in 1000 seconds", "{=u32} times the rate: the clock is divided"
@@ -1014,9 +1040,20 @@ def main():
         # While the program looks for an OV7690: twice in the identity, at the reset, and in the settings; in a write,
         # an address and a read.
         for at in (0, 4, 9, 12, 13, 14, 15):
-            said = [FOUND] if at == 0 else [GONE, FOUND]
+            said = [FOUND] if at == 0 else [GONE, FOUND, BACK]
             check.start(f"no acknowledge at step {at}", said, nack_after=at)
-        check.never("no sensor", [GONE], "does not answer; help: check that it is connected, .*", present=False)
+        floats = silent("nothing pulls SDA and SCL up", "that it is connected")
+        check.never("no sensor", [GONE], floats, present=False, pulls_up=False)
+        is_free = silent("its bus is free", "the sensor's XCLK")
+        check.never("no clock of the sensor", [GONE], is_free, is_on=lambda: False)
+        for shorted, what, first in (
+            ([SDA], "SDA is", "SDA for a short circuit"),
+            ([SCL], "SCL is", "SCL for a short circuit"),
+            ([SCL, SDA], "SDA and SCL are", "the camera's power"),
+        ):
+            pins, name = [pin for _, pin in shorted], f"{what} held low"
+            check.never(name, [GONE], silent(name, first), shorted=pins, present=len(pins) == 1)
+        check.late("a camera that comes late")
         other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
@@ -1093,7 +1130,8 @@ def check_board(check):
     check.faulty("features", {}, (), [])
     check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])
     check.faulty("silent for two frames", {70: "silent", 71: "silent"}, range(70, 85), [(70, SILENT), (None, BACK)])
-    check.never("no sensor", [GONE], "does not answer; help: check that it is connected, .*", present=False)
+    # The board has resistors.
+    check.never("no sensor", [GONE], silent("its bus is free", "the sensor's XCLK"), present=False)
     check.start("data line held low", [HELD, FOUND], holds=5)
     hard_fault = r"hard fault at 0x30000100, called from 0x\w+, fault status 0x\w+"
     check.crash("hard fault", Machine.crash, hard_fault)

@@ -10,15 +10,17 @@
 
 import { fileURLToPath } from 'node:url';
 import { learning, models } from './models.mjs';
-import { BUS_BYTE, Board } from './machine.mjs';
+import { BUS_BYTE, Board, SCL, SDA } from './machine.mjs';
 import {
   ANOTHER_RATE,
   ANOTHER_SIZE,
   BACK,
   FORGETS,
   GONE,
+  HELD_LOW,
   Host,
   LOST_SYNC,
+  NOT_PULLED_UP,
   OVERRUN,
   READOUT_MS,
   SENDS,
@@ -161,15 +163,16 @@ function drift(name, program) {
 }
 
 /**
- * The program fails: it restarts, reports why, and continues. It may be reset `again` at once, before it has found the
- * sensor; then the report comes again after that. A later reset reports nothing.
+ * The program fails: it restarts, reports why, and continues. It may be reset `again` at once, before it has reported
+ * that; then the report comes after the second restart. A later reset reports nothing.
  */
 function crash(name, program, how, why, { count = 60, again = false } = {}) {
   const faults = {
     20: (board) => {
       how(board);
       for (let turn = 0; again && board.resets === 0 && turn < 100_000; turn++) board.run(1e4);
-      if (again) board.run(1e7), board.reset();
+      // The line sends bytes in no time, 5 ms after a restart, and what is sent is erased.
+      if (again) board.run(4e6), board.reset();
     },
   };
   const board = new Board(program, frames.slice(0, count), faults);
@@ -177,8 +180,9 @@ function crash(name, program, how, why, { count = 60, again = false } = {}) {
   const problems = [];
   ofLine(Buffer.from(board.sent));
   const restarts = again ? 2 : 1;
-  const pattern = new RegExp(`^it started again because of: ${why}; restart ${restarts}$`);
-  if (told().length !== restarts || !pattern.test(told().at(-1))) {
+  // A start that ends so early may not be counted.
+  const pattern = new RegExp(`^it started again because of: ${why}; restart ${again ? '[12]' : 1}$`);
+  if (told().length !== 1 || !pattern.test(told().at(-1))) {
     problems.push(`the host is told ${JSON.stringify(told())}, expected ${why}; restart ${restarts}`);
   }
   if (board.resets !== restarts) problems.push(`the chip restarted ${board.resets} times`);
@@ -282,9 +286,13 @@ faulty(
 start('data line held low', eight, (board) => (board.sensor.holds = 5), [], 1);
 // In the identity, at the reset, and in the settings. Nobody has opened USB so early.
 for (const at of [0, 1, 3, 5, 8, 40]) {
-  start(`no acknowledge at step ${at}`, four, (board) => (board.sensor.nackAfter = at), [GONE]);
+  start(`no acknowledge at step ${at}`, four, (board) => (board.sensor.nackAfter = at), [GONE, BACK]);
 }
-never('no sensor', eight, (board) => (board.sensor.present = false), GONE);
+never('no sensor', eight, (board) => Object.assign(board.sensor, { present: false, pullsUp: false }), NOT_PULLED_UP);
+never('no clock of the sensor', eight, (board) => (board.sensor.present = false), GONE);
+for (const [name, shorted] of [['SDA', [SDA]], ['SCL', [SCL]], ['both', [SDA, SCL]]]) {
+  never(`held low: ${name}`, eight, (board) => (board.sensor.shorted = shorted), HELD_LOW[name]);
+}
 never(
   'another sensor',
   eight,

@@ -14,6 +14,10 @@ const TABLE_AT = 0x14, LOOKUP_AT = 0x18, TABLE = 0x40, LOOKUP = 0x80, FIRST = 0x
 // The codes of the functions.
 const NAMES = ['C4', 'IF', 'EX', 'RE', 'RP', 'FC', 'CX', 'UB'];
 const BREAK = 0xbe00, RETURN = 0x4770;
+// The register of the serial interface's data, and the instruction that reads the unique number behind four bytes
+// without a meaning (W25Q16JV data sheet, 8.2).
+const DATA = 0x60, READ_UNIQUE_ID = 0x4b, DUMMY = [0, 0, 0, 0];
+export const UNIQUE_ID = [0xe6, 0x61, 0x40, 0x31, 0x1f, 0x2a, 0x53, 0x27];
 
 /** The power fails while the flash is written. */
 export class PowerFailed extends Error {}
@@ -32,7 +36,9 @@ export class Flash {
     this.mcu = mcu;
     this.wait = wait;
     this.away = false;
+    this.step = null;
     mcu.flash.set(this.bytes);
+    this.answer(mcu.peripherals[SSI]);
     const rom = new DataView(mcu.bootrom.buffer);
     const half = (at, value) => rom.setUint16(at, value, true);
     half(TABLE_AT, TABLE);
@@ -49,6 +55,18 @@ export class Flash {
       if (number === 0) this.lookup();
       else this[NAMES[number - 1]]();
     };
+  }
+
+  /** Answers what is sent while the flash is not read as memory. */
+  answer(ssi) {
+    const [read, write] = [ssi.readUint32.bind(ssi), ssi.writeUint32.bind(ssi)];
+    const isAsked = (offset) => offset === DATA && this.step === 'serial';
+    let left = [];
+    ssi.writeUint32 = (offset, value) => {
+      if (!isAsked(offset)) return write(offset, value);
+      left = (value & 0xff) === READ_UNIQUE_ID ? [...DUMMY, ...UNIQUE_ID] : [];
+    };
+    ssi.readUint32 = (offset) => (isAsked(offset) ? (left.shift() ?? 0) : read(offset));
   }
 
   /** Returns the address of a function: table and code are in the first two registers. */
@@ -85,6 +103,7 @@ export class Flash {
     this.check(this.step === 'connected', 'the flash leaves reading without being connected');
     this.mcu.peripherals[SSI].spictlr0 = 0;
     this.step = 'serial';
+    this.isStale = false; // whether the cache has what was changed since
   }
 
   /** Erases sectors. */
@@ -94,6 +113,7 @@ export class Flash {
     const isWhole = from % SECTOR === 0 && count % SECTOR === 0 && from + count <= SIZE;
     this.check(isWhole, `an erasure of ${count} bytes at ${from}`);
     if (!isWhole) return;
+    this.isStale = true;
     for (let sector = from; sector < from + count; sector += SECTOR) {
       const left = this.left(SECTOR);
       this.bytes.fill(0xff, sector, sector + left);
@@ -111,6 +131,7 @@ export class Flash {
     const isWhole = to % PAGE === 0 && count % PAGE === 0 && to + count <= SIZE && from >= RAM;
     this.check(isWhole, `${count} bytes at ${from} are programmed at ${to}`);
     if (!isWhole) return;
+    this.isStale = true;
     for (let page = 0; page < count; page += PAGE) {
       const data = this.mcu.sram.subarray(from - RAM + page, from - RAM + page + PAGE);
       // Bytes that stay as they are do not count.
@@ -130,11 +151,12 @@ export class Flash {
     this.check(this.step === 'serial', 'the cache is flushed at another time');
     this.mcu.flash.set(this.bytes);
     this.step = 'flushed';
+    this.isStale = false;
   }
 
   /** Reads as memory, slowly. */
   CX() {
-    this.check(this.step === 'flushed', 'the flash is read again before the cache is flushed');
+    this.check(!this.isStale, 'the flash is read again before the cache is flushed');
     this.mcu.peripherals[SSI].spictlr0 = 0x0300_0218;
   }
 
@@ -165,7 +187,7 @@ export class Flash {
   before(at) {
     if (!this.away || at < FLASH || at >= RAM) return;
     this.away = false;
-    const isRead = this.step === 'flushed' && this.mcu.peripherals[SSI].spictlr0 !== 0;
+    const isRead = !this.isStale && this.mcu.peripherals[SSI].spictlr0 !== 0;
     this.check(isRead, `the program goes on in the flash when that is ${this.step}`);
   }
 }

@@ -18,8 +18,19 @@ const CONFIG = FIRMWARE('../../wstac-fw/wstac.toml');
 // What the host says.
 export const OVERRUN = 'pixels came faster than they were taken';
 export const SILENT = 'the camera sends no pixels; help: check PCLK, VSYNC, HREF, then XCLK and power';
-export const GONE = 'the camera does not answer; help: check that it is connected, its power, SDA, SCL, their pull-ups and XCLK';
-export const BACK = 'the camera sends frames again';
+const SILENT_BUS = (why, first) => `the camera does not answer: ${why}; help: check ${first}`;
+const FREE_FIRST = "the sensor's XCLK, its type, then whether SDA and SCL are swapped, PWDN and RESET";
+export const GONE = SILENT_BUS('its bus is free', FREE_FIRST);
+export const NOT_PULLED_UP = SILENT_BUS(
+  'nothing pulls SDA and SCL up',
+  'that it is connected, its power, then the pull-ups of SDA and SCL',
+);
+export const HELD_LOW = {
+  SDA: SILENT_BUS('SDA is held low', "SDA for a short circuit, then the camera's power"),
+  SCL: SILENT_BUS('SCL is held low', "SCL for a short circuit, then the camera's power"),
+  both: SILENT_BUS('SDA and SCL are held low', "the camera's power, then both lines for short circuits"),
+};
+export const BACK = 'the camera sends frames';
 export const FORGETS = (register, found, expected) =>
   `the camera does not keep what register ${register} is set to (address 0x24, found ${found}, expected ${expected}); ` +
   'help: check the sensor\'s type, the supply voltage, then the pull-ups of SDA and SCL';

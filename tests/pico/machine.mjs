@@ -16,7 +16,9 @@ import { Hm01b0 } from './sensor.mjs';
 import { UsbHost } from './usb.mjs';
 
 // The wires of wstac-fw/README.md.
-const DATA = 6, PCLK = 14, HREF = 15, VSYNC = 16, CLOCK = 21, SDA = 4, SCL = 5, SENDS = 0, EVENTS = 25, TROUBLE = 22;
+const DATA = 6, PCLK = 14, HREF = 15, VSYNC = 16, CLOCK = 21, SENDS = 0, EVENTS = 25, TROUBLE = 22;
+/** The pins of the bus. */
+export const SDA = 4, SCL = 5;
 // Functions of pins (RP2040 data sheet, 2.19.2).
 // Numbers of exceptions.
 const HARD_FAULT = 3, INTERRUPTS = 16;
@@ -142,21 +144,24 @@ export class Board {
     this.bus(mcu.i2c[0]);
     this.pio = mcu.pio[0];
     this.pio.run = () => {};
-    this.levels = (1 << SDA) | (1 << SCL);
+    this.levels = 0;
     Object.defineProperty(mcu, 'gpioValues', { get: () => this.levels });
-    for (const pin of [SDA, SCL]) mcu.gpio[pin].rawInputValue = true;
-    // A bus with open drains: a line is low if the core drives it low, or the sensor holds it.
-    const lines = () => {
+    // A bus with open drains: a line is high if a resistor pulls it up, and nothing holds it low.
+    this.lines = () => {
       const low = (pin) => mcu.gpio[pin].outputEnable && !mcu.gpio[pin].outputValue;
-      if (this.wasLow && !low(SCL)) this.sensor.holds = Math.max(0, this.sensor.holds - 1);
+      const { sensor } = this;
+      if (this.wasLow && !low(SCL)) sensor.holds = Math.max(0, sensor.holds - 1);
       this.wasLow = low(SCL);
-      mcu.gpio[SDA].rawInputValue = !low(SDA) && this.sensor.holds === 0;
-      mcu.gpio[SCL].rawInputValue = !low(SCL);
+      for (const pin of [SDA, SCL]) {
+        const isHeld = sensor.shorted.includes(pin) || (pin === SDA && sensor.holds > 0);
+        const isHigh = !low(pin) && !isHeld && (sensor.pullsUp || mcu.gpio[pin].pullupEnabled);
+        mcu.gpio[pin].rawInputValue = isHigh;
+        this.level(pin, isHigh);
+      }
     };
-    this.lines = lines;
-    mcu.gpio[SCL].addListener(lines);
-    mcu.gpio[SDA].addListener(lines);
-    lines();
+    mcu.gpio[SCL].addListener(this.lines);
+    mcu.gpio[SDA].addListener(this.lines);
+    this.lines();
   }
 
   /** Returns which lights are lit. */
@@ -174,7 +179,13 @@ export class Board {
       next = done;
       alarm.schedule(this.busByte);
     };
-    i2c.onStart = () => (this.sensor.start(), i2c.completeStart());
+    i2c.onStart = () => {
+      // While a line is low, the interface waits for ever.
+      const lines = (1 << SDA) | (1 << SCL);
+      if ((this.levels & lines) !== lines) return;
+      this.sensor.start();
+      i2c.completeStart();
+    };
     const connect = (address) => {
       const answers = wired() && this.hertz() > 0 && this.sensor.answers(address);
       i2c.completeConnect(answers);
@@ -322,6 +333,7 @@ export class Board {
     const hertz = this.hertz();
     const fault = this.faults[number];
     const done = typeof fault === 'function' ? fault(this) : fault;
+    this.lines();
     let period = this.sensor.streams() && hertz ? this.sensor.period(hertz) * 1e9 : this.frameTime;
     // The clip's rate is whole. The sensor's is a little different, by arithmetic alone.
     if (Math.abs(period / this.frameTime - 1) < 0.01) period = this.frameTime;

@@ -38,6 +38,8 @@ export class Hm01b0 {
     this.present = true;
     this.deaf = false; // whether it sends frames, but does not answer
     this.holds = 0; // clocks for which it holds the data line
+    this.pullsUp = true; // whether resistors outside of the chip pull its bus up
+    this.shorted = []; // the pins of the bus that are held low for ever
     this.slips = {};
     this.stuck = null; // a register that keeps its value
     this.isGateEarly = false; // whether a gated PCLK begins with HREF, and not with the first pixel

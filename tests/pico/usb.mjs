@@ -5,8 +5,11 @@
 // Times after the device is there: until the reset ends, from there to the first request, and until a program opens the port.
 const RESET = 50e6, RECOVERY = 10e6, OPENS = 100e6;
 // Of the controller (RP2040 data sheet, 4.1.4): the pull-up, a buffer that is available, and its data toggle.
+// A frame of the bus, and its last fifth, of which the chip does not recover from some errors (RP2040-E15). A packet
+// that has waited for its host may come then.
+const FRAME = 1e6, LATE = 0.8 * FRAME, WAITED = 1e5;
 const PULL_UP = 1 << 16, AVAILABLE = 1 << 10, TOGGLE = 1 << 13, BUFFERS = 0x80, LAST = 0xfc;
-const ADDRESS = 7, PACKET = 64, DEVICE = 1, CONFIGURATION = 2;
+const ADDRESS = 7, PACKET = 64, DEVICE = 1, CONFIGURATION = 2, STRING = 3, ENGLISH = 0x409;
 
 const setup = (type, request, value, index, length) =>
   Uint8Array.from([type, request, ...[value, index, length].flatMap((word) => [word & 0xff, word >> 8])]);
@@ -24,6 +27,8 @@ export class UsbHost {
     const { usbCtrl: usb, clock } = mcu;
     Object.assign(this, { usb, clock, take, isOpen: false, isConfigured: false, held: null, waits: false, toggle: 0 });
     this.outgoing = [];
+    this.takenAt = 0;
+    Object.defineProperty(usb, 'sofFrameNumber', { get: () => Math.floor(clock.nanos / FRAME), set() {} });
     usb.onUSBEnabled = () => this.plug();
     usb.onEndpointWrite = (endpoint, bytes) => this.arrived(endpoint, bytes);
     usb.onResetReceived = () => this.after(RECOVERY, () => this.enumerate());
@@ -34,8 +39,12 @@ export class UsbHost {
       if (offset & 4) return this.wanted((offset - 4 - BUFFERS) / 8);
       // A packet stays in its buffer until somebody reads.
       if (!this.isConfigured || offset - BUFFERS !== 8 * this.ends[1]) return update(offset, value);
+      if (clock.nanos % FRAME > LATE && clock.nanos - this.takenAt > WAITED) {
+        this.problems.add('a packet is sent in the last fifth of a frame of the bus');
+      }
       this.held = () => {
         this.held = null;
+        this.takenAt = clock.nanos;
         if (((value & TOGGLE) !== 0) !== (this.toggle === 1)) this.problems.add('a packet has the wrong data toggle');
         this.toggle ^= 1;
         update(offset, value);
@@ -65,7 +74,9 @@ export class UsbHost {
   }
 
   enumerate() {
-    const describe = (kind, length, then) => this.request(setup(0x80, 6, kind << 8, 0, length), then);
+    const describe = (kind, length, then, index = 0) => {
+      this.request(setup(0x80, 6, (kind << 8) | index, kind === STRING ? ENGLISH : 0, length), then);
+    };
     this.request(setup(0, 5, ADDRESS, 0, 0), () =>
       describe(DEVICE, 18, (device) => {
         this.device = device;
@@ -75,6 +86,9 @@ export class UsbHost {
             this.ends = bulk(all);
             this.request(setup(0, 9, 1, 0, 0), () => {
               Object.assign(this, { isConfigured: true, toggle: 0 });
+              // Its last string is the serial number.
+              const take = (text) => (this.serial = new TextDecoder('utf-16le').decode(Uint8Array.from(text.slice(2))));
+              describe(STRING, 255, take, device[16]);
               if (this.opens) this.after(OPENS, () => this.open());
             });
           }),

@@ -1,5 +1,6 @@
 // The line of a Raspberry Pi Pico at USB: whatever a host does with its port, the board goes on.
 
+import { UNIQUE_ID } from './flash.mjs';
 import { ofKind, same } from './host.mjs';
 import { Board } from './machine.mjs';
 import { BEGIN, BOOTLOADER, BOOTLOADER_IS, FEATURES, HELLO, contents, request } from './wire.mjs';
@@ -32,7 +33,12 @@ export function late(name, host, program) {
   problems.push(...wrong(host, board));
   if (contents(board.sent)[0]?.[0] !== BEGIN) problems.push('the first message does not say what the board is');
   if (host.notes.includes(' lost')) problems.push(`the host is told ${host.notes}`);
-  const { device, configuration } = board.usb;
+  const { device, configuration, serial } = board.usb;
+  const digits = Buffer.from(UNIQUE_ID).toString('hex');
+  if (serial !== digits.toUpperCase() || !host.notes.includes(`, chip 00000000${digits}`)) {
+    problems.push(`the serial number is ${serial}, expected ${digits}, which the host is told: ${host.notes}`);
+  }
+  problems.push(...board.flash.problems);
   const [size, vendor, product] = [device[7], device[8] | (device[9] << 8), device[10] | (device[11] << 8)];
   if (size !== 64 || vendor !== 0x2e8a || product !== 0x000a) problems.push(`the device says ${device}`);
   if (configuration.length !== (configuration[2] | (configuration[3] << 8))) problems.push('its configuration is cut');

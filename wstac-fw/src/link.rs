@@ -19,7 +19,7 @@ const LONGEST_REQUEST: usize = 16;
 impl<E> From<SensorError<E>> for Fault<'static> {
     fn from(error: SensorError<E>) -> Self {
         match error {
-            SensorError::Bus { .. } => Self::SensorGone,
+            SensorError::Bus { .. } => Self::SensorGone { lines: None },
             SensorError::Identity { found: id, .. } => Self::SensorUnknown { id },
             SensorError::NotTaken { register, values } => Self::SensorRefuses { register, values: Some(values) },
         }
@@ -45,7 +45,7 @@ impl Told {
             Fault::SensorRefuses { register, .. } => Self::Fault(1, register),
             Fault::SensorDiffers { part: FramePart::Pattern, .. } => Self::Fault(2, 0),
             Fault::SensorDiffers { register, .. } => Self::Fault(3, register),
-            Fault::SensorGone => Self::Fault(4, 0),
+            Fault::SensorGone { lines } => Self::Fault(4, lines.map_or(0, |lines| lines as u16)),
             _ => Self::Fault(5, 0),
         }
     }
@@ -175,7 +175,7 @@ impl<S: Line, T: OutputPin> Link<S, T> {
             Fault::Overrun => defmt::warn!("overrun: a frame is lost"),
             Fault::LostSync => defmt::warn!("lost sync: a frame is lost"),
             Fault::SensorSilent => defmt::warn!("the sensor is silent"),
-            Fault::SensorGone => defmt::error!("no sensor answers"),
+            Fault::SensorGone { .. } => defmt::error!("no sensor answers"),
             Fault::SensorUnknown { id } => defmt::error!("the sensor is {=u16:#06x}, which is not known", id),
             Fault::SensorRefuses { register, .. } => {
                 defmt::error!("the sensor does not keep register {=u16:#04x}", register);
@@ -183,7 +183,7 @@ impl<S: Line, T: OutputPin> Link<S, T> {
             Fault::SensorDiffers { found: FrameNumbers { lines, words, millihertz }, .. } => {
                 defmt::error!("{=u32} lines, {=u32} words, {=u32} frames in 1000 seconds", lines, words, millihertz);
             }
-            Fault::SensorBack => defmt::info!("the sensor sends frames again"),
+            Fault::SensorBack => defmt::info!("the sensor sends frames"),
             Fault::LastRun(_) => defmt::error!("the last run ended in a panic or a fault: the message says where"),
             _ => {}
         }

@@ -17,7 +17,7 @@ use embedded_hal::i2c::I2c;
 use wstac_core::layout::FrameSize;
 use wstac_core::pipeline::NextFrame;
 use wstac_core::rate::FrameRate;
-use wstac_core::wire::{Fault, FrameNumbers, FramePart, Request, Text};
+use wstac_core::wire::{BusLines, Fault, FrameNumbers, FramePart, Request, Text};
 
 use crate::link::{Line, Link, Told};
 use crate::picture::Picture;
@@ -100,6 +100,9 @@ pub trait Bus: I2c {
     /// Frees the bus if the sensor holds the data line. Returns whether it did and let go.
     fn free(&mut self) -> bool;
 
+    /// Returns what holds the lines while nothing is sent.
+    fn lines(&mut self) -> BusLines;
+
     /// Switches the sensor off and on again, if the board has lines for that. Returns when the sensor answers.
     fn restart_sensor(&mut self) -> impl Future<Output = ()>;
 }
@@ -167,8 +170,8 @@ pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: Node<B, WIDTH, STRIPES>) -> ! {
     let (reader, mut is_told) = introduce(&mut node);
-    let sensor = find(&mut node, reader, &mut is_told).await;
-    let mut board = Running::new(node, reader, is_told, sensor);
+    let (sensor, absent) = find(&mut node, reader, &mut is_told).await;
+    let mut board = Running::new(node, reader, is_told, sensor, absent);
     // The time for which the executor has an alarm.
     let mut alarm = 0;
     loop {
@@ -256,7 +259,13 @@ struct Running<B: Board, const WIDTH: usize, const STRIPES: usize> {
 }
 
 impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIPES> {
-    fn new(node: Node<B, WIDTH, STRIPES>, reader: &'static mut Reader, is_told: bool, sensor: CameraSensor) -> Self {
+    fn new(
+        node: Node<B, WIDTH, STRIPES>,
+        reader: &'static mut Reader,
+        is_told: bool,
+        sensor: CameraSensor,
+        absent: Told,
+    ) -> Self {
         let Node { store, camera, bus: i2c, line, events, watchdog, thermometer, .. } = node;
         let mut stripes = Stripes::new(camera, STRIPES as u32, PERIOD);
         let frame_bytes = WIDTH * usize::from(sensor.size.height());
@@ -275,7 +284,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             picture,
             sensor,
             stage: Stage::Test,
-            absent: Told::None,
+            absent,
             is_told,
             is_between: true,
             depth: StackDepth::new(),
@@ -329,10 +338,12 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             Ok(()) => {
                 self.stage = Stage::Run;
                 (self.watch, self.bus_failures) = (Watch::default(), 0);
+                self.reader.telemetry_mut().millihertz = None;
             }
             Err(fault) => {
                 self.stage = Stage::SetUp;
                 self.line.absence(&mut self.absent, fault);
+                self.reader.telemetry_mut().millihertz = Some(0);
                 // This also serves a board without a camera.
                 self.reader.status(self.line);
                 Timer::after(TRY_AGAIN).await;
@@ -416,7 +427,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             Err(SensorError::Bus { .. }) => {
                 self.bus_failures += 1;
                 free(&mut self.i2c);
-                (self.bus_failures >= BUS_FAILURES).then_some(Fault::SensorGone)
+                (self.bus_failures >= BUS_FAILURES).then(|| gone(&mut self.i2c))
             }
             Err(error) => Some(error.into()),
         };
@@ -459,6 +470,9 @@ async fn bring_up(
     camera: &mut impl Camera,
 ) -> Result<(), Fault<'static>> {
     let done = try_to_bring_up(sensor, stage, i2c, camera).await;
+    if let Err(Fault::SensorGone { .. }) = done {
+        return Err(gone(i2c));
+    }
     if let Err(Fault::SensorDiffers { part: FramePart::Rate, found, .. }) = done
         && let Some(times) = self_test::times_nominal(found.millihertz, RATE)
         && sensor.slow_down(times)
@@ -655,12 +669,18 @@ fn free(i2c: &mut impl Bus) {
     }
 }
 
-/// Looks for a sensor until one is found, and sets it up.
+/// Returns the fault of a sensor that does not answer.
+#[inline(never)]
+fn gone(i2c: &mut impl Bus) -> Fault<'static> {
+    Fault::SensorGone { lines: Some(i2c.lines()) }
+}
+
+/// Looks for a sensor until one is found, and sets it up. Also returns whether the host was told that there is none.
 async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
     node: &mut Node<B, WIDTH, STRIPES>,
     reader: &mut Reader,
     is_told: &mut bool,
-) -> CameraSensor {
+) -> (CameraSensor, Told) {
     let Node { sensors, store, bus, line, watchdog, .. } = node;
     let mut said = Told::None;
     loop {
@@ -679,14 +699,18 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
         #[cfg(feature = "models")]
         reader.keep_model(*store, *line);
         let mut fault = match identify(sensors, store.exposure(), bus) {
-            Ok(sensor) => return sensor,
+            Ok(sensor) => return (sensor, said),
             Err(fault) => fault,
         };
         Timer::after(WAKES).await;
         if let Some(id) = sensor::mt9m114(bus) {
             fault = Fault::SensorUnknown { id };
         }
+        if let Fault::SensorGone { .. } = fault {
+            fault = gone(bus);
+        }
         line.absence(&mut said, fault);
+        reader.telemetry_mut().millihertz = Some(0);
         reader.status(*line);
         Timer::after(TRY_AGAIN).await;
     }
@@ -700,7 +724,7 @@ fn identify(
     exposure: Option<u16>,
     i2c: &mut impl Bus,
 ) -> Result<CameraSensor, Fault<'static>> {
-    let mut fault = Fault::SensorGone;
+    let mut fault = Fault::SensorGone { lines: None };
     for sensor in sensors {
         let sensor = CameraSensor { lines: exposure, ..*sensor };
         match sensor.identify(i2c) {

@@ -412,6 +412,35 @@ fn a_peer_that_does_not_read_is_still_read() {
 }
 
 #[test]
+fn a_wrong_port_is_named_before_long() {
+    // One writes text, and one sends back what it is sent.
+    for (echoes, found) in [(false, "text"), (true, "its own requests")] {
+        let (mut port, line) = pty();
+        let mut run = start(&["run", path(&line)]);
+        let writer = std::thread::spawn(move || {
+            let mut bytes = [0; 64];
+            // Ten seconds: then the command says that nothing comes.
+            for _ in 0..200 {
+                let sent = match echoes {
+                    false => port.write_all(b"[    0.123456] usb 1-1: new device\r\n"),
+                    true => port.read(&mut bytes).and_then(|count| port.write_all(&bytes[..count])),
+                };
+                // The command has not opened the line yet, or has ended.
+                let _ = sent;
+                std::thread::sleep(Duration::from_millis(50));
+            }
+        });
+        let first = BufReader::new(run.stderr.take().unwrap()).lines().next().unwrap().unwrap();
+        let expected =
+            format!("{} has no messages (found {found}, expected those of a board); help: check ", path(&line));
+        assert!(first.contains(&expected), "{first}");
+        send(&run, Signal::INT);
+        run.wait().unwrap();
+        writer.join().unwrap();
+    }
+}
+
+#[test]
 fn a_peer_that_reads_again_gets_the_requests() {
     let mut unread = Unread::new(&["--features"]);
     // Every request that arrives is whole and in its place.
@@ -443,9 +472,9 @@ fn what_is_no_board_of_this_version_is_refused() {
         let stderr = refusal(&["monitor", path(&folder.file("board.bin", bytes)), "--json"]);
         assert!(stderr.contains(expected), "{stderr}");
     };
-    refused(&[], "has no message");
-    refused(&[0x55; 100], "has no message");
-    refused(b"\x05noise\0".repeat(30).as_slice(), "is it the right port");
+    refused(&[], "has no messages (found no bytes, expected those of a board)");
+    refused(&[0xAA; 100], "has no messages (found other bytes, expected those of a board)");
+    refused(b"\x05noise\0".repeat(30).as_slice(), "(found other bytes, expected those of a board)");
     // A message of version 5, and one of version 2, with arbitrary content and a correct CRC.
     let newer = [0, 8, 5, 5, 6, 0x89, 0x4A, 0x9E, 0x6D, 0];
     refused(&newer, "speaks version 5 of the link, expected 4: it is newer than this wstac");

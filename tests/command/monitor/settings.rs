@@ -10,7 +10,9 @@ use serde_json::Value;
 use wstac_core::features::Floor;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::trigger::TriggerConfig;
-use wstac_core::wire::{Bootloader, Decoder, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse};
+use wstac_core::wire::{
+    Bootloader, Decoder, Fault, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse,
+};
 use wstac_tests::command::{printed, run, said};
 use wstac_tests::folder::Folder;
 
@@ -182,9 +184,22 @@ fn a_board_that_does_not_learn_says_so() {
 #[test]
 fn a_port_without_such_a_board_is_refused() {
     let folder = Folder::new("board-none");
-    let file = folder.file("noise.bin", [7; 99]);
-    let done = run(&["board", path(&file)]);
-    assert_eq!(done.status.code(), Some(1));
+    for (bytes, found) in
+        [(&[7; 99][..], "other bytes"), (b"[    0.0] Booting\n", "text"), (&[0; 99], "zeros"), (&[], "no bytes")]
+    {
+        let file = folder.file("noise.bin", bytes);
+        let done = run(&["board", path(&file)]);
+        assert_eq!(done.status.code(), Some(1));
+        let expected = format!("noise.bin: has no messages (found {found}, expected those of a board); help: check ");
+        assert!(said(&done).contains(&expected), "{}", said(&done));
+    }
+    // A board that answers other requests only.
+    let older = Board::that(|request, sent| {
+        if request == Request::Settings {
+            sent.push(&Message::Fault(Fault::SensorBack));
+        }
+    });
+    let done = older.run(&[]);
     assert!(said(&done).contains("does not answer, expected a board whose settings can be set"), "{}", said(&done));
 }
 

@@ -55,8 +55,8 @@ class I2c(Registers):
         self.left, self.reads, self.flags = value >> 16 & 0xFF, bool(value & READS), 0
         # The address, and the first byte that the sensor sends.
         self._takes(2 if self.reads else 1)
-        if any(sensor.holds for sensor in self.sensors.values()):
-            # The data line is low: no start is possible.
+        if any(sensor.holds or sensor.shorted or not sensor.pulls_up for sensor in self.sensors.values()):
+            # A line is low, or stays so: no start is possible.
             self.sensor, self.left = None, 0
             return
         self.sensor = self.sensors.get((value & 0xFF) >> 1) if self.has_pins() else None

@@ -8,7 +8,7 @@ from .registers import Registers
 
 BASE, STEP = 0x5802_0000, 0x400
 MODER, PUPDR, IDR, ODR, BSRR, AFRL = 0x00, 0x0C, 0x10, 0x14, 0x18, 0x20
-OUTPUT, ALTERNATE, PULL_DOWN = 1, 2, 2
+OUTPUT, ALTERNATE, PULL_UP, PULL_DOWN = 1, 2, 1, 2
 SCL, SDA = (1, 8), (1, 9)
 # Numbers of alternate functions.
 MCO, I2C1, USART3, DCMI = 0, 4, 7, 13
@@ -46,7 +46,7 @@ WEACT = Wiring("PC6 PC7 PE0 PE1 PE4 PD3 PE5 PE6", "PB10", "PE3 PB12", 1, 25_000_
 
 
 class Port(Registers):
-    """A port. The sensor's bus is on two pins of port B, which are high unless the sensor or the port holds them low."""
+    """A port. The sensor's bus is on two pins of port B."""
 
     def __init__(self, number, sensor, changed):
         super().__init__(BASE + STEP * number)
@@ -56,9 +56,14 @@ class Port(Registers):
         """Returns a register."""
         if offset != IDR:
             return super().read(offset)
-        low = sum(1 << number for port, number in (SCL, SDA) if port == self.number and self.is_low(number))
-        held = 1 << SDA[1] if self.number == SDA[0] and self.sensor.holds else 0
-        return 0xFFFF & ~low & ~held
+        lines = [number for port, number in (SCL, SDA) if port == self.number]
+        return 0xFFFF & ~sum(1 << number for number in lines if not self._bus_level(number))
+
+    def _bus_level(self, number):
+        """Returns whether a line of the bus is high: a resistor pulls it up, and nothing holds it low."""
+        is_held = self.sensor.holds > 0 and number == SDA[1] or number in self.sensor.shorted
+        pulls_up = self.sensor.pulls_up or self.values.get(PUPDR, 0) >> 2 * number & 3 == PULL_UP
+        return pulls_up and not is_held and not self.is_low(number)
 
     def write(self, offset, value):
         """Stores a register. A clock that rises takes a bit from a sensor that holds the data line."""

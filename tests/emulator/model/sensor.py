@@ -18,7 +18,8 @@ class Sensor:
     """A sensor behind a bus with registers of eight bits.
 
     `is_on` returns whether the board gives it power and a clock, `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a
-    register that keeps its value. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
+    register that keeps its value. `pulls_up` is whether resistors outside of the chip pull its bus up, and `shorted`
+    has the pins of the bus that are held low for ever. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
     which it holds the data line. `slips` has registers that act as if another value were written, although the value
     that was written is read back: so a table with that value in it would act.
     """
@@ -32,6 +33,7 @@ class Sensor:
         self.identity = self.IDENTITY if identity is None else identity
         self.present, self.resets, self.nack_after, self.stuck, self.slips = True, 0, None, None, {}
         self.holds, self.deaf, self.nominal = 0, False, 480
+        self.pulls_up, self.shorted = True, ()
         self.is_on = lambda: True
         self.pointer, self.written, self.history, self.dark = 0, [], [], None
         self.power_on()

@@ -110,7 +110,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let session = record::Arguments::guided(arguments.source.clone(), folder.to_owned(), plan, config.clone(), options);
     record::run(&session)?;
     note("3 of 3: answers and light");
-    let mut found = Found::default();
+    let mut found = Characterized::default();
     for file in find(&[folder.to_owned()])? {
         found.read(&file, &truth)?;
     }
@@ -171,7 +171,7 @@ fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
 
 /// What recordings have told.
 #[derive(Default)]
-struct Found {
+struct Characterized {
     names: Vec<String>,
     info: Option<StreamInfo>,
     readout_ms: f64,
@@ -179,7 +179,7 @@ struct Found {
     slides: Vec<MeasuredSlide>,
 }
 
-impl Found {
+impl Characterized {
     /// Reads a recording of one slide.
     fn read(&mut self, file: &Path, truth: &BTreeMap<String, SlideTruth>) -> Result<(), Error> {
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();

@@ -196,7 +196,7 @@ pub struct Telemetry {
     /// The milliseconds since the start.
     #[serde(serialize_with = "super::numbers::long")]
     pub uptime_ms: u64,
-    /// The measured frame rate in frames per 1000 seconds.
+    /// The measured frame rate in frames per 1000 seconds; 0 while no frames come.
     #[serde(serialize_with = "super::numbers::maybe")]
     pub millihertz: Option<u32>,
     /// The number of frames that were lost because pixels came faster than they were taken.
@@ -468,7 +468,11 @@ pub enum Fault<'a> {
     /// The camera sends no pixels.
     SensorSilent,
     /// The camera does not answer on its bus.
-    SensorGone,
+    SensorGone {
+        /// The lines of the bus while nothing is sent; `None` from a board before version 0.4.
+        #[serde(deserialize_with = "super::numbers::newest")]
+        lines: Option<BusLines>,
+    },
     /// The firmware does not know the camera.
     SensorUnknown {
         /// The identity that the camera reports.
@@ -501,6 +505,22 @@ pub enum Fault<'a> {
         /// The numbers that the settings make.
         expected: FrameNumbers,
     },
+}
+
+/// The lines of a camera's bus, SCL and SDA, while nothing is sent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[non_exhaustive]
+pub enum BusLines {
+    /// Resistors outside of the chip pull both lines up.
+    PulledUp,
+    /// Both lines are high with the chip's resistors only.
+    NotPulledUp,
+    /// Something holds SDA low.
+    DataLow,
+    /// Something holds SCL low.
+    ClockLow,
+    /// Something holds both lines low.
+    BothLow,
 }
 
 /// The part of a camera's frames that is not as its settings make it.

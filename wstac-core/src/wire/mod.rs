@@ -66,8 +66,8 @@
 //! newest layout of model files that the board reads. [`Answers`] ends with the reason why
 //! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that a held
 //! part begins to slip. [`Fault::SensorDiffers`] says what a camera sends instead of what it is set to; before, that
-//! was a [`Fault::SensorRefuses`], which ends with the values since then. [`Request::Bootloader`] starts a board's boot
-//! loader, and [`Message::Bootloader`] says which.
+//! was a [`Fault::SensorRefuses`], which ends with the values since then. [`Fault::SensorGone`] ends with the lines of
+//! the bus. [`Request::Bootloader`] starts a board's boot loader, and [`Message::Bootloader`] says which.
 
 mod decoder;
 mod frame;
@@ -92,8 +92,8 @@ pub use learned::{
     TextureName,
 };
 pub use message::{
-    Answers, Bootloader, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never, RegisterValues,
-    Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
+    Answers, Bootloader, BusLines, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, Never,
+    RegisterValues, Request, SAMPLE_PART, Telemetry, TextureAnswer, Wanted, sample_parts,
 };
 #[cfg(feature = "models")]
 pub use models::{AcceptedModels, BoardModel, MODEL_PIECE, ModelId, ModelKind, ModelPiece, ModelRefusal, ModelStep};

@@ -163,6 +163,7 @@ fn messages() -> Vec<Message<'static>> {
     all.extend([Message::Slip(Slip::new(LAST, LAST, 0, 0.4)), Message::Fault(sends_another_rate())]);
     all.extend([None, Some(Bootloader::Uf2), Some(Bootloader::Dfu)].map(Message::Bootloader));
     all.push(Message::Fault(Fault::SensorRefuses { register: u16::MAX, values: Some(not_kept()) }));
+    all.extend([None, Some(BusLines::BothLow)].map(|lines| Message::Fault(Fault::SensorGone { lines })));
     all
 }
 
@@ -312,6 +313,20 @@ fn the_bytes_of_a_register_that_is_not_kept_are_these() {
     assert_eq!(frame(&message, 0), frame_of(&content));
     let before = Message::Fault(Fault::SensorRefuses { register: 0x64, values: None });
     assert_eq!(received(&mut Decoder::new(), &frame_of(&content[..5])), [arrived(&before, 0)]);
+}
+
+#[test]
+fn the_bytes_of_a_camera_that_does_not_answer_are_these() {
+    // Fault 3, and since version 0.4 the lines of the bus.
+    let gone = |lines| Message::Fault(Fault::SensorGone { lines });
+    let all = [BusLines::PulledUp, BusLines::NotPulledUp, BusLines::DataLow, BusLines::ClockLow, BusLines::BothLow];
+    for (number, lines) in (0..).zip(all) {
+        assert_eq!(frame(&gone(Some(lines)), 0), frame_of(&[4, 0, 7, 3, 1, number]));
+    }
+    // An older board, and lines that are newer than this code.
+    for content in [&[4, 0, 7, 3][..], &[4, 0, 7, 3, 1, 5]] {
+        assert_eq!(received(&mut Decoder::new(), &frame_of(content)), [arrived(&gone(None), 0)]);
+    }
 }
 
 #[test]

@@ -32,7 +32,8 @@ const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]
 async fn main(_spawner: Spawner) {
-    let p = rp::start();
+    #[cfg_attr(not(feature = "usb"), expect(unused_mut, reason = "USB lends a part"))]
+    let mut p = rp::start();
     rp::sensor_clock(p.PIN_21);
     let wiring = RpWiring {
         camera: Wires { data: 6, count: DATA_WIRES, pclk: 14, href: 15, vsync: 16 },
@@ -41,7 +42,7 @@ async fn main(_spawner: Spawner) {
         // Clock and data.
         bus: RpBus::new(p.I2C0, p.PIN_5, p.PIN_4),
         #[cfg(feature = "usb")]
-        line: rp::usb(p.USB, _spawner),
+        line: rp::usb(p.USB, p.FLASH.reborrow(), _spawner),
         #[cfg(not(feature = "usb"))]
         line: rp::uart0(p.UART0, RpIrqs, p.PIN_0, p.PIN_1, BAUD),
         events: Output::new(p.PIN_25, Level::Low),

@@ -4,11 +4,12 @@ use embassy_stm32::gpio::{AnyPin, Level, Output, PinNumber, Speed};
 use embassy_stm32::i2c::{self, I2c, Master, SclPin, SdaPin};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::gpio::Gpio;
-use embassy_stm32::pac::gpio::vals::{Idr, Moder, Ot};
+use embassy_stm32::pac::gpio::vals::{Idr, Moder, Ot, Pupdr};
 use embassy_stm32::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH, I2C1};
 use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal::i2c::{ErrorType, Operation};
+use wstac_core::wire::BusLines;
 
 use crate::bus;
 use crate::node::Bus;
@@ -58,6 +59,25 @@ impl SensorBus {
         config.timeout = Duration::from_micros(600);
         Self { i2c: I2c::new_blocking(peripheral, scl, sda, config), scl: clock, sda: data, power }
     }
+
+    /// Lends the lines as pins with open drains, which are high at first.
+    fn with_pins<T>(&mut self, work: impl FnOnce(Pin, Pin) -> T) -> T {
+        let Self { scl, sda, .. } = *self;
+        for pin in [scl, sda] {
+            pin.drive(true);
+            pin.port.otyper().modify(|w| w.set_ot(pin.number, Ot::OPEN_DRAIN));
+            pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::OUTPUT));
+        }
+        let done = work(scl, sda);
+        for pin in [scl, sda] {
+            pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::ALTERNATE));
+        }
+        // The interface forgets what it has seen of these clocks.
+        I2C1.cr1().modify(|w| w.set_pe(false));
+        wait();
+        I2C1.cr1().modify(|w| w.set_pe(true));
+        done
+    }
 }
 
 impl ErrorType for SensorBus {
@@ -80,24 +100,18 @@ impl embedded_hal::i2c::I2c for SensorBus {
 
 impl Bus for SensorBus {
     fn free(&mut self) -> bool {
-        let Self { scl, sda, .. } = *self;
-        if sda.is_high() {
-            return false;
-        }
-        for pin in [scl, sda] {
-            pin.drive(true);
-            pin.port.otyper().modify(|w| w.set_ot(pin.number, Ot::OPEN_DRAIN));
-            pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::OUTPUT));
-        }
-        let is_free = bus::free(scl, sda, Pin::drive_and_wait, Pin::is_high);
-        for pin in [scl, sda] {
-            pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::ALTERNATE));
-        }
-        // The interface forgets what it has seen of these clocks.
-        I2C1.cr1().modify(|w| w.set_pe(false));
-        wait();
-        I2C1.cr1().modify(|w| w.set_pe(true));
-        is_free
+        !self.sda.is_high() && self.with_pins(|scl, sda| bus::free(scl, sda, Pin::drive_and_wait, Pin::is_high))
+    }
+
+    fn lines(&mut self) -> BusLines {
+        let pull = |pin: Pin, up| pin.pull(if up { Pupdr::PULL_UP } else { Pupdr::PULL_DOWN });
+        self.with_pins(|scl, sda| {
+            let lines = bus::lines(scl, sda, Pin::drive_and_wait, pull, Pin::is_high);
+            for pin in [scl, sda] {
+                pin.pull(Pupdr::FLOATING);
+            }
+            lines
+        })
     }
 
     async fn restart_sensor(&mut self) {
@@ -129,6 +143,10 @@ impl Pin {
 
     fn drive(self, high: bool) {
         self.port.bsrr().write(|w| if high { w.set_bs(self.number, true) } else { w.set_br(self.number, true) });
+    }
+
+    fn pull(self, side: Pupdr) {
+        self.port.pupdr().modify(|w| w.set_pupdr(self.number, side));
     }
 
     fn drive_and_wait(self, high: bool) {

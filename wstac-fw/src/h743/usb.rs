@@ -2,6 +2,7 @@
 
 use embassy_executor::Spawner;
 use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
+use embassy_stm32::uid;
 use embassy_stm32::usb::{Config, Driver, InterruptHandler};
 use embassy_stm32::{Peri, bind_interrupts};
 use wstac_core::wire::Bootloader;
@@ -9,7 +10,7 @@ use wstac_core::wire::Bootloader;
 use crate::link::EnterBootloader;
 use crate::restart::restart;
 use crate::serial::{Peripheral, Serial};
-use crate::usb;
+use crate::usb::{self, Device};
 
 /// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a program.
 const MAGIC: *mut u32 = 0x2001_FFFC as *mut u32;
@@ -63,5 +64,5 @@ pub fn usb(
 
 #[embassy_executor::task]
 async fn serve(driver: Driver<'static, USB_OTG_FS>) -> ! {
-    usb::run(driver, VENDOR, PRODUCT).await
+    usb::run(driver, Device { numbers: [VENDOR, PRODUCT], serial: uid::uid_hex(), frame: None }).await
 }

@@ -1,9 +1,10 @@
 //! The sensor's bus: I2C0, and its two lines as pins.
 
 use embassy_rp::i2c::{self, AbortReason, Blocking, I2c, SclPin, SdaPin};
-use embassy_rp::pac::{IO_BANK0, SIO};
+use embassy_rp::pac::{IO_BANK0, PADS_BANK0, SIO};
 use embassy_rp::{Peri, peripherals};
 use embedded_hal::i2c::{ErrorType, Operation};
+use wstac_core::wire::BusLines;
 
 use crate::bus;
 use crate::node::Bus;
@@ -33,9 +34,24 @@ impl RpBus {
         Self { i2c: I2c::new_blocking(peripheral, scl, sda, i2c::Config::default()), scl: clock, sda: data }
     }
 
-    /// Returns an error if the sensor holds the data line. A transfer would wait for it.
+    /// Returns an error if something holds a line. A transfer would wait for it.
     fn check(&self) -> Result<(), i2c::Error> {
-        if is_high(self.sda) { Ok(()) } else { Err(i2c::Error::Abort(AbortReason::ArbitrationLoss)) }
+        let is_free = is_high(self.scl) && is_high(self.sda);
+        if is_free { Ok(()) } else { Err(i2c::Error::Abort(AbortReason::ArbitrationLoss)) }
+    }
+
+    /// Lends the lines as pins, which are high at first.
+    fn with_pins<T>(&mut self, work: impl FnOnce(u8, u8) -> T) -> T {
+        let Self { scl, sda, .. } = *self;
+        for pin in [scl, sda] {
+            drive(pin, true);
+            IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(CORE));
+        }
+        let done = work(scl, sda);
+        for pin in [scl, sda] {
+            IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(I2C));
+        }
+        done
     }
 }
 
@@ -57,19 +73,17 @@ impl embedded_hal::i2c::I2c for RpBus {
 
 impl Bus for RpBus {
     fn free(&mut self) -> bool {
-        let Self { scl, sda, .. } = *self;
-        if is_high(sda) {
-            return false;
-        }
-        for pin in [scl, sda] {
-            drive(pin, true);
-            IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(CORE));
-        }
-        let is_free = bus::free(scl, sda, drive_and_wait, is_high);
-        for pin in [scl, sda] {
-            IO_BANK0.gpio(usize::from(pin)).ctrl().modify(|w| w.set_funcsel(I2C));
-        }
-        is_free
+        !is_high(self.sda) && self.with_pins(|scl, sda| bus::free(scl, sda, drive_and_wait, is_high))
+    }
+
+    fn lines(&mut self) -> BusLines {
+        self.with_pins(|scl, sda| {
+            let lines = bus::lines(scl, sda, drive_and_wait, pull, is_high);
+            for pin in [scl, sda] {
+                pull(pin, true);
+            }
+            lines
+        })
     }
 
     // The modules have no line for it.
@@ -88,6 +102,14 @@ fn drive(pin: u8, high: bool) {
     } else {
         SIO.gpio_oe(0).value_set().write_value(1 << pin);
     }
+}
+
+/// Switches the chip's resistor of a pin to this side. While the bus is used, it pulls up.
+fn pull(pin: u8, up: bool) {
+    PADS_BANK0.gpio(usize::from(pin)).modify(|w| {
+        w.set_pue(up);
+        w.set_pde(!up);
+    });
 }
 
 fn drive_and_wait(pin: u8, high: bool) {

@@ -149,13 +149,20 @@ pub fn sensor_clock<T: GpoutPin>(pin: Peri<'static, T>) {
 /// Answers for ever.
 ///
 /// # Panics
-/// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or at a second
-/// call.
+/// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or 1 above
+/// 30 frames per second, or at a second call.
 pub async fn run(wiring: RpWiring) -> ! {
+    #[cfg(not(feature = "usb"))]
+    let id = None;
+    #[cfg(feature = "usb")]
+    let mut wiring = wiring;
+    #[cfg(feature = "usb")]
+    let id = usb::chip_id(wiring.flash.reborrow()).map(|id| [id as u32, (id >> 32) as u32, 0]);
     let mut watchdog = ChipWatchdog::new(wiring.watchdog);
     let hung = watchdog.reset_reason() == Some(ResetReason::TimedOut);
     watchdog.pause_on_debug(true);
     watchdog.start(Duration::from_micros(HANGS.into()));
+    assert!(wiring.camera.count > 1 || setup::FPS <= 30, "1 data wire carries at most 30 frames per second");
     let sensors = match wiring.camera.count {
         1 => &WITH_1,
         4 => &WITH_4,
@@ -185,7 +192,7 @@ pub async fn run(wiring: RpWiring) -> ! {
         thermometer: RpThermometer::new(),
         hung,
         is_own_clock: false,
-        id: None,
+        id,
     };
     node::run(node).await
 }

@@ -7,7 +7,7 @@ use wstac_core::features::Features;
 use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::wire::{
-    Answers, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, RegisterValues, Request,
+    Answers, BusLines, Fault, FrameNumbers, FramePart, FrameTime, Hello, Message, ModelFacts, RegisterValues, Request,
     SAMPLE_PART, Telemetry, TextureAnswer, Wanted,
 };
 
@@ -374,14 +374,14 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
         Fault::SensorSilent => {
             "the camera sends no pixels; help: check PCLK, VSYNC, HREF, then XCLK and power".to_owned()
         }
-        Fault::SensorGone => {
-            "the camera does not answer; help: check that it is connected, its power, SDA, SCL, their pull-ups and XCLK"
-                .to_owned()
+        Fault::SensorGone { lines } => {
+            let [why, first] = lines_in_words(*lines);
+            format!("the camera does not answer{why}; help: check {first}")
         }
         Fault::SensorUnknown { id } => {
             format!("the camera says it is {}, which the firmware does not know", identity_in_words(*id))
         }
-        Fault::SensorBack => "the camera sends frames again".to_owned(),
+        Fault::SensorBack => "the camera sends frames".to_owned(),
         Fault::SensorRefuses { register, values: None } => {
             format!("the camera does not keep what register {register:#04x} is set to")
         }
@@ -405,6 +405,24 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
 fn identity_in_words(id: u16) -> String {
     let name = if id == MT9M114 { " (an MT9M114; OpenMV Cams need an OV7725)" } else { "" };
     format!("{id:#06x}{name}")
+}
+
+/// Returns why a camera may not answer whose bus has such lines, and what to check first.
+fn lines_in_words(lines: Option<BusLines>) -> [&'static str; 2] {
+    match lines {
+        Some(BusLines::PulledUp) => {
+            [": its bus is free", "the sensor's XCLK, its type, then whether SDA and SCL are swapped, PWDN and RESET"]
+        }
+        Some(BusLines::NotPulledUp) => {
+            [": nothing pulls SDA and SCL up", "that it is connected, its power, then the pull-ups of SDA and SCL"]
+        }
+        Some(BusLines::DataLow) => [": SDA is held low", "SDA for a short circuit, then the camera's power"],
+        Some(BusLines::ClockLow) => [": SCL is held low", "SCL for a short circuit, then the camera's power"],
+        Some(BusLines::BothLow) => {
+            [": SDA and SCL are held low", "the camera's power, then both lines for short circuits"]
+        }
+        _ => ["", "that it is connected, its power, SDA, SCL, their pull-ups and XCLK"],
+    }
 }
 
 /// Returns what a camera sends whose frames are wrong in this part, and what to check first.

@@ -14,6 +14,8 @@ pub struct BoardLine {
     requests: Requests,
     /// The reads in a row that brought nothing.
     waits: u32,
+    /// Whether it was reported that the port is not that of a board.
+    is_foreign: bool,
 }
 
 /// The state of a line after a step.
@@ -34,7 +36,7 @@ impl BoardLine {
         let monitor = Monitor::new(wanted);
         let mut requests = Requests::default();
         requests.extend(monitor.requests());
-        Self { port, monitor, requests, waits: 0 }
+        Self { port, monitor, requests, waits: 0, is_foreign: false }
     }
 
     /// Returns the name of the port.
@@ -67,10 +69,9 @@ impl BoardLine {
             match self.step(&mut give) {
                 Ok(LineStep::GoesOn) => {}
                 Ok(LineStep::Over) => return Ok(()),
-                Ok(LineStep::Ended) if self.monitor.heard() => break Ok(()),
                 Ok(LineStep::Ended) => {
-                    let expected = "has no messages, expected those of a board";
-                    break Err(Error::new(ErrorKind::Data, self.port.name(), expected).into());
+                    let Some(foreign) = self.monitor.foreign() else { break Ok(()) };
+                    break Err(Error::new(ErrorKind::Data, self.port.name(), foreign.in_words()).into());
                 }
                 Err(error) => break Err(error),
             }
@@ -90,6 +91,10 @@ impl BoardLine {
         if let Some(note) = self.requests.send(&mut self.port) {
             give(Report::Note(note))?;
         }
+        if let Some(foreign) = self.monitor.foreign().filter(|foreign| !self.is_foreign && foreign.is_sure()) {
+            self.is_foreign = true;
+            give(Report::Note(format!("{} {}", self.port.name(), foreign.in_words())))?;
+        }
         let mut room = [0; 4096];
         let got = self.port.read(&mut room)?;
         self.waits = if got == Got::Nothing { self.waits.saturating_add(1) } else { 0 };
@@ -107,7 +112,11 @@ impl BoardLine {
                 return Ok(if goes_on { LineStep::GoesOn } else { LineStep::Over });
             }
             Got::Nothing if self.waits == SILENT => {
-                give(Report::Note(format!("no data for {} s", (WAIT * SILENT).as_secs())))?;
+                let nothing = self.monitor.foreign().filter(|foreign| foreign.is_nothing());
+                give(Report::Note(match nothing {
+                    Some(nothing) => format!("{} {}", self.port.name(), nothing.in_words()),
+                    None => format!("no data for {} s", (WAIT * SILENT).as_secs()),
+                }))?;
             }
             Got::Nothing => {}
             Got::Gone => {

@@ -3,6 +3,7 @@
 mod board;
 pub mod clock;
 mod delivery;
+mod foreign;
 pub mod learning;
 pub mod line;
 pub mod models;
@@ -19,12 +20,10 @@ use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, Telemet
 
 use self::board::BoardState;
 use self::clock::ClockMatch;
+use self::foreign::Foreign;
 use crate::error::{Error, ErrorKind};
 use crate::output::{Output, OutputOptions};
 use crate::plural::counted;
-
-/// Damaged messages without a whole one after which the line is reported as wrong.
-const ONLY_NOISE: u64 = 20;
 
 /// The result of bytes of a link.
 // It is exhaustive: whoever drives it must handle every case.
@@ -49,6 +48,7 @@ pub struct Monitor {
     board: BoardState,
     /// Whether a message has arrived.
     heard: bool,
+    foreign: Foreign,
     /// Damaged messages since the last whole one.
     damaged: u64,
     /// Whether unknown messages were reported.
@@ -64,6 +64,7 @@ impl Monitor {
             decoder: Decoder::new(),
             board: BoardState::new(wanted),
             heard: false,
+            foreign: Foreign::default(),
             damaged: 0,
             unknown_said: false,
             refused: 0,
@@ -93,6 +94,11 @@ impl Monitor {
         self.heard
     }
 
+    /// Returns what has come instead of messages; `None` if a message has arrived.
+    fn foreign(&self) -> Option<&Foreign> {
+        (!self.heard).then_some(&self.foreign)
+    }
+
     /// Returns the number of messages that were refused because of an impossible number.
     pub fn refused(&self) -> u64 {
         self.refused
@@ -110,8 +116,10 @@ impl Monitor {
         mut give: impl FnMut(Report) -> Result<(), E>,
     ) -> Result<bool, E> {
         for &byte in bytes {
+            let is_echo = self.foreign.take(byte);
             match self.decoder.push::<Message>(byte) {
                 None => {}
+                Some(Err(_)) if is_echo => {}
                 Some(Ok(received)) => {
                     // Before the first message there is the end of one that was being sent.
                     let damaged = std::mem::take(&mut self.damaged);
@@ -143,14 +151,8 @@ impl Monitor {
                         give(refusal(self.refused, quantity))?;
                     }
                 }
-                Some(Err(_)) => {
-                    // Damaged, or of a reason that is newer than this code.
-                    self.damaged += 1;
-                    if !self.heard && self.damaged == ONLY_NOISE {
-                        let noise = "nothing but noise so far: is it the right port, and --baud the board's?";
-                        give(Report::Note(noise.to_owned()))?;
-                    }
-                }
+                // Damaged, or of a reason that is newer than this code.
+                Some(Err(_)) => self.damaged += 1,
             }
         }
         Ok(true)

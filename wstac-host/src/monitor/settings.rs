@@ -14,6 +14,7 @@ use wstac_core::wire::{
     Bootloader, DecodeError, Decoder, LONGEST, Message, Request, Settings, SettingsInUse, VERSION, encode,
 };
 
+use super::foreign::Foreign;
 use super::port::{Got, Port};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
@@ -31,6 +32,9 @@ const LONGEST_WAIT: Duration = Duration::from_secs(10);
 pub struct SettableBoard {
     pub(super) port: Port,
     decoder: Decoder,
+    foreign: Foreign,
+    /// Whether a message has arrived.
+    heard: bool,
     pub(super) sequence: u16,
 }
 
@@ -40,7 +44,8 @@ impl SettableBoard {
     /// # Errors
     /// The port cannot be opened.
     pub fn open(port: &OsStr, baud: Option<u32>) -> Result<Self, Error> {
-        Ok(Self { port: Port::open(port, baud)?, decoder: Decoder::new(), sequence: 0 })
+        let (port, decoder, foreign) = (Port::open(port, baud)?, Decoder::new(), Foreign::default());
+        Ok(Self { port, decoder, foreign, heard: false, sequence: 0 })
     }
 
     /// Returns the settings that the board uses.
@@ -135,8 +140,12 @@ impl SettableBoard {
 
     /// Takes a byte, and returns what `pick` takes of the message that it ends.
     pub(super) fn push<T>(&mut self, byte: u8, pick: impl Fn(&Message<'_>) -> Option<T>) -> Result<Option<T>, Error> {
+        self.foreign.take(byte);
         match self.decoder.push::<Message>(byte) {
-            Some(Ok(received)) => Ok(pick(&received.message)),
+            Some(Ok(received)) => {
+                self.heard = true;
+                Ok(pick(&received.message))
+            }
             Some(Err(DecodeError::Version(version))) => {
                 let message = format!("speaks version {version} of the link, expected {VERSION}");
                 Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message))
@@ -163,8 +172,10 @@ impl SettableBoard {
                 }
             }
             let got = self.port.read(&mut byte)?;
-            if got == Got::Ended || began.elapsed() > LONGEST_WAIT {
-                let message = "does not answer, expected a board whose settings can be set";
+            let is_foreign = !self.heard && self.foreign.is_sure();
+            if got == Got::Ended || is_foreign || began.elapsed() > LONGEST_WAIT {
+                let message = "does not answer, expected a board whose settings can be set".to_owned();
+                let message = if self.heard { message } else { self.foreign.in_words() };
                 return Err(Error::new(ErrorKind::Data, self.port.name(), message));
             }
             let Got::Bytes(1) = got else { continue };

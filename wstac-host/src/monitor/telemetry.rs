@@ -8,9 +8,10 @@ use crate::plural::counted;
 /// Returns the state of a board in words, as far as the board knows it, and the match of its clock.
 pub fn in_words(telemetry: &Telemetry, clock: Option<ClockMatch>) -> String {
     let mut words = vec![format!("up for {}", duration(telemetry.uptime_ms))];
-    if let Some(millihertz) = telemetry.millihertz {
-        words.push(format!("{:.2} frames per second", f64::from(millihertz) / 1000.0));
-    }
+    words.extend(telemetry.millihertz.map(|millihertz| match millihertz {
+        0 => "no frames".to_owned(),
+        _ => format!("{:.2} frames per second", f64::from(millihertz) / 1000.0),
+    }));
     words.extend(telemetry.overruns.map(|overruns| counted(overruns, "overrun")));
     words.extend(telemetry.restarts.map(|restarts| counted(restarts, "restart")));
     words.extend(telemetry.stack.map(|stack| format!("{stack} bytes of stack used")));
@@ -62,6 +63,8 @@ mod tests {
             in_words(&telemetry, clock(Some(-12.4))),
             format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms, 12 ppm slow")
         );
+        telemetry.millihertz = Some(0);
+        assert!(in_words(&telemetry, None).starts_with("up for 1 h 2 min, no frames, 1 overrun"));
         assert_eq!([59_999, 60_000, 3_599_999].map(duration), ["59 s", "1 min 0 s", "59 min 59 s"]);
     }
 }
