@@ -385,10 +385,16 @@ mod tests {
             ("shape = \"block\"\nspeed = 9", ["shape = \"block\"", "needs width, in mm"]),
             ("shape = \"rod\"\nspeed = 9\ndiameter = 0", ["diameter is 0", "0.1 to 1000"]),
             ("shape = \"coin\"\nspeed = 9\ndiameter = 9\nwidth = 9", ["width is 9", "only with a block or a rod"]),
-            ("shape = \"rod\"\nspeed = 9\ndiameter = 9\nskew = 1\nangle = 2", ["angle and skew", "leave one of them out"]),
+            (
+                "shape = \"rod\"\nspeed = 9\ndiameter = 9\nskew = 1\nangle = 2",
+                ["angle and skew", "leave one of them out"],
+            ),
             ("shape = \"corner\"\nspeed = 9\nangle = 5", ["angle is 5", "10 to 170"]),
             ("specimen = \"Saw3\"\nspeed = 9\nangle = 90", ["angle is 90", "only with shape = \"corner\" or \"rod\""]),
-            ("shape = \"ball\"\nspecimen = \"Saw3\"\nspeed = 9\ndiameter = 9", ["specimen is \"Saw3\"", "a ball has no texture"]),
+            (
+                "shape = \"ball\"\nspecimen = \"Saw3\"\nspeed = 9\ndiameter = 9",
+                ["specimen is \"Saw3\"", "a ball has no texture"],
+            ),
             ("specimen = \"Sphere\"\nspeed = 9\nedge = 1", ["edge is 1", "only with a block"]),
             ("specimen = \"Saw3\"\nspeed = 9\nperiod = nan", ["period is NaN", "0.1 to 1000"]),
             ("specimen = \"Saw3\"\nspeed = 9\n[light]\ncrosstalk = 1", ["crosstalk is 1", "0 to 0.25"]),

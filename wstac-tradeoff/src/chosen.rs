@@ -158,7 +158,11 @@ impl Chosen {
         let about = path.display().to_string();
         let mut claims = map::read(&about, &text)?.into_iter();
         let (Some(claim), None) = (claims.next(), claims.next()) else {
-            return Err(Error::new(ErrorKind::Format, about, "does not hold exactly one configuration; choose one again with wstac trade --budget"));
+            return Err(Error::new(
+                ErrorKind::Format,
+                about,
+                "does not hold exactly one configuration; choose one again with wstac trade --budget",
+            ));
         };
         let config = Config::read(&folder.join(CONFIG))?;
         let model = claim.model.as_ref().map(|name| {
