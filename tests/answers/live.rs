@@ -242,7 +242,8 @@ struct OfObject {
     wrong: usize,
     /// Whether the first one was wrong; `None` if there was none.
     first: Option<bool>,
-    /// Whether the first one came within three frames after the last whisker's light, and by two frames after the touch.
+    /// Whether the first one came within three frames after the last whisker's light, and by two frames after the
+    /// touch.
     in_time: [bool; 2],
 }
 
@@ -256,7 +257,8 @@ fn last_lit(shots: &[[u32; TAXELS]]) -> usize {
     lit.filter_map(|(mut light, peak)| light.position(|light| 4 * light > *peak)).max().unwrap_or(0)
 }
 
-/// Follows the touch of an object. A velocity is wrong if it is neither that of the object in this frame, nor across an edge.
+/// Follows the touch of an object. A velocity is wrong if it is neither that of the object in this frame, nor across an
+/// edge.
 fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u64) -> OfObject {
     let Drawn { mut script, truth: drawn } = draw(kind, condition.fault, OBJECT_SPEEDS, seed, number);
     script.sensor.readout_ms = condition.readout_ms.unwrap_or(script.sensor.readout_ms);

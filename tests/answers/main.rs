@@ -1,9 +1,9 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
 //! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `slip`, `textures` or `learn` (new textures) it
-//! writes only that section, and with `base` only the tables of the kinds of touch and of cameras, whose lines are lines
-//! of the page. With `objects` or `live-objects` and their options it prints a table of objects for whoever sets limits,
-//! by other seeds than those of the page.
+//! writes only that section, and with `base` only the tables of the kinds of touch and of cameras, whose lines are
+//! lines of the page. With `objects` or `live-objects` and their options it prints a table of objects for whoever sets
+//! limits, by other seeds than those of the page.
 
 mod live;
 mod objects;
@@ -64,7 +64,8 @@ impl Result {
         result
     }
 
-    /// Returns the cells of a row: the reliable part, errors of speed and direction, and the parts within one deviation.
+    /// Returns the cells of a row: the reliable part, errors of speed and direction, and the parts within one
+    /// deviation.
     fn cells(&self) -> [String; 7] {
         let of = |numbers: &[f64], fraction, unit: f64| {
             percentile(numbers.to_vec(), fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))

@@ -1,4 +1,5 @@
-//! Cameras that read their rows one after the other: motion with a readout that is known, and with the same one unknown.
+//! Cameras that read their rows one after the other: motion with a readout that is known, and with the same one
+//! unknown.
 //!
 //! The light is simulated in parts of a frame, of which each row has its own: without the scene's rolling shutter.
 

@@ -1,5 +1,5 @@
-//! Writes to standard output what a board sends for a scene: `board_bytes scene:Saw3@150`. The checks of the node play a board
-//! with it.
+//! Writes to standard output what a board sends for a scene: `board_bytes scene:Saw3@150`. The checks of the node play
+//! a board with it.
 
 use std::error::Error;
 use std::io::{self, Write};

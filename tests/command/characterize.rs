@@ -1,5 +1,5 @@
-//! Tests `wstac characterize` as whoever builds a sensor runs it: slides of a simulated sensor, answers beside the truth, and
-//! the scene that is this sensor.
+//! Tests `wstac characterize` as whoever builds a sensor runs it: slides of a simulated sensor, answers beside the
+//! truth, and the scene that is this sensor.
 
 use std::fs;
 

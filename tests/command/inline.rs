@@ -302,7 +302,8 @@ fn boosted_trees_answer_as_tables_do() {
     ];
     // More splits for one score than one function has.
     let large = boosted(1, 4, 1500, false);
-    // Scores of a few values tie often, and the first class of the highest ones is the answer, even if one is left early.
+    // Scores of a few values tie often, and the first class of the highest ones is the answer, even if one is left
+    // early.
     let mut coarse = |scores: usize, trees: usize, start: f32| {
         let leaf = |random: &mut Random| (random.below(3) as f32 - 1.0) / 4.0;
         let scores: Vec<Score> = (0..scores)
@@ -343,8 +344,8 @@ fn sorted_scores(words: &[u32], sample: &[i16; INPUTS]) -> Vec<i64> {
 #[test]
 fn sums_that_float32_rounds_up_win() {
     let leaf = |value: f32| Tree { nodes: vec![Node::Leaf(value)] };
-    // From 2^24 on, float32 is even: each sum with 1.5 is rounded up to 2 more, and 40 of them to 80 more than 2^24, not
-    // to 60. The other score is between.
+    // From 2^24 on, float32 is even: each sum with 1.5 is rounded up to 2 more, and 40 of them to 80 more than 2^24,
+    // not to 60. The other score is between.
     let up = Score { start: 16_777_216.0, trees: (0..40).map(|_| leaf(1.5)).collect() };
     let mut fixed: Vec<Tree<f32>> = (0..39).map(|_| leaf(0.0)).collect();
     fixed.insert(0, leaf(16_777_286.0));

@@ -14,7 +14,8 @@ const FIRST: Duration = Duration::from_secs(2);
 /// Returns the processor time that a process has taken so far; what others take does not count.
 fn processor_time(child: &Child) -> Duration {
     let stat = fs::read_to_string(format!("/proc/{}/stat", child.id())).unwrap();
-    // Behind the name, which may have spaces: the state, and the 12th and 13th field after it, in hundredths of a second.
+    // Behind the name, which may have spaces: the state, and the 12th and 13th field after it, in hundredths of a
+    // second.
     let fields: Vec<&str> = stat.rsplit_once(')').unwrap().1.split_whitespace().collect();
     Duration::from_millis(fields[11..=12].iter().map(|field| 10 * field.parse::<u64>().unwrap()).sum())
 }

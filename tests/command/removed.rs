@@ -2,7 +2,8 @@
 
 use wstac_tests::command::{run, said};
 
-/// Returns the rows of the table "Removed" of the changelog's newest section: what was removed, and what to use instead.
+/// Returns the rows of the table "Removed" of the changelog's newest section: what was removed, and what to use
+/// instead.
 fn rows() -> Vec<(&'static str, &'static str)> {
     let changelog = include_str!("../../CHANGELOG.md");
     let newest = changelog.split("\n## ").nth(1).unwrap();

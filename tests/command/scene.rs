@@ -145,7 +145,8 @@ fn a_scene_explains_itself() {
     assert!(explained.find("  rubbing").unwrap() > off && explained.find("  leak").unwrap() < off);
 }
 
-/// A camera that reads its rows for the whole frame: its answer is right if that is known, and not called reliable if not.
+/// A camera that reads its rows for the whole frame: its answer is right if that is known, and not called reliable if
+/// not.
 #[test]
 fn a_rolling_shutter_is_taken_into_account() {
     let text = "specimen = \"Saw3\"\nspeed = 200\ndirection = 60\n[sensor]\nsize = [80, 60]\nreadout_ms = 33";

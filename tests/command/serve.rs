@@ -128,8 +128,8 @@ fn socket(host: &str) -> TcpStream {
     stream
 }
 
-/// 60 browsers that acknowledge everything and read nothing: in 256 MB the page stays, for others too, and a recording goes
-/// on to its end.
+/// 60 browsers that acknowledge everything and read nothing: in 256 MB the page stays, for others too, and a recording
+/// goes on to its end.
 #[test]
 fn pages_that_read_nothing_take_little_memory() {
     let folder = Folder::new("serve-memory");

@@ -82,8 +82,8 @@ fn bad(arguments: &[&str], code: i32, parts: &[&str]) {
     }
 }
 
-/// Returns what `numpy.concatenate` makes of the same array of several parts; arrays without a dimension are the same in
-/// all parts.
+/// Returns what `numpy.concatenate` makes of the same array of several parts; arrays without a dimension are the same
+/// in all parts.
 fn concatenated(parts: &[Array]) -> Array {
     let (first, kind) = (&parts[0], parts[0].dtype.as_bytes()[1]);
     assert!(parts.iter().all(|part| part.dtype.as_bytes()[1] == kind && part.shape.get(1..) == first.shape.get(1..)));

@@ -7,7 +7,7 @@ module of another package, nothing public that is hidden from the documentation,
 two public types of one name, and no name belongs to types of more than three files. Only tests compare sentences: kinds and reasons are
 enumerations, and their words are for people.
 Each room stays below its limit of lines, and each function below 100 (lines.py). Files of different folders use each other in no circle
-(circles.py).
+(circles.py). Comments have at most 120 columns.
 """
 
 from __future__ import annotations
@@ -300,6 +300,13 @@ def wrong_libclang(found: dict[str, Package], members: set[str], trees=tree) -> 
     return wrong
 
 
+def long_comments(texts: dict[str, str]) -> list[str]:
+    """Returns comments of more than 120 columns, which rustfmt does not wrap. Tables and what a program made may be wider."""
+    numbered = ((file, number, line) for file, text in texts.items() for number, line in enumerate(text.splitlines(), 1))
+    long = ((file, number) for file, number, line in numbered if len(line) > 120 and re.match(r"\s*//[/!]? +[^|]", line))
+    return [f"{file}:{number}: a comment has more than 120 columns" for file, number in long if "bindings" not in file]
+
+
 def main() -> None:
     rules = tomllib.loads((Path(__file__).parent / "rooms.toml").read_text(encoding="utf-8"))
     files = run("git", "ls-files", "--cached", "--others", "--exclude-standard").splitlines()
@@ -310,6 +317,7 @@ def main() -> None:
     sources = {file: (ROOT / file).read_text(encoding="utf-8", errors="replace") for file in files if Path(file).suffix in code_lines.OF_CHECKS}
     texts = {file: text for file, text in sources.items() if file.endswith(".rs")}
     wrong = wrong_arrows(found, rules) + wrong_in_files(texts, folders, rooms) + wrong_sentences(texts, rooms, FOREIGN)
+    wrong += long_comments(texts)
     wrong += wrong_shared_names(texts, rooms, rules["shared"])
     wrong += wrong_names(texts, found, rules["twice"]) + code_lines.wrong_lengths(texts, rules["long"])
     too_large, table = code_lines.wrong_rooms(*code_lines.counted(sources), rules["lines"])

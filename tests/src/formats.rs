@@ -19,7 +19,8 @@ pub fn is_planar(format: PixelFormat) -> bool {
     format.facts().planes.len() > 1
 }
 
-/// Evaluates `$body` with `$green` bound to the format's own type, for a `PixelFormat`, `YcbcrEncoding` and `YcbcrMethod`.
+/// Evaluates `$body` with `$green` bound to the format's own type, for a `PixelFormat`, `YcbcrEncoding` and
+/// `YcbcrMethod`.
 #[macro_export]
 macro_rules! with_green_type {
     ($format:expr, $color:expr, $method:expr, $green:ident => $body:expr) => {{

@@ -12,8 +12,8 @@ pub const UNKNOWN_KINDS: [&str; 5] = ["shallow and fine", "shallow", "long", "sh
 /// The least factor by which an unknown texture's depth or period is outside those of the ten specimens.
 const OUTSIDE: f64 = 1.5;
 
-/// Returns textures whose depth or period is at least 1.5 times below or above those of the ten specimens, each with the
-/// number of its kind in [`UNKNOWN_KINDS`].
+/// Returns textures whose depth or period is at least 1.5 times below or above those of the ten specimens, each with
+/// the number of its kind in [`UNKNOWN_KINDS`].
 pub fn unknown() -> Vec<(usize, Specimen)> {
     let shallow_mm = 2.0 / OUTSIDE;
     let deep_mm = 4.0 * OUTSIDE;
@@ -51,8 +51,8 @@ pub const NEW: [Specimen; 10] = [
     Specimen { period_mm: 12.0, ..Specimen::block(Pattern::Saw, 3.0) },
 ];
 
-/// Returns the [`unknown`] textures that are unlike each of [`NEW`]: another pattern, or a depth or a period at least 1.5
-/// times above or below.
+/// Returns the [`unknown`] textures that are unlike each of [`NEW`]: another pattern, or a depth or a period at least
+/// 1.5 times above or below.
 pub fn unlike_new() -> Vec<Specimen> {
     let outside = |one: f64, other: f64| (one / other).ln().abs() > OUTSIDE.ln() - 1e-9;
     let is_unlike = |new: &Specimen, other: &Specimen| {
@@ -62,8 +62,8 @@ pub fn unlike_new() -> Vec<Specimen> {
     all.filter(|specimen| NEW.iter().all(|new| is_unlike(new, specimen))).collect()
 }
 
-/// Returns random textures of the paper's three textured patterns: depths of 1 to 6 mm, periods of 2 to 16 mm, both with
-/// an even logarithm.
+/// Returns random textures of the paper's three textured patterns: depths of 1 to 6 mm, periods of 2 to 16 mm, both
+/// with an even logarithm.
 ///
 /// Equal seeds give equal textures. None is within 5 % of one of [`NEW`] in both.
 pub fn random(seed: u64, number: usize) -> Vec<Specimen> {

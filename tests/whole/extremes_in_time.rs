@@ -224,8 +224,8 @@ fn frame_rates_from_1_to_1000() {
     assert_eq!(FrameRate::new(1, 0), Err(ConfigError::FrameRate { numerator: 1, denominator: 0 }));
 }
 
-/// All frames lost: nothing has arrived, so there is no time. All but the first lost: its baseline is never reliable, and
-/// there is no event. The properties of events lose some.
+/// All frames lost: nothing has arrived, so there is no time. All but the first lost: its baseline is never reliable,
+/// and there is no event. The properties of events lose some.
 #[test]
 fn all_frames_lost_and_all_but_the_first() {
     let mut trigger = trigger(5, 10, Rule::Signed, 1.2);

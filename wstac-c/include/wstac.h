@@ -77,7 +77,8 @@ enum WstacKind
   /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
   /// event the contact, and speed and direction with their standard deviations.
   WSTAC_KIND_MOTION = 8,
-  /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. Only the estimator `wave` gives it.
+  /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. Only the estimator `wave`
+  /// gives it.
   WSTAC_KIND_SLIP = 9,
 };
 #ifndef __cplusplus
@@ -153,15 +154,15 @@ typedef struct WstacEvent {
   double speed_at_most_mm_s;
   /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit or the touch goes on.
   int32_t duration_frames;
-  /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a law
-  /// of durations it is 0, 90, 180 or 270.
+  /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a
+  /// law of durations it is 0, 90, 180 or 270.
   double direction_deg;
   /// Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.
   double direction_confidence;
   /// Frames of the sample that were lost and filled: 0 to 70.
   uint32_t frames_filled;
-  /// The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction hold
-  /// within their standard deviations, and the kind of the touch is clear.
+  /// The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction
+  /// hold within their standard deviations, and the kind of the touch is clear.
   bool reliable;
   /// Why there is no speed; null if there is one.
   const char *why_no_speed;
@@ -183,17 +184,19 @@ typedef struct WstacEvent {
   double touch_s;
   /// Time of the frame with which the answer was complete in seconds from the first frame; NAN by a law of durations.
   double completed_s;
-  /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
+  /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it,
+  /// too.
   const char *stamp;
-  /// Time of the frame with which the answer was complete in nanoseconds, by the clock of time_ns; -1 if it is not known.
+  /// Time of the frame with which the answer was complete in nanoseconds, by the clock of time_ns; -1 if it is not
+  /// known.
   int64_t completed_ns;
-  /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
-  /// not say.
+  /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a
+  /// board does not say.
   const char *why_not_reliable;
   /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
   const char *why_texture;
-  /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is known) or
-  /// "outline" (an object that is narrower than the sensor, or a corner); null unless 25 taxels were asked.
+  /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is
+  /// known) or "outline" (an object that is narrower than the sensor, or a corner); null unless 25 taxels were asked.
   const char *basis;
   /// Middle of the touch to the left of its motion, from the sensor's middle, in mm; NaN if it is unknown.
   double place_mm;
@@ -205,8 +208,8 @@ typedef struct WstacEvent {
   double width_sd_mm;
   /// Objects side by side, as far as 25 taxels tell them apart; -1 if it is unknown.
   int32_t contacts;
-  /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown, and
-  /// from boards.
+  /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown,
+  /// and from boards.
   double acceleration_mm_s2;
   /// Standard deviation of the acceleration in mm/s^2; NaN without one.
   double acceleration_sd_mm_s2;
@@ -242,8 +245,8 @@ typedef struct WstacEnd {
   uint64_t incomplete_frame;
   /// Frames of that sample that had arrived; 0 if there is none.
   uint32_t incomplete_frames;
-  /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share. "frames": the
-  /// source states no times, so frames are counted from 0. Null in records of other kinds.
+  /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share.
+  /// "frames": the source states no times, so frames are counted from 0. Null in records of other kinds.
   const char *clock;
 } WstacEnd;
 
@@ -263,8 +266,8 @@ typedef struct WstacRecord {
   uint32_t frames;
   /// Kind of a fault, such as "disconnected".
   const char *fault;
-  /// Description of a fault for a person; of an end the lost frames by reason, such as "3 shorter than a frame, 1 corrupt
-  /// JPEG picture", null if none was lost.
+  /// Description of a fault for a person; of an end the lost frames by reason, such as "3 shorter than a frame, 1
+  /// corrupt JPEG picture", null if none was lost.
   const char *message;
   /// Summary of a stream.
   struct WstacEnd end;
@@ -385,8 +388,8 @@ const char *wstac_notes(const struct Wstac *handle);
 
 /// Returns the milliseconds in which the camera reads its rows, as motion is computed with it.
 ///
-/// It is negative if the bottom row comes first, and 0 for a global shutter. It is NAN if nothing states it, if the handle
-/// is null, or after WSTAC_STATUS_PANIC.
+/// It is negative if the bottom row comes first, and 0 for a global shutter. It is NAN if nothing states it, if the
+/// handle is null, or after WSTAC_STATUS_PANIC.
 ///
 /// # Safety
 /// `handle` is null or an open handle, which no other thread uses meanwhile.

@@ -271,8 +271,8 @@ pub unsafe extern "C" fn wstac_notes(handle: *const Wstac) -> *const c_char {
 
 /// Returns the milliseconds in which the camera reads its rows, as motion is computed with it.
 ///
-/// It is negative if the bottom row comes first, and 0 for a global shutter. It is NAN if nothing states it, if the handle
-/// is null, or after WSTAC_STATUS_PANIC.
+/// It is negative if the bottom row comes first, and 0 for a global shutter. It is NAN if nothing states it, if the
+/// handle is null, or after WSTAC_STATUS_PANIC.
 ///
 /// # Safety
 /// `handle` is null or an open handle, which no other thread uses meanwhile.

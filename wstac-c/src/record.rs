@@ -42,7 +42,8 @@ pub enum WstacKind {
     /// Speed and direction of a frame while something slides, if the options request them. Has frame and time_s, and of
     /// event the contact, and speed and direction with their standard deviations.
     Motion = 8,
-    /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. Only the estimator `wave` gives it.
+    /// A held part begins to slip. Has frame, onset_frame, held_since_frame and strength. Only the estimator `wave`
+    /// gives it.
     Slip = 9,
 }
 
@@ -76,15 +77,15 @@ pub struct WstacEvent {
     pub speed_at_most_mm_s: f64,
     /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit or the touch goes on.
     pub duration_frames: i32,
-    /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a law
-    /// of durations it is 0, 90, 180 or 270.
+    /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a
+    /// law of durations it is 0, 90, 180 or 270.
     pub direction_deg: f64,
     /// Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.
     pub direction_confidence: f64,
     /// Frames of the sample that were lost and filled: 0 to 70.
     pub frames_filled: u32,
-    /// The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction hold
-    /// within their standard deviations, and the kind of the touch is clear.
+    /// The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction
+    /// hold within their standard deviations, and the kind of the touch is clear.
     pub reliable: bool,
     /// Why there is no speed; null if there is one.
     pub why_no_speed: *const c_char,
@@ -106,17 +107,19 @@ pub struct WstacEvent {
     pub touch_s: f64,
     /// Time of the frame with which the answer was complete in seconds from the first frame; NAN by a law of durations.
     pub completed_s: f64,
-    /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it, too.
+    /// Wall-clock time of the first lit frame, as RFC 3339 in UTC; null where the source knows none. The record has it,
+    /// too.
     pub stamp: *const c_char,
-    /// Time of the frame with which the answer was complete in nanoseconds, by the clock of time_ns; -1 if it is not known.
+    /// Time of the frame with which the answer was complete in nanoseconds, by the clock of time_ns; -1 if it is not
+    /// known.
     pub completed_ns: i64,
-    /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a board does
-    /// not say.
+    /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a
+    /// board does not say.
     pub why_not_reliable: *const c_char,
     /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
     pub why_texture: *const c_char,
-    /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is known) or
-    /// "outline" (an object that is narrower than the sensor, or a corner); null unless 25 taxels were asked.
+    /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is
+    /// known) or "outline" (an object that is narrower than the sensor, or a corner); null unless 25 taxels were asked.
     pub basis: *const c_char,
     /// Middle of the touch to the left of its motion, from the sensor's middle, in mm; NaN if it is unknown.
     pub place_mm: f64,
@@ -128,8 +131,8 @@ pub struct WstacEvent {
     pub width_sd_mm: f64,
     /// Objects side by side, as far as 25 taxels tell them apart; -1 if it is unknown.
     pub contacts: i32,
-    /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown, and
-    /// from boards.
+    /// Mean acceleration while an edge passes the sensor, in mm/s^2, below 0 if it slows down; NaN if it is unknown,
+    /// and from boards.
     pub acceleration_mm_s2: f64,
     /// Standard deviation of the acceleration in mm/s^2; NaN without one.
     pub acceleration_sd_mm_s2: f64,
@@ -151,8 +154,8 @@ pub struct WstacEnd {
     pub incomplete_frame: u64,
     /// Frames of that sample that had arrived; 0 if there is none.
     pub incomplete_frames: u32,
-    /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share. "frames": the
-    /// source states no times, so frames are counted from 0. Null in records of other kinds.
+    /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share.
+    /// "frames": the source states no times, so frames are counted from 0. Null in records of other kinds.
     pub clock: *const c_char,
 }
 
@@ -173,8 +176,8 @@ pub struct WstacRecord {
     pub frames: u32,
     /// Kind of a fault, such as "disconnected".
     pub fault: *const c_char,
-    /// Description of a fault for a person; of an end the lost frames by reason, such as "3 shorter than a frame, 1 corrupt
-    /// JPEG picture", null if none was lost.
+    /// Description of a fault for a person; of an end the lost frames by reason, such as "3 shorter than a frame, 1
+    /// corrupt JPEG picture", null if none was lost.
     pub message: *const c_char,
     /// Summary of a stream.
     pub end: WstacEnd,

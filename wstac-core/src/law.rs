@@ -1,9 +1,9 @@
 //! The laws from an event to its answers: speed, direction and kind of touch, behind one trait.
 //!
 //! [`ByWave`] measures arrival times of 25 taxels, and holds for objects of most shapes, and for two of one velocity.
-//! [`ByCoherence`] and [`ByEdges`] measure those of ten sums, and hold for objects wider than the sensor. [`SpeedConfig`] is a
-//! law of durations, with the direction of centroids: the published algorithm. [`AnyLaw`] chooses at run time and links them
-//! all.
+//! [`ByCoherence`] and [`ByEdges`] measure those of ten sums, and hold for objects wider than the sensor.
+//! [`SpeedConfig`] is a law of durations, with the direction of centroids: the published algorithm. [`AnyLaw`] chooses
+//! at run time and links them all.
 
 use crate::paper::direction::{self, Direction};
 use crate::paper::speed::{self, LitSpan, Speed, SpeedConfig};
@@ -20,23 +20,25 @@ use crate::touch::wave::{self, Basis, Extent, Measured, TaxelMotion};
 pub struct Answer {
     /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
     pub contact: Option<Contact>,
-    /// The duration in frames from the first lit frame of the sample to the last; `None` if no frame is lit or the touch goes on.
+    /// The duration in frames from the first lit frame of the sample to the last; `None` if no frame is lit or the
+    /// touch goes on.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
     pub speed: Result<Speed, Reason>,
     /// The sliding direction, or the reason why there is none.
     pub direction: Direction,
-    /// What speed and direction are known by; `None` unless 25 taxels were asked ([`ByWave`]) and the answers are reliable.
+    /// What speed and direction are known by; `None` unless 25 taxels were asked ([`ByWave`]) and the answers are
+    /// reliable.
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]), or two
-    /// objects.
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity ([`ByWave`]), or
+    /// two objects.
     pub extent: Option<Extent>,
     /// The mean [acceleration](TaxelMotion::acceleration); `None` by other laws than [`ByWave`].
     pub acceleration: Option<Measured>,
     /// Whether the answers are reliable.
     ///
-    /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says that
-    /// speed and direction hold within their standard deviations, and that the kind of the touch is clear.
+    /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says
+    /// that speed and direction hold within their standard deviations, and that the kind of the touch is clear.
     pub reliable: bool,
     /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, and by a law of durations.
     pub doubt: Option<Reason>,
@@ -87,8 +89,8 @@ pub trait EventLaw {
     /// Returns the answers of an event.
     fn answer(&self, event: &Event<'_>) -> Answer;
 
-    /// Returns the velocity for a sample along the path: this one of the answer, or by coherence if the law is [`ByWave`]
-    /// and has none. A texture is mostly known in spite of a speed that changes a little.
+    /// Returns the velocity for a sample along the path: this one of the answer, or by coherence if the law is
+    /// [`ByWave`] and has none. A texture is mostly known in spite of a speed that changes a little.
     fn path_velocity(&self, _: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> {
         of_answer
     }
@@ -106,7 +108,8 @@ pub trait EventLaw {
         false
     }
 
-    /// Returns whether the law answers a touch before its sample is complete ([`AtOnce`](crate::touch::at_once::AtOnce)).
+    /// Returns whether the law answers a touch before its sample is complete
+    /// ([`AtOnce`](crate::touch::at_once::AtOnce)).
     fn answers_at_once(&self) -> bool {
         Self::ANSWERS_AT_ONCE
     }

@@ -3,7 +3,8 @@
 //! A calibrated model has a projection in which slides of one texture lie close together, also of textures that it was
 //! not trained on. The center of a new texture is the mean of the places of its slides there ([`Center`]). A slide has
 //! the new texture if its place is near that center, and nearer than the mean of the model's answer ([`nearest`]). How
-//! near is near enough is a number of each texture: one whose slides differ much does not widen what is known of others.
+//! near is near enough is a number of each texture: one whose slides differ much does not widen what is known of
+//! others.
 //!
 //! ```
 //! use wstac_core::learned::{Lesson, SLIDES, nearest};
@@ -123,9 +124,9 @@ impl Lesson {
 
 /// Returns which learned texture a slide at this place has; `None` if it has none of them.
 ///
-/// `centers` are those of all learned textures with any names of theirs. `rival` is the squared distance from the mean of
-/// the model's answer, if that is to be compared. A slide has the texture of the nearest center, if that is nearer than
-/// the rival, and not farther than the slides of that texture are.
+/// `centers` are those of all learned textures with any names of theirs. `rival` is the squared distance from the mean
+/// of the model's answer, if that is to be compared. A slide has the texture of the nearest center, if that is nearer
+/// than the rival, and not farther than the slides of that texture are.
 pub fn nearest<'c, T>(
     place: &Place,
     rival: Option<u32>,

@@ -56,8 +56,8 @@ pub const DEFAULT_MARGIN: f64 = 0.2;
 
 /// Dark frames behind a touch after which it has ended, if there is one event per touch (decided).
 pub const DARK_FRAMES: u8 = 5;
-/// Dark frames behind an event without a reliable answer after which light is another touch: at 5 mm/s whiskers flash for
-/// 5 frames, 24 apart (decided).
+/// Dark frames behind an event without a reliable answer after which light is another touch: at 5 mm/s whiskers flash
+/// for 5 frames, 24 apart (decided).
 pub const SLOW_DARK_FRAMES: u8 = 20;
 
 /// Shortest time constant of a tracking baseline, in windows (decided).

@@ -98,11 +98,12 @@ impl<'a> Update<'a> {
         Some(Event { taxels, ..trigger.event(event?) })
     }
 
-    /// Returns the touch whose sample is being captured, with the frames that have arrived, the one of this push the last.
+    /// Returns the touch whose sample is being captured, with the frames that have arrived, the one of this push the
+    /// last.
     ///
     /// It is there only with one event per touch
-    /// ([`TriggerConfig::one_event_per_touch`](crate::paper::trigger::TriggerConfig::one_event_per_touch)). A law may answer
-    /// it before it is an event ([`AtOnce`](crate::touch::at_once::AtOnce)).
+    /// ([`TriggerConfig::one_event_per_touch`](crate::paper::trigger::TriggerConfig::one_event_per_touch)). A law may
+    /// answer it before it is an event ([`AtOnce`](crate::touch::at_once::AtOnce)).
     pub fn touch(&self) -> Option<Event<'a>> {
         let Completed { trigger, taxels, .. } = self.completed?;
         Some(Event { taxels, ..trigger.touch()? })
@@ -117,7 +118,8 @@ impl<'a> Update<'a> {
         self.completed?.taxels.filter(|ring| ring.is_unbroken())
     }
 
-    /// Returns the number of the feature frame, and its taxels if the pipeline keeps them and none of its rows were lost.
+    /// Returns the number of the feature frame, and its taxels if the pipeline keeps them and none of its rows were
+    /// lost.
     pub(crate) fn newest_taxels(&self) -> Option<(u64, &'a [u16; TAXELS])> {
         let Completed { taxels, number, .. } = self.completed?;
         Some((number, taxels?.last(1).next().flatten()?))
@@ -385,8 +387,8 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
         self.trigger.rezero()
     }
 
-    /// Takes the next camera frame as frame 0 of a stream, and keeps the baseline. Without a complete one, it is gathered
-    /// anew.
+    /// Takes the next camera frame as frame 0 of a stream, and keeps the baseline. Without a complete one, it is
+    /// gathered anew.
     ///
     /// A touch in the frames that a sample has before its window is seen from behind them on.
     pub fn rewind(&mut self) {

@@ -31,9 +31,11 @@ pub enum Reason {
     NeverLit,
     /// No direction by centroids: rows and columns are about equally in order. The confidence is below 0.2.
     NoOrder,
-    /// Not reliable: more than a tenth of the sample was lost and filled, or the filled frames hold too much of the touch.
+    /// Not reliable: more than a tenth of the sample was lost and filled, or the filled frames hold too much of the
+    /// touch.
     LostFrames,
-    /// Not reliable: the frames of the sample came unevenly, or damaged. The core knows nothing of files: its caller says so.
+    /// Not reliable: the frames of the sample came unevenly, or damaged. The core knows nothing of files: its caller
+    /// says so.
     Uneven,
     /// Not reliable: the baseline was not quiet, or has a long gap.
     Baseline,

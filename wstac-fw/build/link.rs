@@ -9,7 +9,8 @@ const MICROBIT: &str = "MEMORY { FLASH : ORIGIN = 0, LENGTH = 256K RAM : ORIGIN 
 /// The memory of QEMU's mps2-an385, mps2-an386 and mps2-an500.
 const MPS2: &str = "MEMORY { FLASH : ORIGIN = 0, LENGTH = 4M RAM : ORIGIN = 0x20000000, LENGTH = 4M }\n";
 
-/// Links a program for an emulated board: an nRF51 for a Cortex-M0 (without the feature `mps2`), an MPS2 for all others.
+/// Links a program for an emulated board: an nRF51 for a Cortex-M0 (without the feature `mps2`), an MPS2 for all
+/// others.
 pub fn emulated(out: &Path) {
     println!("cargo:rustc-check-cfg=cfg(microbit)");
     if env::var_os("CARGO_FEATURE_EMULATED").is_none() {
@@ -57,8 +58,8 @@ pub fn h743(out: &Path) {
     }
 }
 
-/// The KiB of a program for a Raspberry Pi Pico or Pico 2. It ends in front of the settings, which begin at 0x101FE000. With
-/// the feature `models`, it ends in front of the models, at 0x10100000.
+/// The KiB of a program for a Raspberry Pi Pico or Pico 2. It ends in front of the settings, which begin at 0x101FE000.
+/// With the feature `models`, it ends in front of the models, at 0x10100000.
 const PICO_PROGRAM: [u32; 2] = [2040, 1024];
 /// The memories of a Raspberry Pi Pico: the second boot loader, flash behind it, and RAM.
 fn pico_memories(program: u32) -> String {

@@ -13,8 +13,8 @@ use crate::check;
 use crate::pixels::Pixels;
 use wstac_host::config::{Config, Estimator, Kernel};
 
-/// Returns the source. An error says what is wrong with a file or with the name of the pixel format. `sizes` are those of
-/// the frames of the boards that are built.
+/// Returns the source. An error says what is wrong with a file or with the name of the pixel format. `sizes` are those
+/// of the frames of the boards that are built.
 pub fn source(
     config: Option<&Path>,
     model: Option<PathBuf>,
@@ -199,7 +199,8 @@ pub const fn durations(rate: FrameRate) -> Result<SpeedConfig, ConfigError> {{
 const KINDS: [(&str, &str); 4] =
     [("linear_svm", "LinearSvm"), ("forest", "Forest"), ("boosted", "Boosted"), ("network", "Network")];
 
-/// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is linked.
+/// Returns the source of the model's items. The model has the type of its own kind, so no code of another kind is
+/// linked.
 fn texture(file: &Path, config: &Config) -> Result<String, String> {
     let bytes = std::fs::read(file).map_err(|error| error.to_string())?;
     let (words, _) = bytes.as_chunks::<4>();
@@ -222,8 +223,8 @@ pub const MODEL: Option<&Kind> = Some(&CHECKED);
     Ok(types(kind, model.input(), config)? + &checked)
 }
 
-/// Returns the source of the model's items without a model. `models` are those that a host may send: a kind, a colon and
-/// a sample.
+/// Returns the source of the model's items without a model. `models` are those that a host may send: a kind, a colon
+/// and a sample.
 fn no_texture(models: Option<&str>, config: &Config) -> Result<String, String> {
     let (kind, input) = models.unwrap_or("linear_svm:frames").split_once(':').unwrap_or_default();
     let kind = KINDS.into_iter().find(|(name, _)| *name == kind);

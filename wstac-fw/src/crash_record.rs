@@ -132,8 +132,8 @@ mod kept {
     #[unsafe(link_section = ".uninit.crash_record")]
     static mut KEPT: MaybeUninit<CrashRecord> = MaybeUninit::uninit();
 
-    /// Memory with error correction writes whole words of 64 bits. It keeps the last write of a part of one in a buffer,
-    /// which a reset clears. Only another such write elsewhere empties it, so two are made after the record.
+    /// Memory with error correction writes whole words of 64 bits. It keeps the last write of a part of one in a
+    /// buffer, which a reset clears. Only another such write elsewhere empties it, so two are made after the record.
     #[unsafe(link_section = ".uninit.crash_record")]
     static mut FLUSH: [MaybeUninit<u64>; 2] = [const { MaybeUninit::uninit() }; 2];
 

@@ -1,7 +1,7 @@
 //! Learns textures from slides while a host watches, and names them afterwards, beside those of the model.
 //!
-//! A host asks for a texture of a name ([`Request::Learn`]). The next slides give its center, which is kept. Each touch in
-//! between is reported, with the reason if it was not taken. The arithmetic is that of [`wstac_core::learned`].
+//! A host asks for a texture of a name ([`Request::Learn`]). The next slides give its center, which is kept. Each touch
+//! in between is reported, with the reason if it was not taken. The arithmetic is that of [`wstac_core::learned`].
 
 use core::cell::OnceCell;
 

@@ -123,8 +123,8 @@ impl NorFlash for Flash {
             }
             let place = &mut self.bytes[at..at + WORD];
             if std::mem::replace(&mut self.written[at / WORD], true) {
-                // After a cut, the mark of a full sector may be written again. Its error correction does not fit it then,
-                // so the driver reads zeros, which are the mark.
+                // After a cut, the mark of a full sector may be written again. Its error correction does not fit it
+                // then, so the driver reads zeros, which are the mark.
                 assert!(word.iter().all(|byte| *byte == 0), "the word at {at:#x} is written over");
                 self.again += 1;
                 place.fill(0);

@@ -1,9 +1,10 @@
 //! Texture models that a host sends, in flash: a reset at any time leaves the old model or the new one.
 //!
-//! There are two places for a model, each of some sectors. One is in use, and another model is written to the other one.
-//! A place begins with two words of 32 bytes. The first has the model's number, size and checksum. It is written last,
-//! when the whole model was read again and checked, so a model that was not sent to its end is never used. The second
-//! one is written to forget the model. The whole model with the highest number is used, where it lies in the flash.
+//! There are two places for a model, each of some sectors. One is in use, and another model is written to the other
+//! one. A place begins with two words of 32 bytes. The first has the model's number, size and checksum. It is written
+//! last, when the whole model was read again and checked, so a model that was not sent to its end is never used. The
+//! second one is written to forget the model. The whole model with the highest number is used, where it lies in the
+//! flash.
 //!
 //! The model in use is never written to, because events that are kept have the names of its classes. So another model
 //! takes a new start, which waits until no event is under way.
@@ -188,8 +189,8 @@ fn write<F: InPlace>(flash: &mut F, at: u32, bytes: &[u8]) -> bool {
 }
 
 impl SentModels {
-    /// Returns the newest whole model that a host has sent; `None` if there is none. Then the one that is compiled in is
-    /// used, which has this checksum.
+    /// Returns the newest whole model that a host has sent; `None` if there is none. Then the one that is compiled in
+    /// is used, which has this checksum.
     pub fn load<F: InPlace>(&mut self, flash: &mut F, compiled_in: Option<u32>) -> Option<Kind> {
         let mut heads = [0, 1].map(|place| (place, head(flash, place)));
         heads.sort_unstable_by_key(|(_, head)| core::cmp::Reverse(head.map(|head| head.number)));
@@ -237,8 +238,8 @@ impl SentModels {
         self.transfer = Some(Transfer { model, unerased: (0, u32::MAX), written: 0 });
     }
 
-    /// Does what is to be done between frames, and returns the message about it. An erasure of a sector takes a second or
-    /// two.
+    /// Does what is to be done between frames, and returns the message about it. An erasure of a sector takes a second
+    /// or two.
     // It is not inlined, so that a piece does not lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn step<F: InPlace>(&mut self, flash: &mut F) -> Option<Message<'static>> {

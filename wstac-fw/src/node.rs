@@ -1,8 +1,8 @@
-//! The node: what every board does between its camera and its link. It finds the sensor and sets it up, measures what it
-//! sends, turns its frames into messages, and reports and mends every fault.
+//! The node: what every board does between its camera and its link. It finds the sensor and sets it up, measures what
+//! it sends, turns its frames into messages, and reports and mends every fault.
 //!
-//! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights, a [`Watchdog`], a [`Thermometer`] and a [`SettingsStore`] of
-//! settings. Time is embassy's.
+//! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights, a [`Watchdog`], a [`Thermometer`] and a
+//! [`SettingsStore`] of settings. Time is embassy's.
 
 use core::future::Future;
 use core::mem::{self, MaybeUninit};
@@ -74,8 +74,8 @@ pub trait Camera: Capture + Send {
     /// Stops capture until it begins in one way or another.
     fn stop(&mut self);
 
-    /// Begins capture anew, at the next vertical sync. A measurement ends with [`Camera::stop`] or a restart, and the ring
-    /// keeps the last bytes.
+    /// Begins capture anew, at the next vertical sync. A measurement ends with [`Camera::stop`] or a restart, and the
+    /// ring keeps the last bytes.
     fn begin(&mut self, what: What);
 
     /// Returns the words of a frame's luma.
@@ -87,8 +87,8 @@ pub trait Camera: Capture + Send {
     /// Returns the number of vertical syncs, modulo 2^32, and the ticks at the last one, modulo 2^32.
     fn syncs(&self) -> (u32, u32);
 
-    /// Sleeps until the interface interrupts, which takes fewer instructions than a turn of the executor. Returns false if
-    /// another interrupt has come or may have, or if the alarm for this time has: then the executor has to look.
+    /// Sleeps until the interface interrupts, which takes fewer instructions than a turn of the executor. Returns false
+    /// if another interrupt has come or may have, or if the alarm for this time has: then the executor has to look.
     fn doze(&self, alarm: Ticks) -> bool {
         let _ = alarm;
         false
@@ -115,8 +115,8 @@ pub trait Watchdog {
 
 /// Measures the temperature of the chip.
 pub trait Thermometer {
-    /// Returns the last temperature in tenths of a degree Celsius, and begins to measure the next one; `None` if there is
-    /// none yet.
+    /// Returns the last temperature in tenths of a degree Celsius, and begins to measure the next one; `None` if there
+    /// is none yet.
     fn tenths(&mut self) -> Option<i16>;
 }
 
@@ -138,7 +138,8 @@ pub trait Board {
     type Thermometer: Thermometer;
 }
 
-/// A board's parts. Large ones are lent: moved, they would lie on the stack more than once. A row of a frame has `WIDTH` bytes, and a frame `STRIPES` stripes.
+/// A board's parts. Large ones are lent: moved, they would lie on the stack more than once. A row of a frame has
+/// `WIDTH` bytes, and a frame `STRIPES` stripes.
 pub struct Node<B: Board, const WIDTH: usize, const STRIPES: usize> {
     /// The sensors that the node looks for, in this order. All produce frames of one size.
     pub sensors: &'static [CameraSensor],
@@ -184,7 +185,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: N
             // USB is a task, which gets no turn while this one sleeps.
             && (cfg!(feature = "usb") || !board.stripes.capture().doze(alarm))
         {
-            // The executor keeps the earliest of a task's alarms: with a later one, it would not be known when it has none.
+            // The executor keeps the earliest of a task's alarms: with a later one, it would not be known when it has
+            // none.
             if board.stripes.capture().now() >= alarm {
                 alarm = until;
             }
@@ -194,8 +196,8 @@ pub async fn run<B: Board, const WIDTH: usize, const STRIPES: usize>(mut node: N
     }
 }
 
-/// Makes the reader, and tells the host what speaks and why the last run ended. Also returns whether nothing is left to be
-/// erased when that was sent.
+/// Makes the reader, and tells the host what speaks and why the last run ended. Also returns whether nothing is left to
+/// be erased when that was sent.
 fn introduce<B: Board, const WIDTH: usize, const STRIPES: usize>(
     node: &mut Node<B, WIDTH, STRIPES>,
 ) -> (&'static mut Reader, bool) {
@@ -415,7 +417,8 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         None
     }
 
-    /// Returns whether the sensor still has its settings and its rate at the end of a frame. If not, the frame is given up.
+    /// Returns whether the sensor still has its settings and its rate at the end of a frame. If not, the frame is given
+    /// up.
     // It is not inlined, so that faults do not lie on the stack of a function that runs for ever.
     #[inline(never)]
     fn is_sensor_right(&mut self) -> bool {
@@ -461,8 +464,8 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
     }
 }
 
-/// Sets the sensor up if that has to be done, and measures its frames. If they come at a multiple of the rate, the clock
-/// is divided.
+/// Sets the sensor up if that has to be done, and measures its frames. If they come at a multiple of the rate, the
+/// clock is divided.
 async fn bring_up(
     sensor: &mut CameraSensor,
     stage: Stage,
@@ -638,8 +641,8 @@ fn restart_if_wanted(store: &impl SettingsStore, line: &Link<impl Line, impl Out
     }
 }
 
-/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent, and the number of
-/// restarts.
+/// Reports why the program restarted. Returns whether nothing is left to be erased when that was sent, and the number
+/// of restarts.
 // It is not inlined, so that the record does not lie on the stack of a function that runs for ever.
 #[inline(never)]
 fn tell_last_run(line: &mut Link<impl Line, impl OutputPin>) -> (bool, u32) {

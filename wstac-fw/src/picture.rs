@@ -1,8 +1,8 @@
 //! The picture that a host asks for, to place the taxels: it is sent in parts while frames go on being used.
 //!
-//! A board keeps no frame. Each stripe is in memory for the time of one stripe, and if the line has room then, a part of
-//! it is copied and sent. So the parts are of many frames. What moves is not sharp in such a picture; what is pressed on
-//! the sensor and held is.
+//! A board keeps no frame. Each stripe is in memory for the time of one stripe, and if the line has room then, a part
+//! of it is copied and sent. So the parts are of many frames. What moves is not sharp in such a picture; what is
+//! pressed on the sensor and held is.
 
 use wstac_core::wire::{self, Message, PICTURE_PART, PictureEnd, PicturePart};
 
@@ -37,8 +37,8 @@ pub struct Picture<const STRIPES: usize> {
 }
 
 impl<const STRIPES: usize> Picture<STRIPES> {
-    /// Creates the progress of no picture. A stripe has `stripe_bytes` bytes, at most 255 parts. Of all stripes, the first
-    /// `frame_bytes` bytes are the picture.
+    /// Creates the progress of no picture. A stripe has `stripe_bytes` bytes, at most 255 parts. Of all stripes, the
+    /// first `frame_bytes` bytes are the picture.
     pub const fn new(stripe_bytes: usize, frame_bytes: usize) -> Self {
         Self { number: 0, stripe_bytes, frame_bytes, sent: [0; STRIPES], parts: 0, all: 0, checksum: 0 }
     }

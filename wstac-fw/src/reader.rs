@@ -150,8 +150,8 @@ impl Reader {
         reader!((layout, size, rate, law, setup::FLOOR, setup::TRIGGER))
     }
 
-    /// Checks another floor and trigger than those of the configuration, too. Returns the function that creates the reader:
-    /// where it is to stay, without a copy on the stack.
+    /// Checks another floor and trigger than those of the configuration, too. Returns the function that creates the
+    /// reader: where it is to stay, without a copy on the stack.
     ///
     /// # Errors
     /// Returns the errors of [`Reader::new`].
@@ -193,8 +193,8 @@ impl Reader {
         self.id = Some(id);
     }
 
-    /// Sets the microseconds since the start. Events that are not acknowledged are sent again by this time. The first call
-    /// after a frame has ended gives its time.
+    /// Sets the microseconds since the start. Events that are not acknowledged are sent again by this time. The first
+    /// call after a frame has ended gives its time.
     pub fn set_time(&mut self, uptime_us: u64) {
         // The division of large numbers takes long, and most are small: 71 minutes fit 32 bits.
         self.telemetry.uptime_ms = u32::try_from(uptime_us).map_or(uptime_us / 1000, |us| u64::from(us / 1000));
@@ -239,8 +239,8 @@ impl Reader {
         }
     }
 
-    /// Takes the last rows of a frame. While the frame is in use, the camera's interrupt calls `more` with what takes rows
-    /// of the next frame ([`meanwhile`]).
+    /// Takes the last rows of a frame. While the frame is in use, the camera's interrupt calls `more` with what takes
+    /// rows of the next frame ([`meanwhile`]).
     ///
     /// # Errors
     /// Returns the errors of [`Reader::rows`].
@@ -495,8 +495,8 @@ impl Sender {
         }
     }
 
-    /// Sends an event, or a touch under way that is certain, or keeps it until its sample is sent. An event that is still
-    /// kept is older: it is sent first, without the rest of its sample. Returns whether there is an answer.
+    /// Sends an event, or a touch under way that is certain, or keeps it until its sample is sent. An event that is
+    /// still kept is older: it is sent first, without the rest of its sample. Returns whether there is an answer.
     fn event(&mut self, event: &Event<'_>, out: &mut impl Publisher) -> bool {
         if event.is_event() {
             self.send_held_event(out);
@@ -587,8 +587,8 @@ fn hold(held: &mut Option<Held>, event: &Event<'_>, at_once: Option<&mut AtOnce>
     true
 }
 
-/// Adds the texture of an event that is kept, if it has one. Returns false if the model needs more of the path of a touch
-/// under way.
+/// Adds the texture of an event that is kept, if it has one. Returns false if the model needs more of the path of a
+/// touch under way.
 // It is not inlined, so that the copy of the sample does not lie on the stack of the law.
 #[inline(never)]
 fn add_texture(

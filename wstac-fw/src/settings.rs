@@ -189,8 +189,8 @@ fn store<F: NorFlash>(flash: &mut F, range: Range<u32>, key: u8, item: &[u8]) ->
 
 /// Erases a sector whose items were all moved to the other one, if a reset came before it was erased.
 ///
-/// The crate moves them again after a reset, and erases the copies first. If the reset came while the sector was erased,
-/// only the copies were whole.
+/// The crate moves them again after a reset, and erases the copies first. If the reset came while the sector was
+/// erased, only the copies were whole.
 #[cfg(any(feature = "learn", test))]
 #[inline(never)]
 fn end_move<F: NorFlash>(flash: &mut F, range: &Range<u32>) {

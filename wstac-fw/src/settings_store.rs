@@ -61,8 +61,8 @@ pub trait SettingsStore {
         None
     }
 
-    /// Does what is to be done about models between frames, and returns what the host has to know of it. If another model
-    /// is kept and `is_rest` says that no event is under way, it wants a new start.
+    /// Does what is to be done about models between frames, and returns what the host has to know of it. If another
+    /// model is kept and `is_rest` says that no event is under way, it wants a new start.
     #[cfg(feature = "models")]
     fn keep_model(&mut self, _is_rest: bool) -> Option<Message<'static>> {
         None
@@ -121,8 +121,8 @@ pub struct KeptSettings<F> {
 
 #[cfg(feature = "settings")]
 impl<F: Storage> KeptSettings<F> {
-    /// Takes the settings in a range of a flash, if there are any that this program can use. The others have this layout.
-    /// The sensor's exposure has at most `longest` lines.
+    /// Takes the settings in a range of a flash, if there are any that this program can use. The others have this
+    /// layout. The sensor's exposure has at most `longest` lines.
     pub fn new(mut flash: F, range: Range<u32>, layout: Layout, rate: FrameRate, longest: u16) -> Self {
         let kept = settings::usable(&mut flash, range.clone(), layout.frame(), rate, longest);
         let compiled_in = (Settings::new(&layout, setup::FLOOR, setup::TRIGGER, None), layout);

@@ -192,8 +192,8 @@ impl<C: Capture> Stripes<C> {
         }
     }
 
-    /// Ends the reading of the rows of [`StripeStep::Rows`]. Returns whether all that was read of them is what the camera
-    /// sent.
+    /// Ends the reading of the rows of [`StripeStep::Rows`]. Returns whether all that was read of them is what the
+    /// camera sent.
     ///
     /// If not, they must not complete a frame, and the next step gives the frame up.
     ///
@@ -208,11 +208,11 @@ impl<C: Capture> Stripes<C> {
         whole
     }
 
-    /// Returns the rows of the next stripe for an interrupt that comes while a frame is in use: if the stripe is complete,
-    /// not the last of its frame, and nothing else is to be done before.
+    /// Returns the rows of the next stripe for an interrupt that comes while a frame is in use: if the stripe is
+    /// complete, not the last of its frame, and nothing else is to be done before.
     ///
-    /// [`Stripes::release`] them before the next step. While the interrupt lasts, no other one counts stripes: reading them
-    /// must take less time than a stripe.
+    /// [`Stripes::release`] them before the next step. While the interrupt lasts, no other one counts stripes: reading
+    /// them must take less time than a stripe.
     pub fn early_rows(&mut self) -> Option<&[u8]> {
         let is_next = !self.abandon && !self.lent && self.verdict.is_none() && self.capture.trouble().is_none();
         if !is_next || self.in_frame + 1 >= self.per_frame || self.ahead() != 1 {

@@ -1,8 +1,8 @@
 //! USB as the serial line: one CDC-ACM port, which every system knows without a driver.
 //!
 //! What is written while no host has opened the port (DTR) is discarded, as on a wire without a reader. A host that
-//! opens it late gets the description. One that stops reading fills the queue, and messages without room are left out. A port
-//! that is closed and opened before this task has a turn counts as open all the time: its host has to ask.
+//! opens it late gets the description. One that stops reading fills the queue, and messages without room are left out.
+//! A port that is closed and opened before this task has a turn counts as open all the time: its host has to ask.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 
@@ -142,7 +142,8 @@ async fn send<D: Driver<'static>>(sender: &mut Sender<'static, D>, frame: Option
             count += 1;
         }
         IS_HELD.store(count > 0, Ordering::Relaxed);
-        // A host takes bytes at the end of a transfer: after a full packet, that is a shorter one, of 0 bytes if there are none.
+        // A host takes bytes at the end of a transfer: after a full packet, that is a shorter one, of 0 bytes if there
+        // are none.
         if count == 0 && !was_full {
             WRITTEN.wait().await;
             continue;

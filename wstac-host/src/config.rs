@@ -57,8 +57,8 @@ pub struct LayoutConfig {
     frame: Option<[u16; 2]>,
     taxel: Option<Vec<u16>>,
     corners: Option<Vec<Vec<u16>>>,
-    /// The light of each whisker that each taxel sees, as a fraction of what the whisker's own taxel sees: a row for each
-    /// taxel.
+    /// The light of each whisker that each taxel sees, as a fraction of what the whisker's own taxel sees: a row for
+    /// each taxel.
     crosstalk: Option<Vec<Vec<f64>>>,
     /// How bright each whisker is beside the others, row by row: 1 is as bright as expected at its place.
     gains: Option<Vec<f64>>,
@@ -250,7 +250,8 @@ impl Config {
     }
 
     /// Returns this configuration with what a calibration measures, as `calibration` has it: `[layout]` (with the
-    /// cross-talk of its taxels, or none), `[features]` floor_levels, `[trigger]` margin, `[speed]` threshold and threshold_on.
+    /// cross-talk of its taxels, or none), `[features]` floor_levels, `[trigger]` margin, `[speed]` threshold and
+    /// threshold_on.
     #[must_use]
     pub fn calibrated(&self, calibration: &Self) -> Self {
         // It is no file's configuration any more.
@@ -263,8 +264,8 @@ impl Config {
         own
     }
 
-    /// Returns the trigger's parameters. By arrival times it gives one event per touch; a law of durations leaves it as it
-    /// was published.
+    /// Returns the trigger's parameters. By arrival times it gives one event per touch; a law of durations leaves it as
+    /// it was published.
     ///
     /// # Errors
     /// The errors of [`TriggerConfig::new`].

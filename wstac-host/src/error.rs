@@ -83,7 +83,8 @@ fn part(text: &impl fmt::Display, most: usize) -> String {
 /// An error that says why a source, a file or a configuration cannot be used.
 ///
 /// Its text is `SUBJECT: MESSAGE`: one line of at most 1000 bytes, in which no character controls a terminal.
-/// [`source`](StdError::source) returns the error that caused it, if there is one. Its text is part of the message then.
+/// [`source`](StdError::source) returns the error that caused it, if there is one. Its text is part of the message
+/// then.
 pub struct Error {
     kind: ErrorKind,
     subject: String,

@@ -86,8 +86,9 @@ pub(crate) fn can_be_written(time: SystemTime) -> bool {
 /// Turns numbers of feature frames into times.
 ///
 /// A frame has the driver's time of the first of its camera frames that arrived. Where all were lost, the frames around
-/// it give the time, and the frame rate does before the first and after the last frame. The wall-clock time of one frame
-/// gives that of the others: a camera's is that of the frame that arrived last, a board's is a second old at most.
+/// it give the time, and the frame rate does before the first and after the last frame. The wall-clock time of one
+/// frame gives that of the others: a camera's is that of the frame that arrived last, a board's is a second old at
+/// most.
 #[derive(Clone, Debug)]
 pub(crate) struct FrameClock {
     /// The duration of a feature frame in nanoseconds: numerator and denominator.
@@ -219,8 +220,8 @@ impl FrameClock {
         can_be_written(time).then_some(Stamp { time, within })
     }
 
-    /// Returns by how much the time between two frames may be wrong, because the frame rate gives a part of it and a camera
-    /// runs a little faster or slower. Both may be any frames; `last` is the one whose wall-clock time is known.
+    /// Returns by how much the time between two frames may be wrong, because the frame rate gives a part of it and a
+    /// camera runs a little faster or slower. Both may be any frames; `last` is the one whose wall-clock time is known.
     fn unsure(&self, frame: u64, last: u64) -> Duration {
         let frames = match (self.taken.front(), self.taken.back()) {
             (Some((from, _)), Some((to, _))) => {
@@ -233,8 +234,8 @@ impl FrameClock {
         Duration::from_nanos(u64::try_from(wrong).unwrap_or(u64::MAX))
     }
 
-    /// Returns how far the camera may be off its frame rate in millionths: twice what the last frames with times of their
-    /// own show.
+    /// Returns how far the camera may be off its frame rate in millionths: twice what the last frames with times of
+    /// their own show.
     fn off_rate(&self) -> i128 {
         let first = self.taken.len().saturating_sub(RATE_FRAMES);
         match (self.taken.get(first), self.taken.back()) {

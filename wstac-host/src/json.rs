@@ -113,7 +113,8 @@ pub enum JsonLine<'a> {
         stamp: StampFields,
         /// The number of the first frame with light of the motion.
         onset_frame: u64,
-        /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
+        /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was
+        /// known.
         held_since_frame: u64,
         /// The most light of a frame since the onset, as a fraction of the press's brightest frame, with two decimals.
         strength: f64,
@@ -145,8 +146,8 @@ pub enum JsonLine<'a> {
         baseline: &'static str,
         /// The sample that was being captured.
         incomplete: Option<InterruptedSample>,
-        /// The time of the last feature frame in nanoseconds; `None` without one, or from a board whose clock is not known
-        /// yet.
+        /// The time of the last feature frame in nanoseconds; `None` without one, or from a board whose clock is not
+        /// known yet.
         time_ns: Option<u64>,
         /// The wall-clock time of the frame.
         #[serde(flatten)]
@@ -516,8 +517,8 @@ pub fn rounded(mm_s: f32) -> f64 {
     if decimals > 22 { value } else { digits(decimals) / 10_f64.powi(decimals) }
 }
 
-/// Returns a value with its standard deviation as people read them: `119.4 ± 0.3`, or `690 ± 14` from a deviation of 10 on.
-/// Both have the same decimals, so that a rounded value never seems to be several deviations off; the least is 0.1.
+/// Returns a value with its standard deviation as people read them: `119.4 ± 0.3`, or `690 ± 14` from a deviation of 10
+/// on. Both have the same decimals, so that a rounded value never seems to be several deviations off; the least is 0.1.
 ///
 /// ```
 /// assert_eq!(wstac_host::json::with_deviation(119.4, 0.349), "119.4 ± 0.3");

@@ -81,8 +81,8 @@ impl Output {
         self.times().0
     }
 
-    /// Returns the number of the feature frame whose time is that of the record: of an event that of its first touch. It
-    /// is `None` for the end.
+    /// Returns the number of the feature frame whose time is that of the record: of an event that of its first touch.
+    /// It is `None` for the end.
     pub fn time_frame(&self) -> Option<u64> {
         Some(match self {
             Self::Features(features) => features.frame,
@@ -280,13 +280,15 @@ impl ContactEndReport {
 pub struct SlipReport {
     /// The number of the frame that shows the slip.
     pub frame: u64,
-    /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not known yet.
+    /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not known
+    /// yet.
     pub time_ns: Option<u64>,
     /// The wall-clock time of that frame; `None` where the source knows none.
     pub stamp: Option<Stamp>,
     /// The number of the first frame with light of the motion.
     pub onset_frame: u64,
-    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was known.
+    /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was
+    /// known.
     pub held_since_frame: u64,
     /// The most light of a frame since the onset, as a fraction of the press's brightest frame.
     pub strength: f32,

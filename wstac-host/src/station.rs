@@ -75,7 +75,8 @@ pub struct Station {
     recorded: Option<Result<FinishedRecording, Error>>,
     /// Outputs of orders, for the next turn.
     waiting: Vec<Output>,
-    /// The time up to the last restart of the processor, from which the times of outputs count. Those of observers go on.
+    /// The time up to the last restart of the processor, from which the times of outputs count. Those of observers go
+    /// on.
     elapsed: Elapsed,
 }
 
@@ -135,8 +136,8 @@ impl Station {
         Self { is_paced: true, ..self }
     }
 
-    /// Allows to pause the source and to go back in it: `reopen` opens it again. If it `repeats`, it starts again at its
-    /// end.
+    /// Allows to pause the source and to go back in it: `reopen` opens it again. If it `repeats`, it starts again at
+    /// its end.
     #[must_use]
     pub fn reopened_by(self, reopen: Box<Reopen>, repeats: bool) -> Self {
         Self { reopen: Some(reopen), repeats, ..self }
@@ -187,8 +188,8 @@ impl Station {
         self.starts
     }
 
-    /// Does what is next: hands the outputs of orders to the observer, waits for at most 50 ms, or reads an event of the
-    /// source. The end of the source ends a recording.
+    /// Does what is next: hands the outputs of orders to the observer, waits for at most 50 ms, or reads an event of
+    /// the source. The end of the source ends a recording.
     ///
     /// # Errors
     /// The source fails, it cannot be opened again, or the observer returns an error. The session is over then.
@@ -330,8 +331,8 @@ impl Station {
         self.recorded.take()
     }
 
-    /// Goes so many frames forward or back, as fast as possible. Returns whether there is a way: there is none forward at
-    /// the end, and none back if the source cannot be opened again.
+    /// Goes so many frames forward or back, as fast as possible. Returns whether there is a way: there is none forward
+    /// at the end, and none back if the source cannot be opened again.
     ///
     /// # Errors
     /// The source cannot be opened again.

@@ -109,8 +109,8 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
     Ok(())
 }
 
-/// Writes what 25 taxels tell besides the velocity: `, by the outline, 8.2 ± 0.6 mm wide, 3.1 ± 0.4 mm to the left of the
-/// motion`.
+/// Writes what 25 taxels tell besides the velocity: `, by the outline, 8.2 ± 0.6 mm wide, 3.1 ± 0.4 mm to the left of
+/// the motion`.
 fn text_of_extent(line: &mut String, event: &TactileEvent) -> fmt::Result {
     if let Some(basis) = event.basis {
         write!(line, ", by the {}", basis.as_str())?;

@@ -66,7 +66,8 @@ pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     toml::from_str(text).map_err(|error| toml_error(text, &error))
 }
 
-/// A list of TOML with a fixed number of values, an array or a tuple. The `toml` crate leaves out what stands behind them.
+/// A list of TOML with a fixed number of values, an array or a tuple. The `toml` crate leaves out what stands behind
+/// them.
 struct Whole<T>(T);
 
 impl<'de, T: Deserialize<'de>> Deserialize<'de> for Whole<T> {

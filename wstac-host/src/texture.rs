@@ -31,8 +31,8 @@ pub struct Texture {
     /// The class of a model that distinguishes something else.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub class: Option<String>,
-    /// The probability that the names are right, 0 to below 1, with five decimals: the lowest of all models that answer.
-    /// It is `None` if one of them has no calibration.
+    /// The probability that the names are right, 0 to below 1, with five decimals: the lowest of all models that
+    /// answer. It is `None` if one of them has no calibration.
     pub confidence: Option<f64>,
     /// Whether the touch is like those of the training; `None` if no model tells. If it is `false` there are no names
     /// and no confidence.
@@ -56,8 +56,8 @@ impl Texture {
         record
     }
 
-    /// Creates the answer of a model from a class's name, with its confidence in units of 2^-15 and whether the touch is
-    /// known ([`wstac_core::texture::Texture`]).
+    /// Creates the answer of a model from a class's name, with its confidence in units of 2^-15 and whether the touch
+    /// is known ([`wstac_core::texture::Texture`]).
     pub fn of_answer(task: Task, label: String, confidence: Option<u16>, known: Option<bool>) -> Self {
         if known == Some(false) {
             return Self { known, ..Self::default() };
@@ -243,8 +243,8 @@ impl Textures {
 
     /// Returns the answers of the models for which enough of the sample under way has just arrived.
     ///
-    /// An answer comes with the number of the sample's first frame and with the number of frames that the model reads. A
-    /// model that takes the sample along the path answers events only.
+    /// An answer comes with the number of the sample's first frame and with the number of frames that the model reads.
+    /// A model that takes the sample along the path answers events only.
     pub fn of_prefixes(&self, update: &Update<'_>) -> Vec<(u64, u8, Texture)> {
         let over_time = self.models.iter().filter(|model| model.get().input() == Input::Frames);
         let answers = over_time.filter_map(|model| {

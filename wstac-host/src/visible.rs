@@ -16,8 +16,8 @@ fn is_control(c: char) -> bool {
         || matches!(c, '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
 }
 
-/// Returns whether a character belongs to plain text: it neither controls a terminal nor is invisible. The joiners that some
-/// scripts need are plain.
+/// Returns whether a character belongs to plain text: it neither controls a terminal nor is invisible. The joiners that
+/// some scripts need are plain.
 pub fn is_plain(c: char) -> bool {
     // The format characters of Unicode (Cf) besides those that control.
     let is_format = matches!(

@@ -1,7 +1,7 @@
 //! The time from the first to the last row of a picture, as the driver of the sensor tells it.
 //!
-//! V4L2 has no control for it. `HBLANK`, `VBLANK` and `PIXEL_RATE` give the time of a row: that of the active pixels and
-//! the blanking behind them. A global shutter has the same controls, so the sensor must be known to have none.
+//! V4L2 has no control for it. `HBLANK`, `VBLANK` and `PIXEL_RATE` give the time of a row: that of the active pixels
+//! and the blanking behind them. A global shutter has the same controls, so the sensor must be known to have none.
 
 use std::path::{Path, PathBuf};
 
@@ -80,8 +80,9 @@ fn shown_rows((width, height): (u32, u32), picture: (u32, u32)) -> f64 {
 
 /// Returns the time of a row in ms.
 ///
-/// The controls are those of the sensor's active array. A picture of another size was cropped or scaled behind the sensor,
-/// and its rows are not the sensor's: then rows and their time do not make up a frame's time, and there is no answer.
+/// The controls are those of the sensor's active array. A picture of another size was cropped or scaled behind the
+/// sensor, and its rows are not the sensor's: then rows and their time do not make up a frame's time, and there is no
+/// answer.
 fn row_ms(sensor: &impl Controls, (width, height): (u32, u32), period_ms: f64) -> Option<f64> {
     let blanking = |id| Some(f64::from(u32::try_from(sensor.get(id).ok()?).ok()?));
     let pixels_per_ms = sensor.fixed(sys::V4L2_CID_PIXEL_RATE).filter(|rate| *rate > 0)? as f64 / 1000.0;

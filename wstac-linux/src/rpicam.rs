@@ -2,8 +2,8 @@
 //!
 //! Such a camera's video node gives raw Bayer data that no program has exposed or scaled, so `rpicam-vid` reads it.
 //! Three streams come from the program: frames in YUV420, one after the other; for every frame a block of
-//! `Name=value` lines (`--metadata`), with the time when its first row began; and its log. The log states what no option
-//! fixes: the size that libcamera made of the one asked for, and the bytes of a frame, whose rows are padded.
+//! `Name=value` lines (`--metadata`), with the time when its first row began; and its log. The log states what no
+//! option fixes: the size that libcamera made of the one asked for, and the bytes of a frame, whose rows are padded.
 
 mod program;
 
@@ -265,7 +265,8 @@ impl PiSettings {
         }
         let camera = if number.is_empty() { "0" } else { number };
         let (width, height) = self.size;
-        // It runs until it is ended, without a window. A Raspberry Pi 5 would mix the frame with those before as denoising.
+        // It runs until it is ended, without a window. A Raspberry Pi 5 would mix the frame with those before as
+        // denoising.
         let mut arguments = vec![format!(
             "--timeout=0 --nopreview --verbose=2 --camera={camera} --width={width} --height={height} --framerate={:.4} \
              --codec=yuv420 --denoise=off --flush --output=- --metadata={} --metadata-format=txt",

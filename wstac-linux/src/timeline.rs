@@ -80,8 +80,8 @@ impl Timeline {
         (steps as u64).saturating_sub(1 + reported)
     }
 
-    /// Returns whether a buffer's time follows that of the last one, if those that were reported are between: it neither
-    /// stays, creeps, goes back nor jumps. Nothing is before the first buffer.
+    /// Returns whether a buffer's time follows that of the last one, if those that were reported are between: it
+    /// neither stays, creeps, goes back nor jumps. Nothing is before the first buffer.
     pub(crate) fn is_followed_by(&self, timestamp: Option<Duration>) -> bool {
         let late = |elapsed| elapsed - (1 + self.reported) as f64;
         let follows = |elapsed| (SOON..=self.longest_gap()).contains(&late(elapsed));

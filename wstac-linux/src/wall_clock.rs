@@ -13,8 +13,8 @@ const TRIES: u32 = 4;
 /// The distance of the wall clock from the monotonic one.
 ///
 /// It stays the same until it is wrong by more than half of what is allowed: if somebody sets the clock, or if it is
-/// made faster or slower. So times of frames and wall-clock times have the same distances, and a recording needs to keep
-/// the distance only when it changes.
+/// made faster or slower. So times of frames and wall-clock times have the same distances, and a recording needs to
+/// keep the distance only when it changes.
 #[derive(Debug, Default)]
 pub(crate) struct WallClock {
     /// The wall-clock time when the monotonic clock showed 0; `None` before it was first read.

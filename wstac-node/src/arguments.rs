@@ -18,8 +18,8 @@ const LONGEST_ARGUMENT: usize = 150;
 
 /// Publish tactile sensors on a Zenoh network
 ///
-/// Taxel sums, features, motion, events and their ends become JSON objects under wstac/SENSOR/, which any program with a
-/// library of Zenoh reads. The node of ROS 2 is wstac_ros. Files and scenes are played at their own rates.
+/// Taxel sums, features, motion, events and their ends become JSON objects under wstac/SENSOR/, which any program with
+/// a library of Zenoh reads. The node of ROS 2 is wstac_ros. Files and scenes are played at their own rates.
 #[derive(Debug, Parser)]
 #[command(name = "wstac-node", version, after_long_help = HELP, max_term_width = 100)]
 pub(crate) struct Arguments {
@@ -64,8 +64,8 @@ pub(crate) struct Arguments {
 
     /// Read the settings of the network from this JSON5 file
     ///
-    /// It is a configuration of Zenoh, which may have access control and multicast. What it does not name stays as it is
-    /// without a file. --listen and --connect replace what it says about them.
+    /// It is a configuration of Zenoh, which may have access control and multicast. What it does not name stays as it
+    /// is without a file. --listen and --connect replace what it says about them.
     #[arg(long, value_name = "FILE")]
     pub(crate) zenoh_config: Option<PathBuf>,
 

@@ -106,9 +106,9 @@ fn config(arguments: &Arguments) -> Result<Config, Error> {
         "connect": {"timeout_ms": -1, "exit_on_failure": false, "endpoints": []},
         // Without addresses, Zenoh would listen to the whole network.
         "listen": {"exit_on_failure": true, "endpoints": local},
-        // A subscriber that is late for half a second misses nothing of 100 sensors: 16 batches of 64 kB, the most there is.
-        // Of what arrives, only requests are read, and the longest of them has 64 kB. Whoever takes nothing for half a
-        // second, while what must not be lost waits for it, is cut off.
+        // A subscriber that is late for half a second misses nothing of 100 sensors: 16 batches of 64 kB, the most
+        // there is. Of what arrives, only requests are read, and the longest of them has 64 kB. Whoever takes nothing
+        // for half a second, while what must not be lost waits for it, is cut off.
         "transport": {
             "unicast": {"accept_timeout": 2000, "accept_pending": 256, "max_sessions": 128},
             "link": {

@@ -57,8 +57,8 @@ impl RecordPublishers {
         let events = Arc::new(Mutex::new(Events::default()));
         let (kept, prefix) = (Arc::clone(&events), format!("{sensor}/event"));
         let encoding = encoding_of((arguments.zenoh_encoding == Form::Cdr).then_some(Type::Event));
-        // Who asks may be slow to take the answers, and Zenoh's own threads must not wait for it. The thread ends with the
-        // requests.
+        // Who asks may be slow to take the answers, and Zenoh's own threads must not wait for it. The thread ends with
+        // the requests.
         let (asks, asked) = Queue::new(MOST_ASKED);
         let answers = move || asked.iter().for_each(|query| answer(&query, &prefix, &kept, &encoding));
         thread::Builder::new().name("events".into()).spawn(answers).map_err(|error| Error::io("a thread", error))?;

@@ -91,8 +91,8 @@ fn too_many(oldest_first: &[SocketAddr], most: usize, has_spoken: impl Fn(&Socke
     placed.into_iter().skip(most).map(|(_, peer)| peer).collect()
 }
 
-/// Returns the connections to where the session listens that are not open yet, by their addresses, and how much has come
-/// from each.
+/// Returns the connections to where the session listens that are not open yet, by their addresses, and how much has
+/// come from each.
 fn strangers(open: &Mutex<HashSet<String>>) -> HashMap<SocketAddr, (ManuallyDrop<TcpStream>, u64)> {
     let (mut listening, mut found) = (HashSet::new(), Vec::new());
     for (socket, received) in threads::sockets() {

@@ -326,7 +326,8 @@ impl Axes {
     }
 }
 
-/// Returns places near `wanted`, in the same order, at least `apart` from each other, and within bounds if these have room.
+/// Returns places near `wanted`, in the same order, at least `apart` from each other, and within bounds if these have
+/// room.
 pub(crate) fn spread(wanted: &[f64], apart: f64, [low, high]: [f64; 2]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..wanted.len()).collect();
     order.sort_by(|a, b| wanted[*a].total_cmp(&wanted[*b]));

@@ -30,8 +30,8 @@ pub const GREEN: &str = "#2a9d72";
 
 /// Five colors in the order of rows or columns.
 ///
-/// They are from plasma by S. van der Walt and N. Smith (CC0): brightness rises in even steps, also in gray print and for
-/// readers who are color-blind. The bright end is left out, because it is lost on white.
+/// They are from plasma by S. van der Walt and N. Smith (CC0): brightness rises in even steps, also in gray print and
+/// for readers who are color-blind. The bright end is left out, because it is lost on white.
 pub const ORDERED: [&str; 5] = ["#0d0887", "#6a00a8", "#b12a90", "#e16462", "#f2a043"];
 
 /// Returns the color of a fraction, from pale to blue, and a color of words that can be read on it.

@@ -23,8 +23,8 @@ use crate::{refused, waiting};
 const BETWEEN_LOOKS: Duration = Duration::from_millis(200);
 const MOST_AT_A_TIME: usize = 4096;
 
-/// The data set of a sweep, of its file or of a table in JSON: the bytes of the file that `wstac dataset` writes, and how
-/// many slides had no event, and an incomplete sample.
+/// The data set of a sweep, of its file or of a table in JSON: the bytes of the file that `wstac dataset` writes, and
+/// how many slides had no event, and an incomplete sample.
 #[pyfunction]
 pub(crate) fn dataset<'py>(
     py: Python<'py>,
@@ -79,7 +79,8 @@ pub(crate) fn dataset<'py>(
     Ok((PyBytes::new(py, &file.into_inner()), count(&Outcome::NoEvent), count(&Outcome::Incomplete)))
 }
 
-/// The data set of a sweep of random slides along the path, as the bytes of the file that `wstac dataset --input` writes.
+/// The data set of a sweep of random slides along the path, as the bytes of the file that `wstac dataset --input`
+/// writes.
 #[pyfunction]
 pub(crate) fn path_dataset<'py>(
     py: Python<'py>,

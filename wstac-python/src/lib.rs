@@ -46,7 +46,8 @@ fn refused(error: impl Display) -> PyErr {
     Error::new_err(error.to_string())
 }
 
-/// Makes an error of the host Python's, with its kind. That of a file that does not exist is a `FileNotFoundError`, too.
+/// Makes an error of the host Python's, with its kind. That of a file that does not exist is a `FileNotFoundError`,
+/// too.
 fn failed(py: Python<'_>, error: &wstac_host::error::Error) -> PyErr {
     let made = py.import("wstac._errors").and_then(|module| {
         let class = if error.kind() == ErrorKind::NotFound { "NotFoundError" } else { "Error" };

@@ -20,7 +20,8 @@ use wstac_train::model::trained::in_set_order;
 
 use crate::failed;
 
-/// A thing that becomes an object, with the number of the frame that comes next: of the camera, or of a board's features.
+/// A thing that becomes an object, with the number of the frame that comes next: of the camera, or of a board's
+/// features.
 pub(crate) enum Found {
     Output(u64, Output),
     /// A fault of a board's line: its kind and a message.
@@ -90,8 +91,8 @@ impl From<ReadFailure> for PyErr {
 }
 
 impl Gathered {
-    /// Pushes an event into a session, and gathers and records the outputs that follow. The end of the stream, or a full
-    /// disk, ends the recording.
+    /// Pushes an event into a session, and gathers and records the outputs that follow. The end of the stream, or a
+    /// full disk, ends the recording.
     pub(crate) fn push(&mut self, session: &mut Session, event: &SourceEvent<'_>) -> Result<(), Error> {
         if let Some(recorder) = &mut self.recorder {
             recorder.source_event(event);

@@ -1,7 +1,8 @@
 //! The keys of a scene that a real sensor's slides tell, so that the simulated sensor becomes that one.
 //!
 //! Slides of a flat block over all whiskers are compared with the same slides in a scene without noise: the light is
-//! proportional to `flash_ms` at an edge and to `rubbing_ms` behind it. Behind the last edge it fades with `afterglow_ms`.
+//! proportional to `flash_ms` at an edge and to `rubbing_ms` behind it. Behind the last edge it fades with
+//! `afterglow_ms`.
 
 use std::fmt;
 use std::ops::{Range, RangeInclusive};
@@ -16,7 +17,8 @@ use super::sensor::{Fidelity, SensorConfig};
 use super::touch::{Slide, Touch};
 use wstac_host::error::{Error, ErrorKind};
 
-/// Time behind a taxel's brightest frame after which the flash has faded, in s: five times the afterglow of the default scene.
+/// Time behind a taxel's brightest frame after which the flash has faded, in s: five times the afterglow of the default
+/// scene.
 const FADED_S: f64 = 0.225;
 /// Fewest frames between the faded flash of the first edge and the last one.
 const LEAST_MIDDLE: usize = 3;
@@ -24,14 +26,16 @@ const LEAST_MIDDLE: usize = 3;
 const LEAST_SLIDES: usize = 5;
 /// Least light of a whisker, as a fraction of the brightest one's: others are dead.
 const LEAST_GAIN: f64 = 0.05;
-/// Pairs of frames behind the last edge that tell the afterglow, and their least mean square light in that of the noise.
+/// Pairs of frames behind the last edge that tell the afterglow, and their least mean square light in that of the
+/// noise.
 const FADING: usize = 3;
 const CLEAR: f64 = 5.0;
 /// Frames of the scene whose noise is compared; the largest scale of its noise, and steps of the search for it.
 const DARK_FRAMES: usize = 400;
 const MOST_NOISE: f64 = 20.0;
 const NOISE_STEPS: u32 = 11;
-/// Deviation of light that the times of frames leave, as a fraction: how a frame's light is divided between flash and rubbing.
+/// Deviation of light that the times of frames leave, as a fraction: how a frame's light is divided between flash and
+/// rubbing.
 const BY_TIME: f64 = 0.02;
 /// The same of the afterglow: light that comes behind the edge.
 const OF_GLOW: f64 = 0.01;
@@ -174,8 +178,8 @@ impl MeasuredSensor {
 }
 
 impl Compared {
-    /// Returns by which factors flashes and rubbing of the scene become the light that was found, of whiskers with these
-    /// gains.
+    /// Returns by which factors flashes and rubbing of the scene become the light that was found, of whiskers with
+    /// these gains.
     fn scales(&self, gains: &[f64; TAXELS]) -> (f64, f64) {
         let light = |part: &[f64; TAXELS]| part.iter().zip(gains).map(|(light, gain)| light * gain).sum::<f64>();
         let [edge, middle] = [self.found.edge, self.found.middle].map(|part| {
@@ -256,8 +260,8 @@ fn dark_deviation(scene: &SceneConfig, noise: f64) -> Result<f64, Error> {
 /// The brightest frame of each taxel at the first and at the last edge.
 type Peaks = [[usize; 2]; TAXELS];
 
-/// Returns the parts of a slide's light whose edges are this many frames behind those of its scene; `None` if the middle
-/// of its block is too short for its speed.
+/// Returns the parts of a slide's light whose edges are this many frames behind those of its scene; `None` if the
+/// middle of its block is too short for its speed.
 fn parts(frames: &[[f64; TAXELS]], peaks: &Peaks, [first_edge, last_edge]: [f64; 2], frame_s: f64) -> Option<Parts> {
     let faded = libm::ceil(FADED_S / frame_s);
     let mut parts = Parts { edge: [0.0; TAXELS], middle: [0.0; TAXELS] };
@@ -303,8 +307,8 @@ fn lit(frames: &[[f64; TAXELS]]) -> Option<[usize; 2]> {
     Some([sums.iter().position(is_lit)?, sums.iter().rposition(is_lit)?])
 }
 
-/// Returns by how many frames both edges of a measured slide are behind those of its scene, where changes of the light are
-/// most alike. The block may be longer or shorter than that of the scene.
+/// Returns by how many frames both edges of a measured slide are behind those of its scene, where changes of the light
+/// are most alike. The block may be longer or shorter than that of the scene.
 fn aligned(frames: &[[f64; TAXELS]], scene: &[[f64; TAXELS]], peaks: &Peaks) -> Option<[f64; 2]> {
     let [begin, end] = lit(frames)?;
     let middle = usize::midpoint(begin, end);
@@ -334,7 +338,8 @@ fn aligned(frames: &[[f64; TAXELS]], scene: &[[f64; TAXELS]], peaks: &Peaks) -> 
     Some(edges)
 }
 
-/// Returns the first frame behind the last edge in which light only fades. The flash may end in the one behind the brightest.
+/// Returns the first frame behind the last edge in which light only fades. The flash may end in the one behind the
+/// brightest.
 fn faded_from(last: usize, last_edge: f64) -> usize {
     (last as f64 + last_edge + 2.5).max(0.0) as usize
 }

@@ -38,8 +38,8 @@ impl RollingShutter {
         Self { late_s, part_s: frame_s / parts, until: VecDeque::from([[0.0; TAXELS]]), first: 0 }
     }
 
-    /// Returns each taxel's light over `open` s from `from` s on, in its own row's time. Light is asked of `expose` from a
-    /// time on and over a length, in s, without a gap from 0 on.
+    /// Returns each taxel's light over `open` s from `from` s on, in its own row's time. Light is asked of `expose`
+    /// from a time on and over a length, in s, without a gap from 0 on.
     pub(crate) fn expose(
         &mut self,
         from: f64,

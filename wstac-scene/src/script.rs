@@ -29,7 +29,7 @@
 //! kind = "slide"         # with the keys of a slide
 //! specimen = "Saw3"
 //! speed = 150
-//! hold = 0.5             # pressed on with its middle on the sensor's, at `approach` mm/s, then at rest for this time in s
+//! hold = 0.5             # pressed on in the middle of the sensor at `approach` mm/s, then at rest for this time, s
 //! travel = 20            # lifted off after this way in mm; default: it slides until it has left
 //! turn = 0.2             # degrees by which it and its direction turn per mm of path
 //! stop = [20, 0.5]       # place on its path in mm, and time in s of a rest there

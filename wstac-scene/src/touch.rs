@@ -162,7 +162,8 @@ impl Held {
         [down + self.hold_s, if self.travel_mm.is_some() { down } else { 0.0 }]
     }
 
-    /// Returns how far it is above its lowest place, in mm, `since` s after its first touch and `left` s before its end.
+    /// Returns how far it is above its lowest place, in mm, `since` s after its first touch and `left` s before its
+    /// end.
     pub(crate) fn raised_mm(&self, overlap_mm: f64, since: f64, left: f64) -> f64 {
         let way = if self.travel_mm.is_some() { since.min(left) } else { since };
         (overlap_mm - self.approach_mm_s * way).max(0.0)
@@ -390,7 +391,8 @@ pub struct SpeedProfile {
 impl SpeedProfile {
     /// Creates a profile from points of a place in mm after the first touch and a speed in mm/s.
     ///
-    /// Returns `None` unless there are 1 to [`MOST_POINTS`] points, with places from 0 in rising order and speeds above 0.
+    /// Returns `None` unless there are 1 to [`MOST_POINTS`] points, with places from 0 in rising order and speeds above
+    /// 0.
     pub fn new(points: &[[f64; 2]]) -> Option<Self> {
         let rising = points.windows(2).all(|pair| pair[0][0] < pair[1][0]);
         let valid = points.iter().all(|[place, speed]| *place >= 0.0 && *speed > 0.0 && (place + speed).is_finite());

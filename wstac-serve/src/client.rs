@@ -24,8 +24,8 @@ const PERIOD: Duration = Duration::from_micros(33_333);
 pub(crate) const PATIENCE: Duration = Duration::from_secs(30);
 /// Time after which a client without news gets a sign of life.
 const QUIET: Duration = Duration::from_secs(2);
-/// Most messages that are taken in one look. More wait in the socket, so a client that never stops talking holds up itself
-/// alone.
+/// Most messages that are taken in one look. More wait in the socket, so a client that never stops talking holds up
+/// itself alone.
 const MOST_AT_ONCE: usize = 64;
 /// Most bytes of a message of a client.
 const LONGEST: usize = 1024;
@@ -33,8 +33,8 @@ const LONGEST: usize = 1024;
 const READ: usize = 4096;
 /// Time in which a client that was told why the connection ends may end it itself.
 const LEAVING: Duration = Duration::from_millis(500);
-/// Most bytes that wait for all clients. An update is far smaller, and another one is not made for a client before it has
-/// taken the last.
+/// Most bytes that wait for all clients. An update is far smaller, and another one is not made for a client before it
+/// has taken the last.
 pub(crate) const MOST_WAITING: usize = 32 << 20;
 
 pub(crate) struct Client<'h> {

@@ -61,8 +61,8 @@ impl ServedSensor {
         &self.about
     }
 
-    /// Reads to the end of the source, and does what pages ask until the server ends. A file or a scene is read from the
-    /// first page on. Returns whether nothing failed.
+    /// Reads to the end of the source, and does what pages ask until the server ends. A file or a scene is read from
+    /// the first page on. Returns whether nothing failed.
     ///
     /// `tell` gets lines about the sensor: why its source has failed, and what was recorded. The page shows them, too.
     pub(crate) fn run(self, number: usize, hub: &Hub, tell: &dyn Fn(&str)) -> bool {

@@ -119,8 +119,8 @@ impl AnswerReport {
         lines
     }
 
-    /// Returns a page with the answers, the taxels of the calibration as a PNG, and the keys of the sensor's scene, or why there
-    /// are none.
+    /// Returns a page with the answers, the taxels of the calibration as a PNG, and the keys of the sensor's scene, or
+    /// why there are none.
     pub fn to_html(&self, about: &str, overlay: Option<&[u8]>, scene: &Result<String, String>) -> String {
         let mut page = String::new();
         // Writing to a string does not fail.

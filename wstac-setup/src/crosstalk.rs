@@ -1,8 +1,8 @@
 //! Cross-talk between taxels: touches of one whisker at a time tell how much of its light each other taxel sees.
 //!
-//! [`CrosstalkWatch`] takes the frames: the first 25 are untouched, then each whisker is touched alone with a thin tip, in any
-//! order. While one taxel is brighter than twice each other one, the light of the others is taken for its whisker's. The slope
-//! of a line through the untouched light, by least squares, is the fraction.
+//! [`CrosstalkWatch`] takes the frames: the first 25 are untouched, then each whisker is touched alone with a thin tip,
+//! in any order. While one taxel is brighter than twice each other one, the light of the others is taken for its
+//! whisker's. The slope of a line through the untouched light, by least squares, is the fraction.
 
 use std::fmt::Write;
 
@@ -48,14 +48,16 @@ struct Touched {
 /// The cross-talk of a sensor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Crosstalk {
-    /// A row for each taxel: the light of each whisker that it sees, as a fraction of what the whisker's own taxel sees.
+    /// A row for each taxel: the light of each whisker that it sees, as a fraction of what the whisker's own taxel
+    /// sees.
     pub matrix: [[f64; TAXELS]; TAXELS],
     /// The largest fraction that is not a taxel's own, with its taxel and whisker.
     pub largest: (f64, usize, usize),
 }
 
 impl Touched {
-    /// Returns the fraction of a whisker's light that a taxel sees, its standard deviation, and the distance from the line.
+    /// Returns the fraction of a whisker's light that a taxel sees, its standard deviation, and the distance from the
+    /// line.
     fn fraction(&self, whisker: usize, taxel: usize, noise: f64) -> [f64; 3] {
         let own = self.squares[whisker];
         let fraction = self.products[taxel] / own;
@@ -105,7 +107,8 @@ impl CrosstalkWatch {
     /// Returns the cross-talk of all frames so far.
     ///
     /// # Errors
-    /// The first frames were touched, or whiskers have too little light, or were not touched alone. The message names them.
+    /// The first frames were touched, or whiskers have too little light, or were not touched alone. The message names
+    /// them.
     pub fn crosstalk(&self) -> Result<Crosstalk, String> {
         if self.light.untouched() < UNTOUCHED || self.light.noise() > MOST_NOISE {
             return Err(format!(

@@ -1,8 +1,8 @@
 //! Gains of whiskers: slides over all of them tell how bright each is beside the others.
 //!
-//! [`GainsWatch`] takes the frames: the first 25 are untouched, then a block with teeth of 4 mm slides over all whiskers, a few
-//! times. Light adds up over a slide. Divided by that of a whisker at its place in the simulated sensor, by which models were
-//! trained, and by the median of all, it is the gain.
+//! [`GainsWatch`] takes the frames: the first 25 are untouched, then a block with teeth of 4 mm slides over all
+//! whiskers, a few times. Light adds up over a slide. Divided by that of a whisker at its place in the simulated
+//! sensor, by which models were trained, and by the median of all, it is the gain.
 
 use wstac_core::green::any::Any;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
@@ -20,8 +20,9 @@ const DARK_FRAMES: u32 = 5;
 /// Least light of a whisker, as a fraction of the median: others are dead. A slide has at most two dead ones.
 const LEAST: f64 = 0.05;
 const MOST_DEAD: usize = 2;
-/// Logarithm of a whisker's light by the square of its distance from the middle, in pitches, for teeth of 4 mm: its differences
-/// are the same for all patterns, at any speed, in any direction (by simulation: a dome lowers outer whiskers).
+/// Logarithm of a whisker's light by the square of its distance from the middle, in pitches, for teeth of 4 mm: its
+/// differences are the same for all patterns, at any speed, in any direction (by simulation: a dome lowers outer
+/// whiskers).
 const OF_DEEP: [(usize, f64); 6] = [(0, 0.349), (1, 0.256), (2, 0.169), (4, 0.0), (5, -0.084), (8, -0.346)];
 /// Fewest slides, and the largest standard deviation of a gain as a fraction.
 const LEAST_SLIDES: usize = 3;
@@ -98,7 +99,8 @@ impl GainsWatch {
     }
 }
 
-/// Returns the logarithm of each whisker's gain by its light over a slide, `None` of a dead one; `None` if too many are dead.
+/// Returns the logarithm of each whisker's gain by its light over a slide, `None` of a dead one; `None` if too many are
+/// dead.
 fn logarithms(sums: &[f64; TAXELS]) -> Option<[Option<f64>; TAXELS]> {
     let median = |mut numbers: Vec<f64>| {
         numbers.sort_by(f64::total_cmp);

@@ -41,7 +41,8 @@ impl LightAboveDark {
         self.noise
     }
 
-    /// Returns the root mean square of the taxels' standard deviations in the untouched frames, as a fraction of full scale.
+    /// Returns the root mean square of the taxels' standard deviations in the untouched frames, as a fraction of full
+    /// scale.
     pub fn mean_noise(&self) -> f64 {
         self.mean_noise
     }

@@ -35,8 +35,8 @@ impl Format {
     pub const ALL: [Self; 7] =
         [Self::Gray, Self::Rgb24, Self::Rgb565, Self::Bayer8, Self::YuyvExact, Self::YuyvLinear, Self::Mjpeg];
 
-    /// Returns its name in tables and files, the value of `WSTAC_PIXELS` that builds firmware for it, the four-character
-    /// code of a camera that delivers it, and the bytes of a pixel on a board.
+    /// Returns its name in tables and files, the value of `WSTAC_PIXELS` that builds firmware for it, the
+    /// four-character code of a camera that delivers it, and the bytes of a pixel on a board.
     fn facts(self) -> (&'static str, Option<&'static str>, &'static str, i64) {
         match self {
             Self::Gray => ("GREY", Some("GREY"), "GREY", 1),

@@ -48,8 +48,8 @@ pub struct Found {
     pub feature: [f64; 4],
     /// Mean number of frames from the first touch to the answer, of the model if there is one; `None` without events.
     pub latency: Option<f64>,
-    /// Fraction of touches of rods, balls, coins, corners and narrow blocks whose speed and direction are reliable and right,
-    /// in percent; `None` of MJPEG, and of fewer than four slides of a sensor.
+    /// Fraction of touches of rods, balls, coins, corners and narrow blocks whose speed and direction are reliable and
+    /// right, in percent; `None` of MJPEG, and of fewer than four slides of a sensor.
     pub objects: Option<f64>,
 }
 
@@ -77,8 +77,8 @@ pub fn rows(plan: &Plan<'_>, outcomes: &[Vec<Option<Outcome>>]) -> Vec<Row> {
 
 /// Returns the number of frames from the first touch to speed and direction.
 ///
-/// With the law of durations they come with the whole sample, whatever a model reads, so it is the latency of the same setting
-/// without a model, or `None` if these rows have no such setting. With the others the event has all answers.
+/// With the law of durations they come with the whole sample, whatever a model reads, so it is the latency of the same
+/// setting without a model, or `None` if these rows have no such setting. With the others the event has all answers.
 pub fn motion_latency(row: &Row, rows: &[Row]) -> Option<f64> {
     let bare = |other: &&Row| other.setting == row.setting && other.model.is_none();
     let of = if row.setting.law == AnswerLaw::Published { rows.iter().find(bare)? } else { row };

@@ -1,8 +1,8 @@
 //! The scene set: the slides on which the settings are evaluated.
 //!
-//! Besides slides of specimens that are wider than the sensor there are touches of rods, balls, coins, corners and narrow
-//! blocks. None of them, nor any of their sensors, was used when a model was trained, chosen or judged. Those used sensors
-//! below 3000 and seeds below 100 000 000.
+//! Besides slides of specimens that are wider than the sensor there are touches of rods, balls, coins, corners and
+//! narrow blocks. None of them, nor any of their sensors, was used when a model was trained, chosen or judged. Those
+//! used sensors below 3000 and seeds below 100 000 000.
 
 use wstac_core::layout::FrameSize;
 use wstac_core::paper::direction::Heading;
@@ -68,8 +68,8 @@ pub struct TradeSlide {
     seed: u64,
 }
 
-/// Returns this many slides of every sensor, and a quarter as many touches of other objects, sensor by sensor: all specimens
-/// at one speed each, then at another.
+/// Returns this many slides of every sensor, and a quarter as many touches of other objects, sensor by sensor: all
+/// specimens at one speed each, then at another.
 pub fn slides(of_each: u32) -> Vec<TradeSlide> {
     from(FIRST_UNIT, of_each)
 }

@@ -34,7 +34,8 @@ pub(crate) fn shipped_model() -> Textures {
     Textures::new(&[model]).expect("it is one model of textures")
 }
 
-/// Returns what `take` finds in the answers about a scene, which come as the program gives them; `None` if it finds nothing.
+/// Returns what `take` finds in the answers about a scene, which come as the program gives them; `None` if it finds
+/// nothing.
 pub(crate) fn in_answers<T>(
     script: &SceneConfig,
     scene: &mut Scene,
@@ -62,8 +63,8 @@ pub(crate) fn in_answers<T>(
     None
 }
 
-/// Returns the seconds from the first touch to the answer of speed, direction and texture, and whether the texture is right;
-/// `None` if the answer came with the whole sample, or not at all.
+/// Returns the seconds from the first touch to the answer of speed, direction and texture, and whether the texture is
+/// right; `None` if the answer came with the whole sample, or not at all.
 fn of_texture(textures: &Textures, number: u64) -> Option<(f64, bool)> {
     let mut rng = Rng::new(JUDGE, 3 << 48 | number);
     let specimen = Specimen { length_mm: 60.0, ..Specimen::ALL[number as usize % Specimen::ALL.len()] };

@@ -45,8 +45,8 @@ impl Errors {
         }
     }
 
-    /// Returns the cells of how many of `count` touches have the value, its errors, and those within deviations. What misses
-    /// its goal is bold.
+    /// Returns the cells of how many of `count` touches have the value, its errors, and those within deviations. What
+    /// misses its goal is bold.
     fn cells(&self, count: usize, most: Option<f64>) -> String {
         let known = self.sizes.len();
         if known == 0 {

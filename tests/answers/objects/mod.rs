@@ -211,7 +211,8 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool)
     Answered { drawn, number, answer, extent, acceleration, after }
 }
 
-/// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis tells.
+/// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis
+/// tells.
 fn errors(truth: &Truth, velocity: Velocity, basis: Basis) -> [f64; 2] {
     let whole = [[truth.mm_s, truth.degrees]];
     let motions = if basis == Basis::Edge && !truth.edges.is_empty() { &truth.edges[..] } else { &whole };

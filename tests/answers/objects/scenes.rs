@@ -436,8 +436,8 @@ fn meets_mm(slide: &Slide) -> [f64; 2] {
     if first < last { [first, last] } else { [0.0, 2.0 * HALF_MM] }
 }
 
-/// Returns the profile of an even acceleration by which the speed changes by a factor from the first to the last whisker,
-/// and to at most three times and at least a third of what it was.
+/// Returns the profile of an even acceleration by which the speed changes by a factor from the first to the last
+/// whisker, and to at most three times and at least a third of what it was.
 fn accelerated(slide: &Slide, factor: f64) -> Option<SpeedProfile> {
     let [first, last] = meets_mm(slide);
     let crossing = last - first;

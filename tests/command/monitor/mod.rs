@@ -260,8 +260,8 @@ fn a_host_may_come_in_the_middle() {
         let done = run(&[&["monitor", path(&file)], &WANTED[..]].concat());
         let out = printed(&done);
         let found: Vec<_> = out.lines().collect();
-        // An event has no sample if the host connected after the sample's start, and no record has times if the hello is
-        // lost. If it is not lost, all times are those of the whole stream.
+        // An event has no sample if the host connected after the sample's start, and no record has times if the hello
+        // is lost. If it is not lost, all times are those of the whole stream.
         let described = said(&done).contains("test-board 1.2.3");
         let whole = |line: &str| {
             let mut record: Value = serde_json::from_str(line).unwrap();

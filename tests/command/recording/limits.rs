@@ -13,8 +13,8 @@ use super::good;
 
 /// The address space in bytes.
 const SPACE: u32 = 256 << 20;
-/// Runs a program with little memory, and writes how much of it was used, in KiB. What the interpreter has itself, about
-/// 10 MB, is the least that it can see.
+/// Runs a program with little memory, and writes how much of it was used, in KiB. What the interpreter has itself,
+/// about 10 MB, is the least that it can see.
 const LIMITED: &str = "\
 import resource, subprocess, sys
 space, peak, *command = sys.argv[1:]

@@ -1,5 +1,5 @@
-//! Tests recordings parts of which stand elsewhere: sectors and messages after damage, and channels and topics after another
-//! tool wrote the recording anew. A frame comes back right, or it does not come back.
+//! Tests recordings parts of which stand elsewhere: sectors and messages after damage, and channels and topics after
+//! another tool wrote the recording anew. A frame comes back right, or it does not come back.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -367,7 +367,8 @@ fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
     });
     let expected = truth.frames.iter().zip(0..).map(|(frame, number)| frame.clone().filter(|_| number != 120));
     assert!(stream(&new, None).unwrap().frames == expected.collect::<Vec<_>>() && text.contains("1 frame"), "{text}");
-    // If only a picture is gone, what followed from it is no part of the moment before, of whatever sensor and time that is.
+    // If only a picture is gone, what followed from it is no part of the moment before, of whatever sensor and time
+    // that is.
     let sensors = several(&folder, &[]);
     for (bytes, damaged) in [(&bytes, 0..0), (&bytes, 20..21), (&sensors, 0..0)] {
         recover(bytes, true, chunked(), &|all| {

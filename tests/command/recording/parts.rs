@@ -166,8 +166,8 @@ fn what_needs_other_pixels_is_refused() {
     assert!(live.contains(r#""kind":"event""#) && good(&["run", &file, "--json", "--features"]) == live);
 }
 
-/// Every checksum has its place in the stream, and the record at the end the number of frames. So nothing of a recording
-/// can be gone in silence, and what comes twice or stands elsewhere is taken once, in its place.
+/// Every checksum has its place in the stream, and the record at the end the number of frames. So nothing of a
+/// recording can be gone in silence, and what comes twice or stands elsewhere is taken once, in its place.
 #[test]
 fn chunks_that_are_gone_moved_or_repeated_are_noticed() {
     let folder = Folder::new("recording-parts-moved");

@@ -18,7 +18,8 @@ use super::cuts::chunks;
 pub(super) const SENSORS: [(&str, &str, u32, u32); 3] =
     [("left", "Saw3", 150, 30), ("middle", "Tri4", 90, 25), ("right", "Sin2", 170, 60)];
 
-/// Two sensors of which the first damage cannot be told apart: a file of before, whose checksums count all frames together.
+/// Two sensors of which the first damage cannot be told apart: a file of before, whose checksums count all frames
+/// together.
 const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before_several.mcap");
 
 /// Records slides of all sensors, two of which lose frames.
@@ -142,7 +143,8 @@ pub(super) fn sector_moved(bytes: &mut [u8], random: &mut Random) {
     bytes.copy_within(from..from + 512, to);
 }
 
-/// Puts a message of a chunk before another chunk, whole or with a damaged byte, in place of other bytes or between them.
+/// Puts a message of a chunk before another chunk, whole or with a damaged byte, in place of other bytes or between
+/// them.
 pub(super) fn message_moved(bytes: &mut Vec<u8>, random: &mut Random) {
     let (chunks, start) = (chunks(bytes), random.below(bytes.len() as u64) as usize);
     // A message of 10 to 65,000 bytes, of one of the first channels.

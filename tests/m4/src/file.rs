@@ -29,7 +29,8 @@ impl File {
 
     /// Reads numbers until `numbers` is full. Returns false if the file ends first.
     pub fn read(&self, numbers: &mut [i16]) -> bool {
-        // SAFETY: the host writes within the slice; every bit pattern is a number. It answers how many bytes it did not write.
+        // SAFETY: the host writes within the slice; every bit pattern is a number. It answers how many bytes it did not
+        // write.
         unsafe { syscall!(READ, self.0, numbers.as_mut_ptr() as usize, size_of_val(numbers)) == 0 }
     }
 

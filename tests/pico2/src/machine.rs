@@ -10,10 +10,9 @@
 //! - WAIT IRQ of the PIO (11.4.3), which in the emulator waits for ever once it waits;
 //! - the watchdog (12.9), whose emulated one does not count microseconds;
 //! - the generator of the timer's microseconds (8.5), which takes the system's clock for that of the crystal;
-//! - loads that acquire, stores that release, and VPUSH, VPOP, VMOV, VLDR and VSTR of pairs of registers, which its core
-//!   does not know;
-//!   CPS, of which it takes one mask for the other; VSEL, VMAXNM and VMINNM, of which it takes a bit of the register
-//!   for another.
+//! - loads that acquire, stores that release, and VPUSH, VPOP, VMOV, VLDR and VSTR of pairs of registers, which its
+//!   core does not know; CPS, of which it takes one mask for the other; VSEL, VMAXNM and VMINNM, of which it takes a
+//!   bit of the register for another.
 //!
 //! The boot ROM is not run. Its work is done here: the block of the image is looked for and must be right (5.9), then
 //! the core begins with the vector table at the beginning of the image. Its functions for the flash are in `flash.rs`.
@@ -629,8 +628,8 @@ impl Board {
         pins.filter(|pin| {
             let pad = self.emulator.mmio_read32(PADS_BANK0 + 4 + 4 * pin);
             let function = self.emulator.mmio_read32(IO_BANK0 + 8 * pin + 4) & 31;
-            // Input enabled, pulled up and not down, not isolated; function 6 is PIO0. An input that is pulled down stays
-            // at 2.2 V once it was high, by what it leaks (data sheet, erratum RP2350-E9).
+            // Input enabled, pulled up and not down, not isolated; function 6 is PIO0. An input that is pulled down
+            // stays at 2.2 V once it was high, by what it leaks (data sheet, erratum RP2350-E9).
             pad & 1 << 6 == 0 || pad & 0b1100 != 0b1000 || pad & 1 << 8 != 0 || function != 6
         })
         .collect()
@@ -814,8 +813,8 @@ fn check_block(image: &[u8]) -> Result<(), String> {
     }
 }
 
-/// Executes an instruction of single registers if the emulator cannot: VPUSH and VPOP; VMOV, VLDR and VSTR of pairs; VSEL, VMAXNM
-/// and VMINNM. Returns whether it did.
+/// Executes an instruction of single registers if the emulator cannot: VPUSH and VPOP; VMOV, VLDR and VSTR of pairs;
+/// VSEL, VMAXNM and VMINNM. Returns whether it did.
 fn executes_of_singles(core: &mut CortexM33, bus: &mut Wired<'_>, first: u16, second: u16) -> bool {
     let pc = core.reg(15);
     if matches!(first & 0xFFBF, 0xED2D | 0xECBD) && second & 0x0F00 == 0x0B00 {

@@ -2,10 +2,11 @@
 //!
 //!     wstac-pico2 ELF FLASH CLIP.raw FRAMES SERIAL [REQUEST] [FRAME:FAULT]…
 //!
-//! FLASH is a file with what the flash has beside the program, or "-" if it is erased. It is written at the end if it is a
-//! file. CLIP.raw has frames of 320 x 240 GREY, of which the first FRAMES are played. What comes out of the serial line goes
-//! to the file SERIAL. REQUEST is what the host sends at the start, as hexadecimal bytes or "-". The state at the end
-//! is printed as JSON. A FAULT begins at a frame of the clip: see `machine.rs`. "send" with bytes is a request that comes then.
+//! FLASH is a file with what the flash has beside the program, or "-" if it is erased. It is written at the end if it
+//! is a file. CLIP.raw has frames of 320 x 240 GREY, of which the first FRAMES are played. What comes out of the serial
+//! line goes to the file SERIAL. REQUEST is what the host sends at the start, as hexadecimal bytes or "-". The state at
+//! the end is printed as JSON. A FAULT begins at a frame of the clip: see `machine.rs`. "send" with bytes is a request
+//! that comes then.
 
 mod dma;
 mod flash;

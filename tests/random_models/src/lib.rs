@@ -10,8 +10,8 @@
 pub const INPUTS: usize = 700;
 /// The largest number of words of a model.
 pub const MOST_WORDS: usize = 16_384;
-/// The number of kinds of models: linear ones by weights and votes, forests, boosted trees by leaves, linear ones of int32,
-/// and networks by weights.
+/// The number of kinds of models: linear ones by weights and votes, forests, boosted trees by leaves, linear ones of
+/// int32, and networks by weights.
 pub const KINDS: u32 = 11;
 /// The number of models of each kind in [`answers`].
 pub const ROUNDS: u64 = 40;

@@ -8,7 +8,8 @@ use super::Largest;
 /// Half the distance from 1 to the next 32-bit float.
 const U: f64 = 1.0 / 16_777_216.0;
 
-/// Compares the law with 64-bit floating point at every duration and at many frame rates. `Law::speed` documents its bound.
+/// Compares the law with 64-bit floating point at every duration and at many frame rates. `Law::speed` documents its
+/// bound.
 #[test]
 fn the_law_in_32_bits_is_within_its_bound() {
     let (mut paper, mut beyond) = (Largest::default(), Largest::default());

@@ -1,5 +1,5 @@
-//! Tests the motion by a wave of the reference's touches: velocities, deviations, what they are known by, and refusals; and
-//! what live motion by 25 taxels says of them frame by frame.
+//! Tests the motion by a wave of the reference's touches: velocities, deviations, what they are known by, and refusals;
+//! and what live motion by 25 taxels says of them frame by frame.
 
 use serde::Deserialize;
 use wstac_core::green::gray::Gray;
@@ -109,8 +109,8 @@ pub(super) fn layout() -> Layout {
     Layout::new(FrameSize::new(80, 80).unwrap(), [16, 16], corners).unwrap()
 }
 
-/// Checks that every bit is as recorded. Boards are compared with the same record (`ci/firmware`). A change of the record is
-/// a change of answers.
+/// Checks that every bit is as recorded. Boards are compared with the same record (`ci/firmware`). A change of the
+/// record is a change of answers.
 #[test]
 fn every_processor_says_the_same_live() {
     let Cases::<WaveCase> { cases } = read(&directory().join("wave.json"));

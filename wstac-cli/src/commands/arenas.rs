@@ -4,8 +4,8 @@
 
 /// Limits the reserves of all threads together to two.
 ///
-/// glibc reserves 64 MB of addresses for each thread, or 128 MB to align them. If addresses are limited, few are left for
-/// threads that read and record, and a request for memory that fails ends the program.
+/// glibc reserves 64 MB of addresses for each thread, or 128 MB to align them. If addresses are limited, few are left
+/// for threads that read and record, and a request for memory that fails ends the program.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 pub(super) fn limit() {
     /// `M_ARENA_MAX` of malloc.h.

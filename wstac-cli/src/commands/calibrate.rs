@@ -33,8 +33,8 @@ use wstac_setup::gains::{self, GainsWatch};
 pub(super) struct Arguments {
     /// A camera, a recording or a scene, as for wstac run, or a board
     ///
-    /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent. It
-    /// sends pictures slowly, as told below.
+    /// A board is a serial device or tcp:HOST:PORT, as for wstac monitor, or board:FILE with bytes that a board sent.
+    /// It sends pictures slowly, as told below.
     source: OsString,
 
     /// The configuration file to write, for --config; with --crosstalk or --gains, the one to change
@@ -358,8 +358,8 @@ fn gains(arguments: &Arguments) -> Result<(), Stop> {
     Ok(writeln!(out, "gains of {least} to {most}")?)
 }
 
-/// Reads until the source ends, `limit` frames have passed or a signal asks for the end. `take` has each event and the number
-/// of frames with it. Returns the number of lost frames.
+/// Reads until the source ends, `limit` frames have passed or a signal asks for the end. `take` has each event and the
+/// number of frames with it. Returns the number of lost frames.
 fn read(source: &mut dyn Source, limit: u64, mut take: impl FnMut(&SourceEvent<'_>, u64)) -> Result<u64, Stop> {
     let interrupted = finishing(Ending::InTime);
     let (mut frames, mut lost) = (0_u64, 0_u64);

@@ -143,7 +143,8 @@ fn cell_of(number: f64) -> String {
     Value::from(number).to_string()
 }
 
-/// Returns a column's name: the names along the path, joined; a feature has its own, and a length those of C and Python.
+/// Returns a column's name: the names along the path, joined; a feature has its own, and a length those of C and
+/// Python.
 fn name(column: &'static str) -> Cow<'static, str> {
     let feature = column.strip_prefix("f/").and_then(|index| FEATURE_NAMES.get(index.parse::<usize>().ok()?));
     match (feature, column.split_once("_mm/")) {

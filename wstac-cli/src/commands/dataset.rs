@@ -34,8 +34,8 @@ use wstac_train::dataset::{Facts, Outcome, arrays, check, each_sample};
 pub(super) struct Arguments {
     /// A sweep of simulated slides, or recordings
     ///
-    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any, the
-    /// slides are 12000 random ones, along the path.
+    /// A sweep is a TOML file, described below. Recordings (wstac record) are files, or folders of them. Without any,
+    /// the slides are 12000 random ones, along the path.
     #[arg(value_name = "SWEEP|RECORDING", value_parser = PathBufValueParser::new().try_map(not_merge))]
     sources: Vec<PathBuf>,
 

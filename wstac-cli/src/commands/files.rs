@@ -24,8 +24,8 @@ const ENDINGS: [&str; 26] = [
     "onnx", "parquet", "png", "py", "rs", "svg", "toml", "txt", "wsm", "y4m",
 ];
 
-/// Refuses the name of a new output that ends as files of another format do. Other endings are the user's choice, and so is an
-/// existing file, which takes `--force`.
+/// Refuses the name of a new output that ends as files of another format do. Other endings are the user's choice, and
+/// so is an existing file, which takes `--force`.
 ///
 /// # Errors
 /// The ending is known, and none of `expected`.

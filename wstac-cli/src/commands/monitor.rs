@@ -46,8 +46,8 @@ pub(super) struct Arguments {
 
     /// Also report the state of the board about once per second
     ///
-    /// Standard error says how long the board runs, its frame rate, overruns, restarts, stack and temperature, as far as
-    /// the board knows them.
+    /// Standard error says how long the board runs, its frame rate, overruns, restarts, stack and temperature, as far
+    /// as the board knows them.
     #[arg(long)]
     status: bool,
 

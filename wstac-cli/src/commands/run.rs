@@ -25,18 +25,19 @@ use wstac_host::source::names::{SensorSpec, sensors};
 
 /// Print the tactile events of a source
 ///
-/// Frames become 25 taxel sums, ten features and events. An event has the kind of a touch, and speed and direction of what
-/// slides, as soon as they are certain: often half a second after the first light, at the latest after 70 frames. The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may
-/// touch the sensor during them. Ctrl-C ends a camera.
+/// Frames become 25 taxel sums, ten features and events. An event has the kind of a touch, and speed and direction of
+/// what slides, as soon as they are certain: often half a second after the first light, at the latest after 70 frames.
+/// The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may touch the sensor during them.
+/// Ctrl-C ends a camera.
 #[derive(Debug, clap::Args)]
 #[command(disable_help_flag = true, arg = help_flag(), after_help = help())]
 #[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
     /// Camera, recording, scene or board, or several as NAME=SOURCE
     ///
-    /// Sources are /dev/videoN, rpicam:, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on standard input),
-    /// FILE.mcap, a video such as FILE.mp4, a folder of pictures, and a board such as /dev/ttyACM0; see wstac help
-    /// sources.
+    /// Sources are /dev/videoN, rpicam:, scene:Saw3@150[,90deg][,60mm][,seed=N], scene:FILE.toml, FILE.y4m, - (Y4M on
+    /// standard input), FILE.mcap, a video such as FILE.mp4, a folder of pictures, and a board such as /dev/ttyACM0;
+    /// see wstac help sources.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -47,8 +48,9 @@ pub(super) struct Arguments {
     /// Name textures with this model; can be given several times
     ///
     /// It is builtin, the best of those that were trained on simulated slides, another name of wstac model list, a file
-    /// (see wstac model --help), or none. Give one for each of specimens, patterns and depths if they have models of their
-    /// own. By default, a scene has builtin if [speed] estimator is "wave", at about 30 processed frames per second.
+    /// (see wstac model --help), or none. Give one for each of specimens, patterns and depths if they have models of
+    /// their own. By default, a scene has builtin if [speed] estimator is "wave", at about 30 processed frames per
+    /// second.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
@@ -126,9 +128,9 @@ pub(super) struct Arguments {
 
     /// Take the baseline from the frames at this time, in seconds
     ///
-    /// It is for a file that is touched in its first 25 frames: the file is read twice, first to this time, where nothing may
-    /// touch the sensor for 25 frames. Touches that begin in the first 10 frames are not whole. Cameras, boards, pipes and
-    /// standard input can be read only once.
+    /// It is for a file that is touched in its first 25 frames: the file is read twice, first to this time, where
+    /// nothing may touch the sensor for 25 frames. Touches that begin in the first 10 frames are not whole. Cameras,
+    /// boards, pipes and standard input can be read only once.
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     baseline_at: Option<f64>,
 

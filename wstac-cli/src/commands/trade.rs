@@ -24,16 +24,16 @@ use wstac_tradeoff::{map, plot, table};
 
 /// Show what speed costs in accuracy, and choose a configuration
 ///
-/// Every camera format, pixel stride, logarithm, law and texture model is run on the same simulated slides, of sensors that
-/// no model was trained on. The results are listed with their costs on boards, counted in an emulator. With --budget
-/// nothing is run: the answer comes from the map that is built into wstac.
+/// Every camera format, pixel stride, logarithm, law and texture model is run on the same simulated slides, of sensors
+/// that no model was trained on. The results are listed with their costs on boards, counted in an emulator. With
+/// --budget nothing is run: the answer comes from the map that is built into wstac.
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP, arg_required_else_help = true)]
 pub(super) struct Arguments {
     /// Write the results to this folder
     ///
-    /// They are trade.csv, trade.md, trade.svg, map.csv and base.toml. With --budget it is the configuration. With --map
-    /// the name can also be FILE.svg, FILE.png or FILE.pdf, for the figure alone.
+    /// They are trade.csv, trade.md, trade.svg, map.csv and base.toml. With --budget it is the configuration. With
+    /// --map the name can also be FILE.svg, FILE.png or FILE.pdf, for the figure alone.
     #[arg(short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
@@ -53,8 +53,8 @@ pub(super) struct Arguments {
 
     /// Use only this texture model, or these
     ///
-    /// The option can be given several times. A model is a file, builtin or builtin:NAME. By default, all models that come with
-    /// wstac are used.
+    /// The option can be given several times. A model is a file, builtin or builtin:NAME. By default, all models that
+    /// come with wstac are used.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 

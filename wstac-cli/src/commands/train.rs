@@ -42,8 +42,8 @@ pub(super) struct Arguments {
 
     /// The property of a specimen that the model tells apart
     ///
-    /// The labels are those of the array y, or else of y_specimen, y_pattern or y_depth. Of recordings they are parts of
-    /// the label specimen. other takes any names: those of y, or else of y_specimen.
+    /// The labels are those of the array y, or else of y_specimen, y_pattern or y_depth. Of recordings they are parts
+    /// of the label specimen. other takes any names: those of y, or else of y_specimen.
     #[arg(long, value_enum, default_value = "specimen")]
     task: Classes,
 

@@ -147,8 +147,9 @@ impl Keyboard {
         Ok(pressed)
     }
 
-    /// Lets crossterm learn of keys again. It waits for news of the terminal, and forgets them if the size of the screen
-    /// has changed before the key: without this, a key would wait for the next one. Setting what is set is such news.
+    /// Lets crossterm learn of keys again. It waits for news of the terminal, and forgets them if the size of the
+    /// screen has changed before the key: without this, a key would wait for the next one. Setting what is set is such
+    /// news.
     fn remind(&self) -> io::Result<()> {
         tcsetattr(&self.0, OptionalActions::Now, &tcgetattr(&self.0)?)?;
         Ok(())

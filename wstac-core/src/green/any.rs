@@ -139,8 +139,8 @@ macro_rules! formats {
                 }
             }
 
-            // A build for tests compiles both here, where they are optimized: inlined, they are built again, and as slow as
-            // whatever calls them.
+            // A build for tests compiles both here, where they are optimized: inlined, they are built again, and as
+            // slow as whatever calls them.
             #[cfg_attr(not(debug_assertions), inline(always))]
             fn add_run(&self, sum: &mut [u32; 3], rows: &Rows<'_>, run: Run) {
                 match &self.0 {

@@ -184,8 +184,8 @@ pub trait GreenChannel: Copy {
         row_by_row(self, sum, rows, run, count);
     }
 
-    /// Adds each of the blocks of taxels side by side to its sum, if there is a kernel for all of them. Returns false if
-    /// there is none; then nothing was added.
+    /// Adds each of the blocks of taxels side by side to its sum, if there is a kernel for all of them. Returns false
+    /// if there is none; then nothing was added.
     #[inline(always)]
     fn add_blocks(&self, _sums: &mut [Self::Sum; COLUMNS], _blocks: Blocks<'_>) -> bool {
         false

@@ -7,7 +7,8 @@
 //! Loads take arrays that slices have checked. The only unsafe code is the calls into these functions, and two casts
 //! from arrays to vectors.
 //!
-//! The kernels are tested under an emulator, by `ci/crates aarch64`. Their speed has not yet been measured on real hardware.
+//! The kernels are tested under an emulator, by `ci/crates aarch64`. Their speed has not yet been measured on real
+//! hardware.
 #![allow(unsafe_code)]
 
 mod bytes;

@@ -105,8 +105,8 @@ impl<'a> Boosted<'a> {
         })
     }
 
-    /// Returns the class of a sample, either by the fast kernel or by plain code. Each class's score is passed to `give`;
-    /// scores of float32 are in units of 2^-16.
+    /// Returns the class of a sample, either by the fast kernel or by plain code. Each class's score is passed to
+    /// `give`; scores of float32 are in units of 2^-16.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool, const N: usize>(
         &self,

@@ -1,7 +1,8 @@
-//! The optional part of a model file that says how sure an answer is, and whether a sample is like those of the training.
+//! The optional part of a model file that says how sure an answer is, and whether a sample is like those of the
+//! training.
 //!
-//! It starts at the first even half behind the part of the model's kind. Where that part ends at an odd half, one half of
-//! 0 follows. The calibration holds:
+//! It starts at the first even half behind the part of the model's kind. Where that part ends at an odd half, one half
+//! of 0 follows. The calibration holds:
 //!
 //! | half | content |
 //! | --- | --- |
@@ -13,9 +14,9 @@
 //!
 //! Scores are a linear model's sums, the numbers of votes, or the sums of leaves; float32 is taken in units of 2^-16,
 //! rounded toward 0. If one number tells two classes apart, the score of the first class is 0, or the number that the
-//! second class must exceed. A class's weight is e^-x, where x in units of 2^-20 is the factor times the score's distance
-//! from the highest score: the distance is shifted right, limited to 32 bits, multiplied by the factor, shifted right
-//! again and limited to 32 bits. The confidence is the share of the answer in the sum of all weights.
+//! second class must exceed. A class's weight is e^-x, where x in units of 2^-20 is the factor times the score's
+//! distance from the highest score: the distance is shifted right, limited to 32 bits, multiplied by the factor,
+//! shifted right again and limited to 32 bits. The confidence is the share of the answer in the sum of all weights.
 //!
 //! The projection tells whether a sample is known. From half 4 on it holds:
 //!
@@ -30,7 +31,8 @@
 //!
 //! A row's sum is shifted right; ties round up. The differences from the mean of the answer's class, limited to ±8191,
 //! are squared and added up. A sample is known if the result is at most the largest squared distance: that of the
-//! answer's class if there are limits. So a sample that is near the mean of another class than the answer is unknown, too.
+//! answer's class if there are limits. So a sample that is near the mean of another class than the answer is unknown,
+//! too.
 
 use super::dot::Int16;
 use super::file::{Header, ModelError, half, long, part};

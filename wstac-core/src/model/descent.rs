@@ -1,8 +1,8 @@
 //! The fast walk from a tree's root to a leaf: that of [`super::walk`] without its checks.
 //!
-//! The gain, in instructions of a Cortex-M4 (`ci/boards m4 FILE SAMPLES`): 100 trees of 12,110 splits take 6,002 instead of
-//! 25,341. For 1000 boosted trees of 6,220 splits it depends on the leaves. With int16 they take 26,535 instead of
-//! 128,426; with float32, 30,988 instead of 136,429. Both ways are tested to give the same answers.
+//! The gain, in instructions of a Cortex-M4 (`ci/boards m4 FILE SAMPLES`): 100 trees of 12,110 splits take 6,002
+//! instead of 25,341. For 1000 boosted trees of 6,220 splits it depends on the leaves. With int16 they take 26,535
+//! instead of 128,426; with float32, 30,988 instead of 136,429. Both ways are tested to give the same answers.
 #![allow(unsafe_code)]
 
 #[cfg(not(thumb2))]

@@ -74,8 +74,8 @@ impl<'a> Forest<'a> {
         Ok(Self { words, labels: Labels::new(words, &header), header, calibration, unit, table, trees })
     }
 
-    /// Returns the class of a sample, either by the fast kernel or by plain code. With `all`, every tree votes, and each
-    /// class's votes are passed to `give`.
+    /// Returns the class of a sample, either by the fast kernel or by plain code. With `all`, every tree votes, and
+    /// each class's votes are passed to `give`.
     #[inline(always)]
     pub(super) fn decide<const FAST: bool, const N: usize>(
         &self,

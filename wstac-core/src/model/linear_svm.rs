@@ -9,11 +9,11 @@
 //! There is one row for each class, or a single one for two classes (one-vs-rest). Or there is one for each pair of
 //! classes, 0 and 1, 0 and 2 … 1 and 2 … (one-vs-one).
 //!
-//! Each row has a bias, an int64 (four halves). Weights follow, in blocks of up to [`BLOCK`] rows. For int16, a block has
-//! for every two inputs the two weights of each row. For int8, it has for every four inputs the four weights of each row.
-//! They are in the order first, third, second, fourth, because a Cortex-M4 widens every other byte. Inputs are those of
-//! the frames that the model needs; for int8, zeros follow up to a multiple of four. For int32, each row is two rows of
-//! int16: its sum is that of the first times 2^15, and that of the second.
+//! Each row has a bias, an int64 (four halves). Weights follow, in blocks of up to [`BLOCK`] rows. For int16, a block
+//! has for every two inputs the two weights of each row. For int8, it has for every four inputs the four weights of
+//! each row. They are in the order first, third, second, fourth, because a Cortex-M4 widens every other byte. Inputs
+//! are those of the frames that the model needs; for int8, zeros follow up to a multiple of four. For int32, each row
+//! is two rows of int16: its sum is that of the first times 2^15, and that of the second.
 //!
 //! In one-vs-rest, the class with the highest sum wins; if there are several, the lowest. Of two classes with one row,
 //! the second wins if the sum is above 0. In one-vs-one, each row is a vote: for its first class if the sum is above 0,

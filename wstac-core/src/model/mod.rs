@@ -3,8 +3,8 @@
 //!
 //! [`mod@file`] has the byte layout. A model is checked when it is created, on a board in a `const`
 //! ([`crate::include_model!`]). After that it answers without checks that could fail, panics or allocation. An
-//! application that names the one kind it uses ([`LinearSvm`], [`Forest`], [`Boosted`], [`Network`]) links only that kind. [`Model`]
-//! is any of them.
+//! application that names the one kind it uses ([`LinearSvm`], [`Forest`], [`Boosted`], [`Network`]) links only that
+//! kind. [`Model`] is any of them.
 
 pub mod boosted;
 mod bytes;
@@ -415,8 +415,9 @@ pub const fn words<const N: usize>(bytes: &[u8]) -> [u32; N] {
 /// Compiles a model file into the program. The compiler checks it, so that a bad file does not build.
 ///
 /// The kind is [`LinearSvm`](crate::model::linear_svm::LinearSvm), [`Forest`](crate::model::forest::Forest),
-/// [`Boosted`](crate::model::boosted::Boosted), [`Network`](crate::model::network::Network) or [`Model`](crate::model::Model), by its name in scope. Only the kind
-/// that it names is linked. The path is relative to the source file, as for `include_bytes!`.
+/// [`Boosted`](crate::model::boosted::Boosted), [`Network`](crate::model::network::Network) or
+/// [`Model`](crate::model::Model), by its name in scope. Only the kind that it names is linked. The path is relative to
+/// the source file, as for `include_bytes!`.
 ///
 /// ```
 /// use wstac_core::{include_model, model::forest::Forest};

@@ -1,4 +1,5 @@
-//! Small networks: one or two hidden layers of weighted sums, each followed by a rectifier (ReLU), and a layer of scores.
+//! Small networks: one or two hidden layers of weighted sums, each followed by a rectifier (ReLU), and a layer of
+//! scores.
 //!
 //! From half 16 on a file, whose layout is version 2, holds:
 //!
@@ -7,10 +8,10 @@
 //! - for each layer: the number of its sums (one half), a shift of 0 to 47 (one half), and rows of weights, as linear
 //!   models have them ([`super::linear_svm`])
 //!
-//! A hidden layer has 1 to [`MOST_WIDTH`] sums. Its values are the sums shifted right, at least 0 and at most 32767. They
-//! are the inputs of the next layer; zeros follow up to a multiple of ten. Weights are int8, int16 or int32, the same in
-//! all layers. The last layer has a sum for each class, or a single one for two classes, and a shift of 0. The class with the
-//! highest sum wins, as in a linear model with a row for each class.
+//! A hidden layer has 1 to [`MOST_WIDTH`] sums. Its values are the sums shifted right, at least 0 and at most 32767.
+//! They are the inputs of the next layer; zeros follow up to a multiple of ten. Weights are int8, int16 or int32, the
+//! same in all layers. The last layer has a sum for each class, or a single one for two classes, and a shift of 0. The
+//! class with the highest sum wins, as in a linear model with a row for each class.
 
 use super::calibration::Calibration;
 use super::file::{HEADER_HALVES, Header, MOST_CLASSES, ModelError, NETWORK, half, part};
@@ -65,8 +66,8 @@ impl<'a> Layer<'a> {
         Self { rows, shift, values: sums.next_multiple_of(FEATURES), end }
     }
 
-    /// Computes the values of a hidden layer, or scores; one of the two slices is empty. It is not inlined: all layers share one
-    /// copy of the kernels.
+    /// Computes the values of a hidden layer, or scores; one of the two slices is empty. It is not inlined: all layers
+    /// share one copy of the kernels.
     #[inline(never)]
     fn sums<const FAST: bool>(&self, inputs: &[i16], values: &mut [i16], scores: &mut [i64]) {
         self.rows.each_sum::<FAST>(inputs, |row, sum| {

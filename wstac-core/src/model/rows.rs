@@ -6,8 +6,8 @@
 //! four weights of each row. They are in the order first, third, second, fourth, because a Cortex-M4 widens every other
 //! byte. Inputs are those of the frames that the model needs; for int8, zeros follow up to a multiple of four.
 //!
-//! Weights of int32 are two rows of int16 for each of theirs, one behind the other: a sum is that of the first row times
-//! 2^15, and that of the second. So fast kernels of int16 serve them, and weights have 30 bits and a sign.
+//! Weights of int32 are two rows of int16 for each of theirs, one behind the other: a sum is that of the first row
+//! times 2^15, and that of the second. So fast kernels of int16 serve them, and weights have 30 bits and a sign.
 
 use super::dot::{self, Int8, Int16, Weights};
 use super::file::{ModelError, part};
@@ -113,8 +113,8 @@ impl<'a> Rows<'a> {
     }
 }
 
-/// Finds the class with the highest sum; if there are several, the lowest. Of two classes with one sum, the second wins if
-/// it is above 0.
+/// Finds the class with the highest sum; if there are several, the lowest. Of two classes with one sum, the second wins
+/// if it is above 0.
 pub(super) struct Highest {
     /// Whether one sum decides: the second class's score over the first one's.
     one: bool,
@@ -128,7 +128,8 @@ impl Highest {
         Self { one: sums == 1 && classes == 2, best: 0, sum: i64::MIN }
     }
 
-    /// Takes the next sum, and passes its class's score to `give`; if it is the only one, that of the first class before.
+    /// Takes the next sum, and passes its class's score to `give`; if it is the only one, that of the first class
+    /// before.
     #[inline(always)]
     pub(super) fn push(&mut self, row: usize, sum: i64, mut give: impl FnMut(u8, i64)) {
         if self.one {

@@ -1,8 +1,8 @@
 //! The speeds of the slides that a model was trained on.
 //!
-//! A model is asked about any slide. Far from the speeds of its training its answers are wrong more often than they seem:
-//! where frames lie farther apart, one texture looks like another one. So a file may say these speeds, and then no slide
-//! at another speed is known.
+//! A model is asked about any slide. Far from the speeds of its training its answers are wrong more often than they
+//! seem: where frames lie farther apart, one texture looks like another one. So a file may say these speeds, and then
+//! no slide at another speed is known.
 
 use core::fmt;
 

@@ -204,7 +204,8 @@ fn with_halves(mut words: Vec<u32>, halves: &[(usize, u16)]) -> Vec<u32> {
     sealed(words)
 }
 
-/// Returns a network of int16 weights over two inputs: max(0, x0 + x1) / 2 and max(0, −x0 − x1) / 2, and scores of both.
+/// Returns a network of int16 weights over two inputs: max(0, x0 + x1) / 2 and max(0, −x0 − x1) / 2, and scores of
+/// both.
 fn network() -> Vec<u32> {
     let mut part = vec![2, 0, 2, 1, 0, 0, 0, 0, 0, 0, 0, 0];
     part.extend([1, 1, 0xFFFF, 0xFFFF]);

@@ -2,8 +2,8 @@
 //!
 //! The baseline stays fixed, or it tracks slow drift while nothing touches the sensor.
 //!
-//! A type parameter of [`Trigger`](crate::paper::trigger::Trigger) chooses the policy. A policy that is not chosen takes
-//! neither code nor memory. A host that chooses at run time uses `Option<TrackingBaseline>`.
+//! A type parameter of [`Trigger`](crate::paper::trigger::Trigger) chooses the policy. A policy that is not chosen
+//! takes neither code nor memory. A host that chooses at run time uses `Option<TrackingBaseline>`.
 
 use crate::error::ConfigError;
 use crate::paper::baseline::Baseline;

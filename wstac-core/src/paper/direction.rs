@@ -92,7 +92,8 @@ struct Slope {
     all_lit: bool,
 }
 
-/// Returns the sliding direction of an event, one of four, from least-squares slopes of the rows' and the columns' light centroids.
+/// Returns the sliding direction of an event, one of four, from least-squares slopes of the rows' and the columns'
+/// light centroids.
 ///
 /// The error comes from these sources:
 ///

@@ -14,7 +14,8 @@ use crate::params::{
 use crate::rate::FrameRate;
 use crate::reason::Reason;
 
-/// The published law from a duration D, in frames at 30 per second, to a speed v in mm/s: D = intercept − slope · log10 v.
+/// The published law from a duration D, in frames at 30 per second, to a speed v in mm/s: D = intercept − slope · log10
+/// v.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -95,8 +95,8 @@ impl<'a> Event<'a> {
         !self.is_event() && self.end_frame.is_none()
     }
 
-    /// Returns the duration from the first lit frame of the sample to the last, 0..=69 frames; `None` unless the trigger
-    /// gives one event per touch, and while the touch is under way.
+    /// Returns the duration from the first lit frame of the sample to the last, 0..=69 frames; `None` unless the
+    /// trigger gives one event per touch, and while the touch is under way.
     pub fn lit_frames(&self) -> Option<u8> {
         if self.is_under_way() {
             return None;
@@ -157,7 +157,8 @@ enum Phase {
     Baseline,
     /// In a window of which `seen` frames have arrived.
     Watch { seen: u8 },
-    /// Capturing the sample that starts at frame `first`; `left` frames of it are to come. Its touch may be answered already.
+    /// Capturing the sample that starts at frame `first`; `left` frames of it are to come. Its touch may be answered
+    /// already.
     Capture { first: u64, left: u8, is_answered: bool },
     /// Between a sample's end and the next window's start, `left` frames away.
     Rest { left: u8 },
@@ -382,7 +383,8 @@ impl<B: BaselinePolicy> Trigger<B> {
         self.reset(self.state.config, self.following.anew())
     }
 
-    /// Gathers a new baseline with other parameters and another policy. Returns the sample that was being captured and ends here.
+    /// Gathers a new baseline with other parameters and another policy. Returns the sample that was being captured and
+    /// ends here.
     pub(crate) fn reset(&mut self, config: TriggerConfig, following: B) -> Option<InterruptedSample> {
         self.following = following;
         self.state.reset(config)
@@ -502,8 +504,8 @@ impl<B: BaselinePolicy> Trigger<B> {
 }
 
 impl TriggerState {
-    /// Resets the state, except that frame numbers go on. It works field by field, since a whole new state would lie on the
-    /// stack first.
+    /// Resets the state, except that frame numbers go on. It works field by field, since a whole new state would lie on
+    /// the stack first.
     fn reset(&mut self, config: TriggerConfig) -> Option<InterruptedSample> {
         let StreamEnd { frames, incomplete, .. } = self.end();
         let Self {

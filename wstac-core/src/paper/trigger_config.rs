@@ -109,9 +109,9 @@ impl TriggerConfig {
 
     /// Returns the parameters of a trigger that gives one event per touch, however long the touch is.
     ///
-    /// Without this call, as published, a touch that is longer than a sample is another event after each 70 frames. With
-    /// it, no event starts until the light has left for [`DARK_FRAMES`](crate::params::DARK_FRAMES) frames, and events
-    /// know where the touch begins and ends.
+    /// Without this call, as published, a touch that is longer than a sample is another event after each 70 frames.
+    /// With it, no event starts until the light has left for [`DARK_FRAMES`](crate::params::DARK_FRAMES) frames, and
+    /// events know where the touch begins and ends.
     #[must_use]
     pub const fn one_event_per_touch(self) -> Self {
         Self { per_touch: true, ..self }

@@ -50,16 +50,16 @@ const OF_END_MM: f32 = 40.0;
 #[derive(Clone, Copy, Debug)]
 pub struct AtOnce {
     seconds_per_frame: f32,
-    /// The first frame of the sample that was tried last, and how many of its frames had arrived. Boards have little memory, so
-    /// numbers of frames are their low bits.
+    /// The first frame of the sample that was tried last, and how many of its frames had arrived. Boards have little
+    /// memory, so numbers of frames are their low bits.
     frame: u32,
     frames: u8,
     /// Whether the touch had ended at that try.
     is_over: bool,
     /// The last reliable velocity of these tries.
     found: Option<Velocity>,
-    /// The slide of the sample that was tried last, if it was answered, and that of the sample before, unless the light of
-    /// its other end has come.
+    /// The slide of the sample that was tried last, if it was answered, and that of the sample before, unless the light
+    /// of its other end has come.
     newest: Option<Answered>,
     slide: Option<Answered>,
     /// The first frames of the sample that shows this other end, or more light of a slow touch, and of the answered
@@ -98,10 +98,10 @@ impl AtOnce {
     /// agree; about one that has ended, if the answer is reliable; about an event in any case.
     ///
     /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
-    /// the same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that follows
-    /// an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer that
-    /// the program does not take ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the
-    /// next try.
+    /// the same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that
+    /// follows an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one.
+    /// An answer that the program does not take ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch))
+    /// comes again with the next try.
     ///
     /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
     ///
@@ -114,8 +114,8 @@ impl AtOnce {
         self.takes(touch, law, &answer).then_some(answer)
     }
 
-    /// Returns whether the law is to be asked about a touch. With [`AtOnce::takes`] it is [`AtOnce::answer`] for a board with
-    /// little stack, which has one answer then, and no copies.
+    /// Returns whether the law is to be asked about a touch. With [`AtOnce::takes`] it is [`AtOnce::answer`] for a
+    /// board with little stack, which has one answer then, and no copies.
     pub fn is_time<L: EventLaw>(&self, touch: &Event<'_>, law: &L) -> bool {
         if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
             return touch.is_event();

@@ -1,14 +1,14 @@
 //! Cross-talk between taxels, taken out by the inverse of a measured matrix (SPEC §9).
 //!
-//! A taxel also sees some light of its neighbors' whiskers. If a matrix says how much, its inverse gives each whisker's own
-//! light. A host inverts the matrix; a board has the inverse as a constant.
+//! A taxel also sees some light of its neighbors' whiskers. If a matrix says how much, its inverse gives each whisker's
+//! own light. A host inverts the matrix; a board has the inverse as a constant.
 
 use crate::params::TAXELS;
 
 /// Bits behind the point of a weight: 1 is 8192.
 pub const WEIGHT_BITS: u32 = 13;
-/// Largest sum of the absolute weights of a taxel, in units of 2^-13: just below 4. With it, 25 products of 16 bits and the
-/// rounding fit 32 bits.
+/// Largest sum of the absolute weights of a taxel, in units of 2^-13: just below 4. With it, 25 products of 16 bits and
+/// the rounding fit 32 bits.
 pub const MOST_WEIGHTS: u32 = 32_767;
 
 /// The inverse of a cross-talk matrix, in fixed point: what each taxel's own whisker gives, of what all taxels see.
@@ -20,8 +20,8 @@ pub struct Correction {
 impl Correction {
     /// Creates a correction of weights in units of 2^-13, a row for each corrected taxel.
     ///
-    /// Returns `None` if the absolute weights of a row add up to more than [`MOST_WEIGHTS`]: such an inverse would multiply
-    /// noise by up to 4.
+    /// Returns `None` if the absolute weights of a row add up to more than [`MOST_WEIGHTS`]: such an inverse would
+    /// multiply noise by up to 4.
     pub const fn new(weights: [[i16; TAXELS]; TAXELS]) -> Option<Self> {
         let mut rows: &[[i16; TAXELS]] = &weights;
         while let [row, rest @ ..] = rows {
@@ -57,8 +57,8 @@ impl Correction {
     }
 }
 
-/// Holds the correction of a [`Corrected`](super::taxel_ring::Corrected) store: at run time in an `Option`, or as a board's
-/// constant in a type of its own.
+/// Holds the correction of a [`Corrected`](super::taxel_ring::Corrected) store: at run time in an `Option`, or as a
+/// board's constant in a type of its own.
 ///
 /// ```
 /// use wstac_core::touch::crosstalk::{Correction, CorrectionSource};

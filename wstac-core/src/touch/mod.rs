@@ -1,5 +1,5 @@
-//! The touch itself: its onset and its end, its kind, its motion by arrival times, its texture along the path, and the slip
-//! of what is held, from ten sums or from 25 taxels in a ring.
+//! The touch itself: its onset and its end, its kind, its motion by arrival times, its texture along the path, and the
+//! slip of what is held, from ten sums or from 25 taxels in a ring.
 
 pub mod at_once;
 pub mod crosstalk;

@@ -243,8 +243,8 @@ impl SlipDetector {
         None
     }
 
-    /// Returns the number of the first frame with light of the press, or of the frame in which the rest behind a slip was
-    /// known, while something is held.
+    /// Returns the number of the first frame with light of the press, or of the frame in which the rest behind a slip
+    /// was known, while something is held.
     pub const fn held_since_frame(&self) -> Option<u64> {
         match self.state {
             State::Held | State::Rise | State::Slip => Some(self.held_since),
@@ -373,8 +373,8 @@ impl SlipDetector {
         2 * lit.filter(|&(&light, _)| light > 0 && 100 * i64::from(light) * i64::from(light) > limit).count() >= all
     }
 
-    /// Returns whether the light came from one side: its mean time rises along the sensor by more than that of a slide at
-    /// 400 mm/s.
+    /// Returns whether the light came from one side: its mean time rises along the sensor by more than that of a slide
+    /// at 400 mm/s.
     fn is_from_side(&self) -> bool {
         let most = self.light.iter().copied().max().unwrap_or(0);
         let (mut lit, mut times, mut sums) = (0, 0, [[0_i64; 3]; 2]);

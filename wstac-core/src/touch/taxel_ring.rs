@@ -135,7 +135,8 @@ pub struct TaxelRing {
     oldest: u8,
     /// Bits of a sum that a frame has no room for.
     shift: u8,
-    /// A bit a frame, that of the newest the lowest: whether it was lost, in whole or in part, or came before the ring began.
+    /// A bit a frame, that of the newest the lowest: whether it was lost, in whole or in part, or came before the ring
+    /// began.
     lost: u128,
 }
 
@@ -207,8 +208,8 @@ impl TaxelRing {
         (first..SAMPLE_FRAMES).map(frame).skip_while(Option::is_none)
     }
 
-    /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest at
-    /// least.
+    /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest
+    /// at least.
     pub(crate) fn are_all_lit(&self) -> bool {
         let peaks: [u32; TAXELS] = core::array::from_fn(|taxel| {
             let light = || self.frames().flatten().filter_map(|frame| frame.get(taxel)).map(|&light| u32::from(light));
@@ -224,7 +225,8 @@ impl TaxelRing {
         self.lost >> ((SAMPLE_FRAMES - 1).saturating_sub(number) & 127) & 1 == 1
     }
 
-    /// Returns whether each of the last frames was lost, in whole or in part: a bit each, that of the newest the lowest.
+    /// Returns whether each of the last frames was lost, in whole or in part: a bit each, that of the newest the
+    /// lowest.
     pub(crate) const fn lost_lately(&self) -> u8 {
         self.lost as u8
     }

@@ -305,7 +305,8 @@ pub struct Answers<'a> {
     /// The number of the first frame of the sample.
     #[serde(serialize_with = "super::numbers::long")]
     pub frame: u64,
-    /// The first lit frame of the touch, counted from `frame`; `None` by a law of durations. It may lie before the sample.
+    /// The first lit frame of the touch, counted from `frame`; `None` by a law of durations. It may lie before the
+    /// sample.
     pub touch: Option<i16>,
     /// The first dark frame behind the touch, counted from `frame`; `None` if the light has not left, or by a law of
     /// durations.
@@ -330,15 +331,15 @@ pub struct Answers<'a> {
     pub number: u16,
     /// How far the oldest event that the board keeps is behind this one. Older ones than that are not sent again.
     pub kept: u8,
-    /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, by a law of durations, and from
-    /// a board before version 0.4.
+    /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, by a law of durations, and
+    /// from a board before version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub doubt: Option<Reason>,
     /// What speed and direction are known by; `None` unless 25 taxels tell them, and from a board before version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
-    /// version 0.4.
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board
+    /// before version 0.4.
     #[serde(deserialize_with = "super::numbers::newest")]
     pub extent: Option<Extent>,
     /// The number of frames of the sample that had arrived, 1 to 69, if the touch was answered before the others
@@ -407,8 +408,8 @@ impl<'a> Answers<'a> {
         has_texture(self.contact)
     }
 
-    /// Returns the answers with the texture that a model names, which was trained at these speeds: of a slide at another
-    /// speed it knows no texture.
+    /// Returns the answers with the texture that a model names, which was trained at these speeds: of a slide at
+    /// another speed it knows no texture.
     #[must_use]
     pub fn with_texture_at(self, texture: impl Into<TextureAnswer<'a>>, trained: Option<KnownSpeeds>) -> Self {
         let mut texture = texture.into();
@@ -594,8 +595,8 @@ pub enum Request {
         /// The host's time.
         host_us: u64,
     },
-    // Each has its number also where a feature is missing, since the last request has one for all. Missing ones come at the
-    // end in the same order, because every feature includes the one before: settings, learn, models.
+    // Each has its number also where a feature is missing, since the last request has one for all. Missing ones come at
+    // the end in the same order, because every feature includes the one before: settings, learn, models.
     /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
     #[cfg(feature = "settings")]
     Settings,
@@ -608,9 +609,9 @@ pub enum Request {
     /// Asks for the textures that the board has learned. A board that does not learn does not answer.
     #[cfg(feature = "learn")]
     Textures,
-    /// Asks the board to learn a texture of this name from the next slides. If it learns one of this name already, it goes
-    /// on. The answer is a [`Message::Learning`]. The host asks for [`Request::Textures`] about once per second, so that
-    /// the board knows that somebody watches.
+    /// Asks the board to learn a texture of this name from the next slides. If it learns one of this name already, it
+    /// goes on. The answer is a [`Message::Learning`]. The host asks for [`Request::Textures`] about once per second,
+    /// so that the board knows that somebody watches.
     #[cfg(feature = "learn")]
     Learn(TextureName),
     /// Asks the board to stop learning. What it has learned before stays.
@@ -622,7 +623,8 @@ pub enum Request {
     /// Asks for the model that the board uses, and for those that it takes. A board that takes none does not answer.
     #[cfg(feature = "models")]
     Model,
-    /// Says that a model will be sent in pieces. If pieces of the same model have arrived since the start, they are kept.
+    /// Says that a model will be sent in pieces. If pieces of the same model have arrived since the start, they are
+    /// kept.
     #[cfg(feature = "models")]
     SendModel(ModelId),
     /// Sends a piece of the model. The answer says where the next piece has to begin, so that a piece that is lost or

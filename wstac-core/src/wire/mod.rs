@@ -41,9 +41,10 @@
 //!
 //! ## Impossible numbers
 //! A whole frame may still have numbers that nothing can have, from a board that is wrong. A receiver refuses such a
-//! message ([`DecodeError::Impossible`]): a speed that is not above 0 or not finite, an angle outside 0 ≤ degrees < 360,
-//! a standard deviation below 0, a confidence above 1, more frames than a sample has, a feature above ln 5, a speed of a
-//! touch that does not slide, a slip before its onset, more slides than are needed, and a frame number or count above 2^53.
+//! message ([`DecodeError::Impossible`]): a speed that is not above 0 or not finite, an angle outside 0 ≤ degrees <
+//! 360, a standard deviation below 0, a confidence above 1, more frames than a sample has, a feature above ln 5, a
+//! speed of a touch that does not slide, a slip before its onset, more slides than are needed, and a frame number or
+//! count above 2^53.
 //!
 //! ## Versions
 //! New messages, and new fields at a message's end, leave [`VERSION`] as it is. A receiver skips messages that it does
@@ -57,17 +58,17 @@
 //! Version 3 added to [`TextureAnswer`] a confidence, and whether the texture is known.
 //!
 //! Version 4 added to [`Answers`] the event's number and what the board still keeps, and to [`Hello`] the revision and
-//! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and [`Request::Acknowledge`],
-//! [`Request::Picture`] asks for a picture, [`Request::Time`] for the board's clock, `Request::Set` sets the board's settings, and the register of
-//! [`Fault::SensorRefuses`] has 16 bits.
+//! the chip's number. Since then there are [`Message::Telemetry`], [`Request::KeepEvents`] and
+//! [`Request::Acknowledge`], [`Request::Picture`] asks for a picture, [`Request::Time`] for the board's clock,
+//! `Request::Set` sets the board's settings, and the register of [`Fault::SensorRefuses`] has 16 bits.
 //!
 //! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns,
 //! and `Request::Model` and those behind it about models that are sent to a board; [`BoardModel`] ends with the
 //! newest layout of model files that the board reads. [`Answers`] ends with the reason why
-//! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that a held
-//! part begins to slip. [`Fault::SensorDiffers`] says what a camera sends instead of what it is set to; before, that
-//! was a [`Fault::SensorRefuses`], which ends with the values since then. [`Fault::SensorGone`] ends with the lines of
-//! the bus. [`Request::Bootloader`] starts a board's boot loader, and [`Message::Bootloader`] says which.
+//! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that
+//! a held part begins to slip. [`Fault::SensorDiffers`] says what a camera sends instead of what it is set to; before,
+//! that was a [`Fault::SensorRefuses`], which ends with the values since then. [`Fault::SensorGone`] ends with the
+//! lines of the bus. [`Request::Bootloader`] starts a board's boot loader, and [`Message::Bootloader`] says which.
 
 mod decoder;
 mod frame;

@@ -1,5 +1,5 @@
-//! Features as byte strings, two bytes per number, the lower first; frame numbers, written in one place; and fields that
-//! an older board does not send.
+//! Features as byte strings, two bytes per number, the lower first; frame numbers, written in one place; and fields
+//! that an older board does not send.
 
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -37,8 +37,8 @@ pub(super) fn variant<S: Serializer>(part: &FramePart, serializer: S) -> Result<
     serializer.serialize_u8(*part as u8)
 }
 
-/// Deserializes a field at the end of a message: `None` if the message ends before it, or if it is one that this version
-/// does not know.
+/// Deserializes a field at the end of a message: `None` if the message ends before it, or if it is one that this
+/// version does not know.
 #[expect(clippy::unnecessary_wraps, reason = "serde takes a function that may fail")]
 pub(super) fn newest<'de, D, T>(deserializer: D) -> Result<Option<T>, D::Error>
 where

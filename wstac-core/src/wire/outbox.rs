@@ -15,8 +15,8 @@ pub const TRIES: u8 = 16;
 /// that from [`Answers::number`] and [`Answers::kept`] of later events, and from
 /// [`Telemetry::events`](super::Telemetry::events).
 ///
-/// Times are in milliseconds, and may wrap. Samples are 2.3 seconds long at 30 frames per second, so two places are enough
-/// for their events.
+/// Times are in milliseconds, and may wrap. Samples are 2.3 seconds long at 30 frames per second, so two places are
+/// enough for their events.
 ///
 /// ```
 /// use wstac_core::wire::{Answers, Outbox, Request, RESEND_MS};
@@ -99,7 +99,8 @@ impl<'a, const N: usize> Outbox<'a, N> {
 
     /// Returns the oldest event that has to be sent again now; `None` if there is none.
     ///
-    /// If an event is given up because no host has acknowledged it, later events are sent once, until a host asks again.
+    /// If an event is given up because no host has acknowledged it, later events are sent once, until a host asks
+    /// again.
     // Inlined, or with the copy in `resent`, it takes `memmove`, which is 1.5 kB of a board's flash and else not there.
     #[inline(never)]
     pub fn due(&mut self, now: u32) -> Option<Answers<'a>> {

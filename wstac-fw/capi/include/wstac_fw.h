@@ -315,8 +315,8 @@ typedef struct WstacFwSpeed {
   float at_most_mm_s;
   /// The duration in frames from the first lit frame to the last: 0 to 69; -1 if no frame is lit.
   int16_t duration_frames;
-  /// Whether the speed is outside the range that the law was fitted on. wstac_fw_link_event refuses any other byte than
-  /// 0 and 1.
+  /// Whether the speed is outside the range that the law was fitted on. wstac_fw_link_event refuses any other byte
+  /// than 0 and 1.
   WstacFwBool extrapolated;
 } WstacFwSpeed;
 
@@ -484,8 +484,8 @@ typedef struct WstacFwOptions {
   /// Whether `readout_ms` is known. Otherwise standard deviations cover a rolling shutter, and fast slides are not
   /// reliable.
   WstacFwBool readout_known;
-  /// The time in ms from the first to the last row of the picture: 0 for a global shutter, below 0 if the last row comes
-  /// first. Beyond 1000 it counts as unknown.
+  /// The time in ms from the first to the last row of the picture: 0 for a global shutter, below 0 if the last row
+  /// comes first. Beyond 1000 it counts as unknown.
   float readout_ms;
 } WstacFwOptions;
 
@@ -626,13 +626,12 @@ WstacFwStatus wstac_fw_motion(const struct WstacFwPipeline *pipeline, struct Wst
 /// `pipeline` is null or a pipeline's memory; `motion` is null or memory for one.
 WstacFwStatus wstac_fw_motion_by_edges(const struct WstacFwPipeline *pipeline, struct WstacFwMotion *motion);
 
-/// Writes the event's sliding speed by a law of durations: the published one, or that of wstac_fw_set_speed_law. It holds
-/// for specimens of one length only.
+/// Writes the event's sliding speed by a law of durations: the published one, or that of wstac_fw_set_speed_law. It
+/// holds for specimens of one length only.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `speed` is null or memory for one.
-WstacFwStatus wstac_fw_speed(const struct WstacFwPipeline *pipeline,
-                             struct WstacFwSpeed *speed);
+WstacFwStatus wstac_fw_speed(const struct WstacFwPipeline *pipeline, struct WstacFwSpeed *speed);
 
 /// Writes the event's sliding direction by centroids, as published: one of four.
 ///
@@ -687,8 +686,8 @@ WstacFwStatus wstac_fw_link_hello(struct WstacFwLink *link,
 ///
 /// # Safety
 /// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `answers` is null or answers whose
-/// pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is
-/// null or memory for a number.
+/// pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length`
+/// is null or memory for a number.
 WstacFwStatus wstac_fw_link_event(struct WstacFwLink *link,
                                   const struct WstacFwPipeline *pipeline,
                                   const struct WstacFwAnswers *answers,
@@ -738,8 +737,8 @@ WstacFwStatus wstac_fw_link_sample(struct WstacFwLink *link,
 /// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if the last call completed none.
 ///
 /// # Safety
-/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
 WstacFwStatus wstac_fw_link_features(struct WstacFwLink *link,
                                      const struct WstacFwPipeline *pipeline,
                                      uint8_t *bytes,
@@ -769,19 +768,16 @@ WstacFwStatus wstac_fw_link_interrupted(struct WstacFwLink *link,
 /// Writes the bytes of the message that camera frames were lost. Call it with every wstac_fw_push_lost.
 ///
 /// # Safety
-/// `link` is null or a link's memory, and no other code uses it meanwhile. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
-WstacFwStatus wstac_fw_link_lost(struct WstacFwLink *link,
-                                 uint64_t frames,
-                                 uint8_t *bytes,
-                                 size_t *length);
+/// `link` is null or a link's memory, and no other code uses it meanwhile. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
+WstacFwStatus wstac_fw_link_lost(struct WstacFwLink *link, uint64_t frames, uint8_t *bytes, size_t *length);
 
 /// Writes the bytes of the message of the stream's state. Send it about once per second, with and without frames: a
 /// silent board is a lost board.
 ///
 /// # Safety
-/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
 WstacFwStatus wstac_fw_link_status(struct WstacFwLink *link,
                                    const struct WstacFwPipeline *pipeline,
                                    uint8_t *bytes,
@@ -790,8 +786,8 @@ WstacFwStatus wstac_fw_link_status(struct WstacFwLink *link,
 /// Writes the bytes of the message that the stream has ended, after wstac_fw_finish. It is the last one.
 ///
 /// # Safety
-/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
 WstacFwStatus wstac_fw_link_end(struct WstacFwLink *link,
                                 const struct WstacFwPipeline *pipeline,
                                 uint8_t *bytes,
@@ -822,8 +818,8 @@ WstacFwStatus wstac_fw_model_init(struct WstacFwModel *model, size_t size, const
 /// another speed. Null is for a speed that is not known.
 ///
 /// # Safety
-/// `model` is null or a model's memory, `sample` is null or 700 numbers, `motion` is null or a motion, and `to` is null or
-/// memory for a texture.
+/// `model` is null or a model's memory, `sample` is null or 700 numbers, `motion` is null or a motion, and `to` is null
+/// or memory for a texture.
 WstacFwStatus wstac_fw_classify(const struct WstacFwModel *model,
                                 const int16_t *sample,
                                 const struct WstacFwMotion *motion,

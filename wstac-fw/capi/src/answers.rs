@@ -1,5 +1,5 @@
-//! The answers of a pipeline: features, the event, and its motion, or its speed and direction as published. Each has its
-//! own function, and a program links only those that it calls. So the function that a program calls is the law.
+//! The answers of a pipeline: features, the event, and its motion, or its speed and direction as published. Each has
+//! its own function, and a program links only those that it calls. So the function that a program calls is the law.
 
 use wstac_core::paper::direction::direction;
 use wstac_core::paper::speed;
@@ -172,8 +172,8 @@ pub struct WstacFwSpeed {
     pub at_most_mm_s: f32,
     /// The duration in frames from the first lit frame to the last: 0 to 69; -1 if no frame is lit.
     pub duration_frames: i16,
-    /// Whether the speed is outside the range that the law was fitted on. wstac_fw_link_event refuses any other byte than
-    /// 0 and 1.
+    /// Whether the speed is outside the range that the law was fitted on. wstac_fw_link_event refuses any other byte
+    /// than 0 and 1.
     pub extrapolated: WstacFwBool,
 }
 
@@ -356,8 +356,8 @@ pub unsafe extern "C" fn wstac_fw_motion_by_edges(
     unsafe { answer(pipeline, motion, of) }
 }
 
-/// Writes the event's sliding speed by a law of durations: the published one, or that of wstac_fw_set_speed_law. It holds
-/// for specimens of one length only.
+/// Writes the event's sliding speed by a law of durations: the published one, or that of wstac_fw_set_speed_law. It
+/// holds for specimens of one length only.
 ///
 /// # Safety
 /// `pipeline` is null or a pipeline's memory; `speed` is null or memory for one.

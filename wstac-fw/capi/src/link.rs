@@ -1,4 +1,5 @@
-//! Messages to a host, as `wstac monitor` reads them: each call writes the bytes of one message, and the program sends them.
+//! Messages to a host, as `wstac monitor` reads them: each call writes the bytes of one message, and the program sends
+//! them.
 
 use core::ffi::{CStr, c_char};
 
@@ -399,8 +400,8 @@ fn in_wire(texture: &WstacFwTexture) -> Result<TextureAnswer<'_>, WstacFwStatus>
 ///
 /// # Safety
 /// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory, and `answers` is null or answers whose
-/// pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length` is
-/// null or memory for a number.
+/// pointers are null or what their comments say. `bytes` is null or memory for WSTAC_FW_LINK_BYTES bytes, and `length`
+/// is null or memory for a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_link_event(
     link: *mut WstacFwLink,
@@ -545,8 +546,8 @@ pub unsafe extern "C" fn wstac_fw_link_sample(
 /// Returns WSTAC_FW_STATUS_NONE, and writes nothing, if the last call completed none.
 ///
 /// # Safety
-/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_link_features(
     link: *mut WstacFwLink,
@@ -609,8 +610,8 @@ pub unsafe extern "C" fn wstac_fw_link_interrupted(
 /// Writes the bytes of the message that camera frames were lost. Call it with every wstac_fw_push_lost.
 ///
 /// # Safety
-/// `link` is null or a link's memory, and no other code uses it meanwhile. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
+/// `link` is null or a link's memory, and no other code uses it meanwhile. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_link_lost(
     link: *mut WstacFwLink,
@@ -649,8 +650,8 @@ unsafe fn send_state(
 /// silent board is a lost board.
 ///
 /// # Safety
-/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_link_status(
     link: *mut WstacFwLink,
@@ -665,8 +666,8 @@ pub unsafe extern "C" fn wstac_fw_link_status(
 /// Writes the bytes of the message that the stream has ended, after wstac_fw_finish. It is the last one.
 ///
 /// # Safety
-/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for WSTAC_FW_LINK_BYTES
-/// bytes, and `length` is null or memory for a number.
+/// `link` is null or a link's memory, `pipeline` is null or a pipeline's memory. `bytes` is null or memory for
+/// WSTAC_FW_LINK_BYTES bytes, and `length` is null or memory for a number.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_link_end(
     link: *mut WstacFwLink,

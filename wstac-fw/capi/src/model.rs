@@ -98,8 +98,8 @@ pub unsafe extern "C" fn wstac_fw_model_init(
 /// another speed. Null is for a speed that is not known.
 ///
 /// # Safety
-/// `model` is null or a model's memory, `sample` is null or 700 numbers, `motion` is null or a motion, and `to` is null or
-/// memory for a texture.
+/// `model` is null or a model's memory, `sample` is null or 700 numbers, `motion` is null or a motion, and `to` is null
+/// or memory for a texture.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_fw_classify(
     model: *const WstacFwModel,

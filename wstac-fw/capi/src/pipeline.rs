@@ -215,8 +215,8 @@ pub struct WstacFwOptions {
     /// Whether `readout_ms` is known. Otherwise standard deviations cover a rolling shutter, and fast slides are not
     /// reliable.
     pub readout_known: WstacFwBool,
-    /// The time in ms from the first to the last row of the picture: 0 for a global shutter, below 0 if the last row comes
-    /// first. Beyond 1000 it counts as unknown.
+    /// The time in ms from the first to the last row of the picture: 0 for a global shutter, below 0 if the last row
+    /// comes first. Beyond 1000 it counts as unknown.
     pub readout_ms: f32,
 }
 

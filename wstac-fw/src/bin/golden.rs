@@ -1,9 +1,9 @@
 //! Runs the golden vectors on a board that QEMU emulates (tests/firmware/golden.py).
 //!
 //! The file `cases` has cases of any pixel format, whose answers are by the published algorithm; results go to the file
-//! `results`. The file `touches` has samples whose answers are by arrival times; they go to the file `motions`. The file
-//! `waves` has sums of touches that live motion by 25 taxels follows; its velocities go to the file `velocities`. Random sums
-//! of GREY come first, because their kernels are this board's own.
+//! `results`. The file `touches` has samples whose answers are by arrival times; they go to the file `motions`. The
+//! file `waves` has sums of touches that live motion by 25 taxels follows; its velocities go to the file `velocities`.
+//! Random sums of GREY come first, because their kernels are this board's own.
 #![no_std]
 #![no_main]
 
@@ -171,7 +171,8 @@ fn halves<const N: usize>(numbers: [f32; N]) -> [[i16; 2]; N] {
     numbers.map(f32::to_bits).map(|bits| [bits as i16, (bits >> 16) as i16])
 }
 
-/// Writes the velocities of live motion by 25 taxels: the frame, whether an edge tells it, and its bits; −1 behind each touch.
+/// Writes the velocities of live motion by 25 taxels: the frame, whether an edge tells it, and its bits; −1 behind each
+/// touch.
 #[inline(never)]
 fn velocities() -> Result<(), Error> {
     let (touches, velocities) = (File::open(b"waves\0"), File::create(b"velocities\0"));

@@ -1,5 +1,5 @@
-//! The firmware of a Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the debugger's serial
-//! line. The wiring is in `README.md`.
+//! The firmware of a Nucleo-H743ZI2 with a parallel camera: frames in stripes by DMA, events out of the debugger's
+//! serial line. The wiring is in `README.md`.
 #![no_std]
 #![no_main]
 #![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]

@@ -1,11 +1,11 @@
-//! Two sectors of the STM32H743's flash, at 1.5 MiB: no program of this size reaches them, and no bootloader uses them. The
-//! sectors behind them are others': OpenMV keeps files at the end of its camera's flash.
+//! Two sectors of the STM32H743's flash, at 1.5 MiB: no program of this size reaches them, and no bootloader uses them.
+//! The sectors behind them are others': OpenMV keeps files at the end of its camera's flash.
 //!
 //! They are in the other bank than the program, which runs on while a word is written.
 //!
-//! If the power fails while a word is written, its error correction may not fit it. Reading it is then a bus fault, which
-//! would end every start. So words are read with bus faults ignored, and such a word reads as zeros: the checksums of what
-//! is kept there do not fit it.
+//! If the power fails while a word is written, its error correction may not fit it. Reading it is then a bus fault,
+//! which would end every start. So words are read with bus faults ignored, and such a word reads as zeros: the
+//! checksums of what is kept there do not fit it.
 
 use core::arch::asm;
 use core::ops::Range;
@@ -82,8 +82,8 @@ impl NorFlash for BoardFlash {
         if from < ALL.start || to > ALL.end {
             return Err(Error::Size);
         }
-        // A write leaves the parallelism at 8 bits, with which an erasure takes twice as long as with 64: longer than the
-        // watchdog waits. The bank is locked, and stays unlocked for the erasure.
+        // A write leaves the parallelism at 8 bits, with which an erasure takes twice as long as with 64: longer than
+        // the watchdog waits. The bank is locked, and stays unlocked for the erasure.
         let bank = FLASH.bank(BANK);
         if bank.cr().read().lock() {
             for key in KEYS {
@@ -117,7 +117,8 @@ impl InPlace for BoardFlash {
             return None;
         }
         let length = range.end.checked_sub(range.start)? as usize;
-        // SAFETY: these bytes of the flash can be read, as was seen. Who uses them writes to none of them, as the trait says.
+        // SAFETY: these bytes of the flash can be read, as was seen. Who uses them writes to none of them, as the trait
+        // says.
         #[allow(unsafe_code)]
         Some(unsafe { core::slice::from_raw_parts((FLASH_BASE + range.start as usize) as *const u8, length) })
     }

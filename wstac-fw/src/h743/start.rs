@@ -10,8 +10,9 @@ use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
 
 // Runs before anything else: the AXI SRAM, which has the DMA's ring and the crash record, takes one read at a time
-// (READ_ISS_OVERRIDE of the interconnect's target 7). A chip of revision Y returns wrong data otherwise when several are
-// under way (ES0392, 2.2.9); newer ones have no need of it, and lose nothing that this program uses. Rust may not run yet.
+// (READ_ISS_OVERRIDE of the interconnect's target 7). A chip of revision Y returns wrong data otherwise when several
+// are under way (ES0392, 2.2.9); newer ones have no need of it, and lose nothing that this program uses. Rust may not
+// run yet.
 core::arch::global_asm!(
     ".pushsection .text.__pre_init, \"ax\"",
     ".global __pre_init",
@@ -65,8 +66,8 @@ impl Crystal {
     }
 }
 
-/// Starts the chip, and the clock of its USB if that is used. Returns its peripherals, and whether the board's clock runs; if
-/// not, the chip's own is used.
+/// Starts the chip, and the clock of its USB if that is used. Returns its peripherals, and whether the board's clock
+/// runs; if not, the chip's own is used.
 pub fn start(crystal: Crystal, has_usb: bool) -> (Peripherals, bool) {
     take_over();
     let has_crystal = has_hse(crystal.mode);

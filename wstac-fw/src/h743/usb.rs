@@ -12,7 +12,8 @@ use crate::restart::restart;
 use crate::serial::{Peripheral, Serial};
 use crate::usb::{self, Device};
 
-/// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a program.
+/// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a
+/// program.
 const MAGIC: *mut u32 = 0x2001_FFFC as *mut u32;
 const STAY: u32 = 0xB007_10AD;
 
@@ -34,7 +35,8 @@ bind_interrupts!(
     }
 );
 
-/// The numbers of STMicroelectronics for a serial line over USB: a product with a name of its own needs numbers of its own.
+/// The numbers of STMicroelectronics for a serial line over USB: a product with a name of its own needs numbers of its
+/// own.
 const VENDOR: u16 = 0x0483;
 const PRODUCT: u16 = 0x5740;
 /// The bytes for packets that arrive: those of the control endpoint and of the line.

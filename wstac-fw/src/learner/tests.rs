@@ -1,4 +1,5 @@
-//! Learns textures with the embedding of 25 taxels, from samples that are made up: a pattern of each texture, and noise.
+//! Learns textures with the embedding of 25 taxels, from samples that are made up: a pattern of each texture, and
+//! noise.
 
 use std::boxed::Box;
 use std::vec::Vec;

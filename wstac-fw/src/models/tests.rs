@@ -34,8 +34,8 @@ impl InPlace for Flash {
     }
 }
 
-/// Returns the file of a linear model of two classes, of which every number depends on `fill`. `number` is 1 for weights of a
-/// byte, and 2 for those of two.
+/// Returns the file of a linear model of two classes, of which every number depends on `fill`. `number` is 1 for
+/// weights of a byte, and 2 for those of two.
 fn file(fill: i8, number: u16, input: u16) -> Vec<u8> {
     let mut halves: Vec<u16> = vec![0; 16];
     (halves[6], halves[7], halves[8], halves[10], halves[15]) = (1, number, 2, 70, input);
@@ -234,8 +234,8 @@ fn a_model_that_is_damaged_foreign_or_too_large_is_refused_and_the_old_one_stays
     assert_eq!(Fw::start(fw.flash.again()).checksum(), Some(id(&old).checksum));
 }
 
-/// Cuts the power at every byte of a change, and tests that the model of before or that of after it is used, and that the
-/// change can be made then.
+/// Cuts the power at every byte of a change, and tests that the model of before or that of after it is used, and that
+/// the change can be made then.
 fn cut_everywhere(flash: &Flash, old: Option<u32>, new: Option<u32>, change: impl Fn(&mut Fw)) -> (u32, u32) {
     let power = 1_000_000;
     let mut whole = Fw::start(flash.until(power, Cut::Bytes));

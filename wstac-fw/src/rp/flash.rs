@@ -2,8 +2,8 @@
 //! `models` half a MiB in the middle. Programs end in front of them (`build/link.rs`).
 //!
 //! The program runs from the same flash, which nobody can read while it is written. So the core waits in RAM then, with
-//! interrupts off: less than a millisecond for a page, 45 ms for a sector by the data sheet of the W25Q16JV, and 400 ms at
-//! worst. Frames of an erasure are lost, and the link says so.
+//! interrupts off: less than a millisecond for a page, 45 ms for a sector by the data sheet of the W25Q16JV, and 400 ms
+//! at worst. Frames of an erasure are lost, and the link says so.
 
 use core::ops::Range;
 
@@ -86,7 +86,8 @@ impl InPlace for RpFlash {
             return None;
         }
         let length = range.end.checked_sub(range.start)? as usize;
-        // SAFETY: these bytes are flash, which is memory of bytes. Who uses them writes to none of them, as the trait says.
+        // SAFETY: these bytes are flash, which is memory of bytes. Who uses them writes to none of them, as the trait
+        // says.
         #[allow(unsafe_code)]
         Some(unsafe { core::slice::from_raw_parts(FLASH_BASE.cast::<u8>().add(range.start as usize), length) })
     }

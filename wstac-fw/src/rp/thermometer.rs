@@ -1,5 +1,5 @@
-//! The chip's temperature: the sensor at the ADC's channel 4 (RP2040 data sheet, 4.9.5; RP2350 data sheet, 12.4.6, in its
-//! package of 60 pins).
+//! The chip's temperature: the sensor at the ADC's channel 4 (RP2040 data sheet, 4.9.5; RP2350 data sheet, 12.4.6, in
+//! its package of 60 pins).
 //!
 //! Nothing waits: a measurement that has begun is read when it is asked for again, about a second later.
 
@@ -12,8 +12,8 @@ const CHANNEL: u8 = 4;
 const AT_27: i32 = 706_000;
 const DEGREE: i32 = 1721;
 
-/// The sensor of the chip's temperature. The reference of its voltage is the board's 3.3 V, so that an error of 1 % there
-/// is one of four degrees here.
+/// The sensor of the chip's temperature. The reference of its voltage is the board's 3.3 V, so that an error of 1 %
+/// there is one of four degrees here.
 pub struct RpThermometer {
     has_begun: bool,
 }

@@ -1,5 +1,5 @@
-//! HM01B0: 324 × 244 gray pixels, of which the inner 320 × 240 are used, from a clock of 24 MHz. Its data bus has 8, 4 or
-//! 1 wires.
+//! HM01B0: 324 × 244 gray pixels, of which the inner 320 × 240 are used, from a clock of 24 MHz. Its data bus has 8, 4
+//! or 1 wires.
 //!
 //! Register addresses and bits are those of Himax's register list as public drivers quote it (OpenMV, Zephyr, and two
 //! drivers for the RP2040). There was no sensor, so nothing of this is confirmed on hardware. The rate is arithmetic:

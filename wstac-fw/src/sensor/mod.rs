@@ -1,9 +1,9 @@
 //! Camera sensors. Tables make each of them send QVGA at the rate of [`setup`] with a fixed light response.
 //! One procedure identifies them and sets them up, whether their registers have addresses of 8 or of 16 bits.
 //!
-//! A rate is made by lines without pixels. Their number keeps every rate from 15 to 60 frames per second within 0.4 %, and
-//! the rows of a frame as close together as the clock allows. Above 30, a sensor skips every second line, or its clock is
-//! twice as fast.
+//! A rate is made by lines without pixels. Their number keeps every rate from 15 to 60 frames per second within 0.4 %,
+//! and the rows of a frame as close together as the clock allows. Above 30, a sensor skips every second line, or its
+//! clock is twice as fast.
 //!
 //! Automatic exposure, gain, white balance and a gamma curve would change the features without any touch. So every
 //! table first switches the automatic controls off, then sets values, and makes gamma a straight line.
@@ -240,8 +240,8 @@ impl CameraSensor {
         })
     }
 
-    /// Divides the clock if its rate is `times` that of the settings, 2 or 4, and was not divided before. Returns whether
-    /// it does.
+    /// Divides the clock if its rate is `times` that of the settings, 2 or 4, and was not divided before. Returns
+    /// whether it does.
     pub fn slow_down(&mut self, times: u32) -> bool {
         let Some([half, quarter]) = self.slower else { return false };
         let clock = match times {

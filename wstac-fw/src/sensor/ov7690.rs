@@ -3,8 +3,8 @@
 //! Register addresses and bits are those of OmniVision's register lists as public drivers quote them: the Linux drivers
 //! of i.MX and OMAP boards, and OpenMV's. There was no data sheet and no sensor, so nothing of this is confirmed on
 //! hardware. The rate is arithmetic: the PLL makes 48 MHz of 24 MHz, half of it is the pixel clock, and a frame takes
-//! 776 × 516 × 2 pixel clocks, which is 29.97 frames per second. Other rates have other numbers of lines; above 30, every
-//! second line of the array is skipped.
+//! 776 × 516 × 2 pixel clocks, which is 29.97 frames per second. Other rates have other numbers of lines; above 30,
+//! every second line of the array is skipped.
 //!
 //! | register | bits that are used |
 //! | --- | --- |

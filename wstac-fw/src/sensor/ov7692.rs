@@ -5,7 +5,8 @@
 //! hardware. Least certain are the clocks behind 0x31, 0x37, 0x5E and 0x64: their values are those of a driver that
 //! runs at another clock. The firmware measures the rate and reports another one.
 //!
-//! The registers of size, gamma, exposure and automatic controls are those of the [OV7690](super::ov7690). These differ:
+//! The registers of size, gamma, exposure and automatic controls are those of the [OV7690](super::ov7690). These
+//! differ:
 //!
 //! | register | bits that are used |
 //! | --- | --- |

@@ -1,5 +1,5 @@
-//! OV7725: 320 × 240, scaled down from the whole array, which a clock of 24 MHz reads 30 times per second; above that rate, a
-//! quarter of the array, as OpenMV's driver chooses it.
+//! OV7725: 320 × 240, scaled down from the whole array, which a clock of 24 MHz reads 30 times per second; above that
+//! rate, a quarter of the array, as OpenMV's driver chooses it.
 //!
 //! Register addresses and bits are those of OmniVision's data sheet as public drivers quote it. There was no data sheet
 //! and no sensor, so nothing of this is confirmed on hardware. The rate is arithmetic: 24 MHz / (784 × 510 × 2 clocks

@@ -12,8 +12,8 @@ const NONE: u8 = 0;
 const OVERRUN: u8 = 1;
 const MISPLACED_SYNC: u8 = 2;
 
-/// The counters of the one camera interface. Interrupts of one priority write to them; without atomic additions, which a
-/// Cortex-M0 does not have.
+/// The counters of the one camera interface. Interrupts of one priority write to them; without atomic additions, which
+/// a Cortex-M0 does not have.
 pub(super) static COUNTS: Counts = Counts::new();
 
 pub(super) struct Counts {
@@ -99,7 +99,8 @@ impl Counts {
         add(&self.lines, 1);
     }
 
-    /// Ends a measured frame at a vertical sync that [`Counts::add_sync`] has added: `words` have come since the restart.
+    /// Ends a measured frame at a vertical sync that [`Counts::add_sync`] has added: `words` have come since the
+    /// restart.
     pub(super) fn end_probed_frame(&self, words: u32) {
         self.last_words.store(words.wrapping_sub(self.words_at_sync.load(Ordering::Relaxed)), Ordering::Relaxed);
         self.words_at_sync.store(words, Ordering::Relaxed);

@@ -275,7 +275,8 @@ impl Camera for Dcmi {
             if CHANGED.signaled() || self.now() >= alarm {
                 return 0;
             }
-            // A masked interrupt ends it, and is served after the section: none can come in between and be slept through.
+            // A masked interrupt ends it, and is served after the section: none can come in between and be slept
+            // through.
             cortex_m::asm::wfi();
             // SAFETY: the register is only read.
             #[allow(unsafe_code)]

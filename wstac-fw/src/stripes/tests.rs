@@ -141,7 +141,8 @@ fn run(frames: &'static [Frame]) -> String {
     run_with(frames, false)
 }
 
-/// Runs the frames. Whether an interrupt takes rows while a frame is processed is `takes_early`: they are written as `~stripe`.
+/// Runs the frames. Whether an interrupt takes rows while a frame is processed is `takes_early`: they are written as
+/// `~stripe`.
 fn run_with(frames: &'static [Frame], takes_early: bool) -> String {
     let world = World { now: 0, frames, complete: 0, trouble: None, lines: false, in_frame: false, ring: [0; 2] };
     let world = Rc::new(RefCell::new(world));

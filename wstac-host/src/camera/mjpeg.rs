@@ -1,8 +1,8 @@
 //! Motion JPEG: one picture to RGB, or the reason why it is damaged.
 //!
-//! USB transfers lose packets, so a picture is only taken if it is whole. It has headers, the agreed size, as many blocks
-//! as the size asks for, and no error on the way. Bytes before a marker are left out, tables and the end marker may be
-//! missing, and segments that say nothing about pixels may be broken, because cameras send such pictures.
+//! USB transfers lose packets, so a picture is only taken if it is whole. It has headers, the agreed size, as many
+//! blocks as the size asks for, and no error on the way. Bytes before a marker are left out, tables and the end marker
+//! may be missing, and segments that say nothing about pixels may be broken, because cameras send such pictures.
 
 mod data;
 mod headers;

@@ -12,8 +12,8 @@ const MOST: f64 = 0.5;
 const GAINS: [f64; 2] = [0.05, 20.0];
 const LEAST_FULL: f64 = 0.3;
 
-/// Returns the correction of a cross-talk matrix and of gains, if one is stated. An error names the key, what was found and
-/// what was expected.
+/// Returns the correction of a cross-talk matrix and of gains, if one is stated. An error names the key, what was found
+/// and what was expected.
 pub(super) fn correction(matrix: Option<&[Vec<f64>]>, gains: Option<&[f64]>) -> Result<Option<Correction>, String> {
     if matrix.is_none() && gains.is_none() {
         return Ok(None);

@@ -30,7 +30,8 @@ impl LawName {
 }
 
 impl<'de> Deserialize<'de> for LawName {
-    /// Reads `"paper"`, too, the name in configurations and recordings of before. An alias of serde would be in messages.
+    /// Reads `"paper"`, too, the name in configurations and recordings of before. An alias of serde would be in
+    /// messages.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         match String::deserialize(deserializer)?.as_str() {
             "arrival" => Ok(Self::Arrival),
@@ -123,8 +124,8 @@ impl SpeedKeys {
         (self.law == LawName::Arrival).then(|| self.estimator.unwrap_or_default())
     }
 
-    /// Returns the keys with arrival times by this estimator, without the parameters of other laws. Without an estimator,
-    /// the law is the one of durations in force, or else the published one.
+    /// Returns the keys with arrival times by this estimator, without the parameters of other laws. Without an
+    /// estimator, the law is the one of durations in force, or else the published one.
     #[must_use]
     pub fn with_estimator(self, estimator: Option<Estimator>) -> Self {
         let Self { threshold, threshold_on, .. } = self;

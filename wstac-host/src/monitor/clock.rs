@@ -3,8 +3,8 @@
 //! The board answers [`Request::Time`] with its own time. The answer was made between the request and its arrival here.
 //! So if the middle is taken, the error is at most half of that time. The shortest of the last minute's is used.
 //!
-//! On a serial line of 115,200 bits per second, the request has 16 bytes and the answer up to 22. So the middle is early
-//! by at most 0.3 ms, which the half contains.
+//! On a serial line of 115,200 bits per second, the request has 16 bytes and the answer up to 22. So the middle is
+//! early by at most 0.3 ms, which the half contains.
 
 use std::collections::VecDeque;
 use std::time::{Duration, SystemTime};
@@ -140,8 +140,8 @@ fn us(time: Duration) -> f64 {
 mod tests {
     use super::*;
 
-    /// Asks for `seconds`, on a line that delays requests and answers, of a board that started 5 s earlier and runs fast
-    /// by this many millionths. Returns the clock.
+    /// Asks for `seconds`, on a line that delays requests and answers, of a board that started 5 s earlier and runs
+    /// fast by this many millionths. Returns the clock.
     fn after(seconds: u32, fast_ppm: f64, mut delays_us: impl FnMut(u32) -> [f64; 2]) -> (BoardClock, SystemTime) {
         let start = SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000);
         let mut clock = BoardClock::default();

@@ -76,7 +76,8 @@ impl Monitor {
         std::iter::once(Request::Hello).chain(self.board.requests())
     }
 
-    /// Takes this machine's time, which is that of the next bytes. Returns a request for the board's clock if one is due.
+    /// Takes this machine's time, which is that of the next bytes. Returns a request for the board's clock if one is
+    /// due.
     ///
     /// Once the board has answered, times of records are those of this machine's clocks. Before that, records have no
     /// times. Without this call, times are counted by the frame rate.

@@ -96,8 +96,8 @@ impl SettableBoard {
     /// is passed to `told`, with the number of all.
     ///
     /// # Errors
-    /// The file is no model. The board takes no models, refuses this one, does not answer, or does not use it after that.
-    /// The port cannot be read.
+    /// The file is no model. The board takes no models, refuses this one, does not answer, or does not use it after
+    /// that. The port cannot be read.
     pub fn send_model(&mut self, file: &ModelFile, mut told: impl FnMut(u32, u32)) -> Result<(), Error> {
         let Some(state) = self.model()? else {
             let message = "takes no models, expected a firmware with the feature models";

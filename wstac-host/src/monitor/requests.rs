@@ -31,7 +31,8 @@ impl Requests {
         self.waiting.push_back(request);
     }
 
-    /// Sends as many as the port takes now. If the board stops reading them or reads them again, returns a note for people.
+    /// Sends as many as the port takes now. If the board stops reading them or reads them again, returns a note for
+    /// people.
     pub fn send(&mut self, port: &mut Port) -> Option<String> {
         while let Some(request) = self.waiting.front() {
             if !port.send(encode(request, self.sequence, &mut [0; LONGEST])) {

@@ -91,8 +91,8 @@ impl SettableBoard {
     /// # Errors
     /// The board has none, or its firmware does not know this request. The port cannot be read.
     pub fn start_bootloader(&mut self) -> Result<Bootloader, Error> {
-        // An older firmware only answers the second request. A board that has just been opened says hello unasked, and an
-        // answer may be lost once: the third hello decides.
+        // An older firmware only answers the second request. A board that has just been opened says hello unasked, and
+        // an answer may be lost once: the third hello decides.
         let hellos = Cell::new(0);
         let found = self.ask(&[Request::Bootloader, Request::Hello], |message| match message {
             Message::Bootloader(found) => Some(Ok(*found)),

@@ -90,7 +90,8 @@ fn times_are_this_machines_once_the_clocks_are_matched() {
     assert_eq!(live.record(70).time_ns, Some(90_500_000_000));
 }
 
-/// The board says once per second when its last frame was taken. Those behind it are later by the same time on both clocks.
+/// The board says once per second when its last frame was taken. Those behind it are later by the same time on both
+/// clocks.
 #[test]
 fn frames_behind_the_last_state_have_stamps_of_their_own() {
     let mut live = Live::new();

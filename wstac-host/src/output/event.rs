@@ -23,13 +23,13 @@ use crate::texture::{NoTexture, Texture, Textures};
 pub struct TactileEvent {
     /// The number of the first frame of the sample.
     pub frame: u64,
-    /// The time when the touch began in nanoseconds ([`StreamSummary::clock`](super::StreamSummary::clock)): that of its
-    /// first lit frame, or by a law of durations that of [`Self::frame`]. It is `None` from a board whose clock
-    /// is not known yet.
+    /// The time when the touch began in nanoseconds ([`StreamSummary::clock`](super::StreamSummary::clock)): that of
+    /// its first lit frame, or by a law of durations that of [`Self::frame`]. It is `None` from a board whose clock is
+    /// not known yet.
     pub time_ns: Option<u64>,
-    /// The time of the frame with which the answer was complete in nanoseconds: the last one of the sample, or that at which
-    /// [`AtOnce`](wstac_core::touch::at_once::AtOnce) answered. It is `None` from
-    /// a board whose clock is not known yet.
+    /// The time of the frame with which the answer was complete in nanoseconds: the last one of the sample, or that at
+    /// which [`AtOnce`](wstac_core::touch::at_once::AtOnce) answered. It is `None` from a board whose clock is not
+    /// known yet.
     pub completed_ns: Option<u64>,
     /// The wall-clock time of [`Self::time_ns`]; `None` where the source knows none.
     pub stamp: Option<Stamp>,
@@ -43,8 +43,8 @@ pub struct TactileEvent {
     pub end_frame: Option<u64>,
     /// Lit frames from the first to the last, less one; `None` if no frame is lit or the touch goes on.
     pub lit_frames: Option<u8>,
-    /// The part of the sample that is brighter than the threshold of `[speed]`; `None` if no frame is, or for an event of
-    /// a board.
+    /// The part of the sample that is brighter than the threshold of `[speed]`; `None` if no frame is, or for an event
+    /// of a board.
     pub lit_span: Option<LitSpan>,
     /// The sliding speed, or why there is none.
     pub speed: Result<Speed, Reason>,
@@ -55,29 +55,30 @@ pub struct TactileEvent {
     pub direction: Direction,
     /// What speed and direction are known by; `None` unless 25 taxels tell them, and from a board before version 0.4.
     pub basis: Option<Basis>,
-    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board before
-    /// version 0.4.
+    /// Where and how wide the touch is across its motion; `None` unless 25 taxels tell the velocity, and from a board
+    /// before version 0.4.
     pub extent: Option<Extent>,
     /// The mean [acceleration](wstac_core::touch::wave::TaxelMotion::acceleration); `None` from boards.
     pub acceleration: Option<Measured>,
     /// The texture, or the reason why there is none.
     pub texture: Result<Texture, NoTexture>,
-    /// The [period](path_sample::period) of the texture in mm; `None` where it cannot be told, unless the answer is a reliable one
-    /// of 25 taxels, and from boards.
+    /// The [period](path_sample::period) of the texture in mm; `None` where it cannot be told, unless the answer is a
+    /// reliable one of 25 taxels, and from boards.
     pub period_mm: Option<Measured>,
-    /// The speeds that the model knows, if the speed of the slide is none of them and so it is no wonder that the texture
-    /// is unknown, or may be wrong.
+    /// The speeds that the model knows, if the speed of the slide is none of them and so it is no wonder that the
+    /// texture is unknown, or may be wrong.
     pub texture_doubt: Option<KnownSpeeds>,
     /// Frames of the sample that were lost and filled, 0 to 70.
     pub frames_filled: u8,
-    /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable). They are not if the
-    /// frames of the sample came unevenly.
+    /// Whether the answers are reliable: see [`Answer::reliable`](wstac_core::law::Answer::reliable). They are not if
+    /// the frames of the sample came unevenly.
     pub reliable: bool,
-    /// The reason why the touch is unclear, or why the answers are not reliable; `None` if they are, and if a board does not
-    /// say, as before version 0.4. By a law of durations it is only [`Reason::Uneven`] or [`Reason::FasterCamera`].
+    /// The reason why the touch is unclear, or why the answers are not reliable; `None` if they are, and if a board
+    /// does not say, as before version 0.4. By a law of durations it is only [`Reason::Uneven`] or
+    /// [`Reason::FasterCamera`].
     pub doubt: Option<Reason>,
-    /// Whether the sample is reliable, whatever its answers are: the baseline was quiet, at most a tenth of the sample was
-    /// filled, and its frames came evenly. A board says only [`Self::reliable`].
+    /// Whether the sample is reliable, whatever its answers are: the baseline was quiet, at most a tenth of the sample
+    /// was filled, and its frames came evenly. A board says only [`Self::reliable`].
     pub sample_reliable: bool,
     /// The sample, if it was asked for.
     pub sample: Option<Box<SampleFrames>>,
@@ -136,7 +137,8 @@ impl TactileEvent {
         }
     }
 
-    /// Returns the event of a sample whose frames have other times than it was computed with: nothing of it is reliable.
+    /// Returns the event of a sample whose frames have other times than it was computed with: nothing of it is
+    /// reliable.
     pub(crate) fn mistimed(self, why: Reason) -> Self {
         Self { reliable: false, sample_reliable: false, doubt: Some(why), ..self }
     }
@@ -213,8 +215,8 @@ fn period(event: &Event<'_>, answer: &Answer, motion: MotionConfig) -> Option<Me
     path_sample::period(event, &velocity, motion)
 }
 
-/// Returns why answers of a board are not reliable. A board before version 0.4 does not say; by arrival times, the number of
-/// filled frames may.
+/// Returns why answers of a board are not reliable. A board before version 0.4 does not say; by arrival times, the
+/// number of filled frames may.
 #[cfg(feature = "board")]
 fn doubt_of_board(answers: &wstac_core::wire::Answers<'_>) -> Option<Reason> {
     let has_lost = u32::from(answers.frames_filled) > wstac_core::params::LONGEST_FILLED_GAP;

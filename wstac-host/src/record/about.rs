@@ -190,8 +190,8 @@ impl About {
         Ok(all)
     }
 
-    /// Reads the description from the records of an MCAP file; `None` if this program did not record the file, or not of
-    /// this sensor.
+    /// Reads the description from the records of an MCAP file; `None` if this program did not record the file, or not
+    /// of this sensor.
     ///
     /// # Errors
     /// A record cannot be read. The error says which, what was found and what was expected.

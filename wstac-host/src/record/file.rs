@@ -2,9 +2,9 @@
 //! complete.
 //!
 //! Messages are stored uncompressed unless the user wants it otherwise, in chunks of about 1 s or 4 MiB. The written
-//! part of an unfinished chunk can be read message by message. So a program that is killed loses nothing that it has written ([`super::recover`]). Every
-//! moment and the description have checksums ([`super::sums`]), and the numbers of channels are fixed, so that damage of
-//! one part leaves the others readable.
+//! part of an unfinished chunk can be read message by message. So a program that is killed loses nothing that it has
+//! written ([`super::recover`]). Every moment and the description have checksums ([`super::sums`]), and the numbers of
+//! channels are fixed, so that damage of one part leaves the others readable.
 
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};
@@ -185,8 +185,8 @@ pub(super) struct Message {
     /// The place of its sensor among those of the recording.
     pub(super) sensor: u8,
     pub(super) topic: Topic,
-    /// The time on the recording's time line, in nanoseconds. That of a frame is never less than that of the frame before,
-    /// and that of a record is the time of the frame that it is about.
+    /// The time on the recording's time line, in nanoseconds. That of a frame is never less than that of the frame
+    /// before, and that of a record is the time of the frame that it is about.
     pub(super) time: u64,
     /// The driver's own time stamp of the frame, in nanoseconds; for other messages the same as `time`.
     pub(super) taken: u64,
@@ -353,8 +353,8 @@ impl RecordingFile {
         self.end_moment()
     }
 
-    /// Writes a message of the moment that is open, of this sensor and topic if it is one of this program. All its channels
-    /// must be there before its first message.
+    /// Writes a message of the moment that is open, of this sensor and topic if it is one of this program. All its
+    /// channels must be there before its first message.
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).

@@ -136,8 +136,8 @@ fn with_data(header: &impl Message, field: u8, data: &[u8]) -> Vec<u8> {
     message
 }
 
-/// Returns the picture in a `foxglove.RawImage` or, if `compressed`, in a `foxglove.CompressedImage`; `None` if the bytes are
-/// no such message.
+/// Returns the picture in a `foxglove.RawImage` or, if `compressed`, in a `foxglove.CompressedImage`; `None` if the
+/// bytes are no such message.
 ///
 /// The picture is not copied, and the other fields are passed over.
 pub(crate) fn picture_of(message: &[u8], compressed: bool) -> Option<&[u8]> {

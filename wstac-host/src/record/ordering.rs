@@ -75,8 +75,8 @@ impl States {
 }
 
 impl Turn {
-    /// Waits until an event of this time is the next of all sensors. Returns whether it is to be taken; it is not if the
-    /// recording ends before it. The end of a sensor is always taken.
+    /// Waits until an event of this time is the next of all sensors. Returns whether it is to be taken; it is not if
+    /// the recording ends before it. The end of a sensor is always taken.
     pub(super) fn wait(&self, time: u64, is_end: bool) -> bool {
         let mut states = self.turns.set(self.sensor, TurnState::Waiting { time, is_end });
         loop {

@@ -1,12 +1,12 @@
 //! Reads a recording that was finished, and believes none that is damaged.
 //!
 //! Every frame's chunk has a checksum, the whole data have one, and the index says how many messages there are. Every
-//! moment's checksum has its place in the stream, and the record at the end has the number of all frames. So a recording
-//! that is read to its end without an error is whole, and in its order.
+//! moment's checksum has its place in the stream, and the record at the end has the number of all frames. So a
+//! recording that is read to its end without an error is whole, and in its order.
 //!
-//! Other tools may have written it anew. Channels are found by their topics and schemas, whatever their numbers are. The
-//! checksum of a moment is checked if that of a chunk is missing. If moments are not those that the checksums count, all
-//! messages are put in order (`sorted`), and reading goes on behind the last moment that was right.
+//! Other tools may have written it anew. Channels are found by their topics and schemas, whatever their numbers are.
+//! The checksum of a moment is checked if that of a chunk is missing. If moments are not those that the checksums
+//! count, all messages are put in order (`sorted`), and reading goes on behind the last moment that was right.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::fmt;
@@ -43,7 +43,8 @@ pub(crate) struct RecordingReader {
     /// The messages in their order, if the file has another one.
     sorted: Option<Sorted>,
     has_ended: bool,
-    /// Channels that were described so far, and those of this program. The index may name those before they are described.
+    /// Channels that were described so far, and those of this program. The index may name those before they are
+    /// described.
     channels: BTreeSet<u16>,
     own: Channels,
     /// Messages of each channel so far.

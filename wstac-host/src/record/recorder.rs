@@ -37,8 +37,8 @@ struct Lost<'a> {
     why: &'a str,
 }
 
-/// The wall-clock time of a frame, as a line of JSON. Frames behind it are as much later by that clock as they are by the
-/// driver's.
+/// The wall-clock time of a frame, as a line of JSON. Frames behind it are as much later by that clock as they are by
+/// the driver's.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(tag = "kind", rename = "clock")]
 pub(crate) struct ClockLine {
@@ -339,8 +339,8 @@ impl Recorder {
         (time, taken, sequence.filter(|_| self.time.driver_times).unwrap_or(counted))
     }
 
-    /// Takes an output that followed from it. `text` is the line for a person. The output's message has the output's time,
-    /// so frames without times of a driver must be counted from the recording's first frame on.
+    /// Takes an output that followed from it. `text` is the line for a person. The output's message has the output's
+    /// time, so frames without times of a driver must be counted from the recording's first frame on.
     pub fn output(&mut self, output: &Output, text: &str) {
         match output {
             Output::Features(features) => {

@@ -68,8 +68,8 @@ pub struct Recovered {
     pub damaged: u64,
     /// Frames that were left out because they are there already, or because later ones stand before them.
     pub repeated: u64,
-    /// Frames that nothing vouches for, because the file has no checksum of them. In a file of another program they are all its
-    /// messages.
+    /// Frames that nothing vouches for, because the file has no checksum of them. In a file of another program they are
+    /// all its messages.
     pub unchecked: u64,
     /// Whether the file was finished properly.
     pub whole: bool,
@@ -161,7 +161,8 @@ struct Recovery<'a> {
     found: Recovered,
 }
 
-/// Returns whether all configurations can be read. If checksums are damaged as well, nothing else tells damage from text.
+/// Returns whether all configurations can be read. If checksums are damaged as well, nothing else tells damage from
+/// text.
 fn has_configurations(description: &[Metadata]) -> bool {
     let all = description.iter().filter(|metadata| metadata.name.starts_with(CONFIGURATION));
     all.filter_map(|metadata| metadata.metadata.get(TOML)).all(|text| Config::parse_recorded(text).is_ok())
@@ -465,8 +466,8 @@ impl Recovery<'_> {
         if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
             return self.sum(span);
         }
-        // Without checksums, a moment is a frame and what is behind it of its sensor and time: the next frame may be gone.
-        // Lines of events have earlier times.
+        // Without checksums, a moment is a frame and what is behind it of its sensor and time: the next frame may be
+        // gone. Lines of events have earlier times.
         let is_line = matches!(own, Some((_, Topic::Events | Topic::EventsJson | Topic::Faults | Topic::FaultsJson)));
         let joins = |((sensor, time), (of, at))| of == sensor && (at == time || (is_line && at < time));
         let joins = self.moment.zip(of_moment).is_none_or(joins);
@@ -544,8 +545,8 @@ impl Recovery<'_> {
         }
     }
 
-    /// Copies a moment that no checksum counts. The times of frames say how many are missing before it, and whether they come
-    /// evenly.
+    /// Copies a moment that no checksum counts. The times of frames say how many are missing before it, and whether
+    /// they come evenly.
     fn copy_by_times(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
         let Some(About { driver_times, info, .. }) = &self.about else { return self.copy(moment) };
         let (driver_times, of_first) = (*driver_times, info.rate);

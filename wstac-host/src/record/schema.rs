@@ -1,9 +1,9 @@
-//! The schema of lines of JSON: every field of `wstac run --json` and of a recording's messages, with its type, unit and
-//! description.
+//! The schema of lines of JSON: every field of `wstac run --json` and of a recording's messages, with its type, unit
+//! and description.
 //!
-//! `schema/record.json` is JSON Schema of draft 07. Viewers such as Foxglove read `properties` alone and know one type of
-//! each field, so a field that may be null has a reference beside its type. By draft 07, a validator takes the reference
-//! and nothing beside it.
+//! `schema/record.json` is JSON Schema of draft 07. Viewers such as Foxglove read `properties` alone and know one type
+//! of each field, so a field that may be null has a reference beside its type. By draft 07, a validator takes the
+//! reference and nothing beside it.
 
 use std::sync::LazyLock;
 

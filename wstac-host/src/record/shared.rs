@@ -12,8 +12,8 @@ use super::writer::{self, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
 
-/// The most by which somebody sets the wall clock while a machine runs. Where the monotonic clocks of two recordings show
-/// more, the machine was started in between, or there were two.
+/// The most by which somebody sets the wall clock while a machine runs. Where the monotonic clocks of two recordings
+/// show more, the machine was started in between, or there were two.
 const MOST_APART: Duration = Duration::from_mins(1);
 
 /// A sensor of a recording of several.
@@ -26,16 +26,16 @@ pub struct RecordedSensor<'a> {
     /// The processor of its stream.
     pub processor: &'a Processor,
     /// If its source is a recording with wall-clock times: the time when the driver's clock showed 0
-    /// ([`McapSource::wall_zero`](crate::source::mcap::McapSource::wall_zero)). Recordings of different starts of a machine
-    /// are refused by it.
+    /// ([`McapSource::wall_zero`](crate::source::mcap::McapSource::wall_zero)). Recordings of different starts of a
+    /// machine are refused by it.
     pub wall_zero: Option<SystemTime>,
 }
 
 /// A recording of several sensors.
 ///
-/// Sensors of files and scenes take turns in the order of their times ([`Recorder::wait_for_turn`]). Then the same sources
-/// make the same recording, and one that ends for all of them ([`Recorder::end_all`]) ends at the same place. Cameras do
-/// not wait for each other: their frames are in the order in which they came.
+/// Sensors of files and scenes take turns in the order of their times ([`Recorder::wait_for_turn`]). Then the same
+/// sources make the same recording, and one that ends for all of them ([`Recorder::end_all`]) ends at the same place.
+/// Cameras do not wait for each other: their frames are in the order in which they came.
 pub struct SharedRecording {
     pub(super) writing: Writing,
 }
@@ -44,8 +44,8 @@ impl SharedRecording {
     /// The most sensors of a recording.
     pub const MOST_SENSORS: usize = MOST_SENSORS;
 
-    /// Starts a recording in a file that is empty. Returns the recorder of each sensor, which may be used by a thread of
-    /// its own.
+    /// Starts a recording in a file that is empty. Returns the recorder of each sensor, which may be used by a thread
+    /// of its own.
     ///
     /// A file whose recording cannot be started is removed.
     ///

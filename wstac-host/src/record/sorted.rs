@@ -1,8 +1,8 @@
-//! Puts messages in the order in which this program writes them, if another tool wrote the recording anew in another one:
-//! grouped by topic, sorted by time, backwards, or with every message twice.
+//! Puts messages in the order in which this program writes them, if another tool wrote the recording anew in another
+//! one: grouped by topic, sorted by time, backwards, or with every message twice.
 //!
-//! Messages of a sensor have running numbers, and a moment's checksum has the count of frames and the bytes of the moment. So
-//! the places and lengths of all messages are enough, and no frame is kept in memory.
+//! Messages of a sensor have running numbers, and a moment's checksum has the count of frames and the bytes of the
+//! moment. So the places and lengths of all messages are enough, and no frame is kept in memory.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::io;
@@ -36,8 +36,8 @@ pub(super) struct OrderCheck {
 }
 
 impl OrderCheck {
-    /// Takes a message of this program. Returns false for a frame or a checksum that does not stand where it was written:
-    /// each frame has a checksum behind it.
+    /// Takes a message of this program. Returns false for a frame or a checksum that does not stand where it was
+    /// written: each frame has a checksum behind it.
     pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageBody<'_>) -> bool {
         let (number, time) = (message.sequence, message.times[0]);
         if topic == Topic::Sums {
@@ -222,8 +222,8 @@ fn frames_of(tally: &Tally, sensor: usize) -> i128 {
     tally.of(sensor as u8).frames.into()
 }
 
-/// Returns the sensor whose first messages are the moment of a checksum with this time, and their count; `None` if there is
-/// none. A sensor whose frames the checksum counts comes first.
+/// Returns the sensor whose first messages are the moment of a checksum with this time, and their count; `None` if
+/// there is none. A sensor whose frames the checksum counts comes first.
 fn moment_of(sum: &Sum, time: u64, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<(usize, usize)> {
     let tally = sum.tally();
     let mut sensors: Vec<usize> = (0..of_sensors.len()).collect();
@@ -266,7 +266,8 @@ fn put_in_time(own: &mut [Entry]) {
             let is_of_frame = matches!(topic(entry), Topic::Features | Topic::Taxels);
             first = first.or(is_of_frame.then_some(entry.number));
         }
-        // Wall-clock times stand before their frame, and everything that came before the first frame stands before that.
+        // Wall-clock times stand before their frame, and everything that came before the first frame stands before
+        // that.
         let rank = |of: &Entry| match topic(of) {
             _ if is_numbered(of) && first.is_some_and(|first| of.number < first) => 0,
             Topic::Clock => 0,
@@ -371,8 +372,8 @@ mod tests {
     use super::super::walk::{Mode, WalkStep};
     use super::*;
 
-    /// Writes three compressed chunks, each of its own topic, whose messages have these times and so many bytes, and finds
-    /// them again.
+    /// Writes three compressed chunks, each of its own topic, whose messages have these times and so many bytes, and
+    /// finds them again.
     fn indexed(times: [&[u64]; 3], bytes: usize) -> (Walk, Index) {
         let file = std::env::temp_dir().join(format!("wstac-sorted-{}-{}.mcap", std::process::id(), times[0].len()));
         let options = WriteOptions::new().compression(Some(mcap::Compression::Lz4)).chunk_size(None);

@@ -315,8 +315,8 @@ impl Walk {
         self.outer.map(|outer| outer.packed)
     }
 
-    /// Reads places of this unpacked chunk from now on, or of the file, in bytes with this verdict. Returns the chunk that
-    /// was read before.
+    /// Reads places of this unpacked chunk from now on, or of the file, in bytes with this verdict. Returns the chunk
+    /// that was read before.
     pub(super) fn show(&mut self, chunk: Option<Vec<u8>>, crc: Crc) -> Option<Vec<u8>> {
         self.crc = crc;
         self.file.set_unpacked(chunk)

@@ -126,8 +126,8 @@ impl Session {
 
     /// Opens a file, a folder of pictures or standard input, with the default options.
     ///
-    /// [`open()`] has all options. It also opens cameras and scenes, if the program passes the kinds of `wstac-linux` and
-    /// `wstac-scene`.
+    /// [`open()`] has all options. It also opens cameras and scenes, if the program passes the kinds of `wstac-linux`
+    /// and `wstac-scene`.
     ///
     /// # Errors
     /// The source cannot be opened, or its configuration does not fit it.
@@ -341,8 +341,8 @@ impl SessionBuilder {
         Self { options, ..self }
     }
 
-    /// Takes the baseline from the frames of another opening of the source, from this time on, in seconds from its first
-    /// frame. Without it, the first frames of the source are the baseline.
+    /// Takes the baseline from the frames of another opening of the source, from this time on, in seconds from its
+    /// first frame. Without it, the first frames of the source are the baseline.
     pub fn baseline_from(self, source: impl Source + 'static, seconds: f64) -> Self {
         Self { baseline: Some((Box::new(source), seconds)), ..self }
     }

@@ -81,8 +81,8 @@ pub enum Phase {
 /// Most parts of a stream that are kept. Those that are closest to each other in the past count as one.
 const MOST_PARTS: usize = 16;
 
-/// The largest deviation of a speed, as a part of it, that is reliable although the file leaves out frames of the sample:
-/// such a frame repeats the one before it, which moves the speed by up to two deviations.
+/// The largest deviation of a speed, as a part of it, that is reliable although the file leaves out frames of the
+/// sample: such a frame repeats the one before it, which moves the speed by up to two deviations.
 const MOST_SD_OF_GAPS: f32 = 0.01;
 
 /// Parts of a stream: the first frame of each and the one behind it, which is `u64::MAX` while it lasts.
@@ -409,14 +409,14 @@ impl Processor {
         self.clock.elapsed()
     }
 
-    /// Returns the time of a feature frame in nanoseconds on the clock of the stream, as records have it; `None` before the
-    /// first frame.
+    /// Returns the time of a feature frame in nanoseconds on the clock of the stream, as records have it; `None` before
+    /// the first frame.
     pub fn nanoseconds(&self, frame: u64) -> Option<u64> {
         self.clock.nanoseconds(frame)
     }
 
-    /// Gathers the baseline from the frames of a source from a time on, in seconds from its first frame. The next frame is
-    /// frame 0 then.
+    /// Gathers the baseline from the frames of a source from a time on, in seconds from its first frame. The next frame
+    /// is frame 0 then.
     ///
     /// It is for a file that is touched in its first frames: `source` is the same file, opened once more.
     ///

@@ -100,7 +100,8 @@ impl Config {
         is_unused.then_some("[layout] crosstalk corrects no speeds but those of estimator = \"wave\"")
     }
 
-    /// Returns the notes for a person about what nothing states of a source, about its rate, and about what is not used.
+    /// Returns the notes for a person about what nothing states of a source, about its rate, and about what is not
+    /// used.
     pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
         let stated = self.layout_note(info).into_iter().chain(self.readout_note(info)).chain(self.crosstalk_note());
         stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))

@@ -72,8 +72,8 @@ impl McapSource {
         about::sensors(&metadata).map_err(|error| reader.damaged(error))
     }
 
-    /// Returns the wall-clock time when the driver's clock of a recording showed 0, as it was at the first frame; `None` if
-    /// the recording has no such times.
+    /// Returns the wall-clock time when the driver's clock of a recording showed 0, as it was at the first frame;
+    /// `None` if the recording has no such times.
     ///
     /// # Errors
     /// The errors of [`open_sensor`](Self::open_sensor), and if what comes before the second frame is damaged.

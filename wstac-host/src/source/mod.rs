@@ -76,8 +76,8 @@ pub struct StreamInfo {
     pub clock: StreamClock,
     /// The time from the first to the last row of the picture as the sensor reads it; `None` if it is unknown.
     pub readout: Option<ReadoutTime>,
-    /// Where the sensor's rows follow each other in the picture. Another order than [`RowOrder::Down`] is that of a source
-    /// that turns or mirrors what the sensor reads.
+    /// Where the sensor's rows follow each other in the picture. Another order than [`RowOrder::Down`] is that of a
+    /// source that turns or mirrors what the sensor reads.
     pub row_order: RowOrder,
     /// Whether its sensor is simulated, whose taxels are where the publication has them.
     pub is_simulated: bool,

@@ -7,8 +7,8 @@ pub(super) const NS_PER_S: i128 = 1_000_000_000;
 /// The digits of a fraction that is behind no point; 7 are .NET's.
 pub(super) const OF_FRACTION: &[usize] = &[3, 6, 7, 9];
 
-/// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of 10⁻⁹. Of
-/// `261127_104158` the century is left out, if its digits are at least `short`.
+/// Returns the time of a date that a name begins with, year to second, and the fraction of the second, in parts of
+/// 10⁻⁹. Of `261127_104158` the century is left out, if its digits are at least `short`.
 pub(super) fn date(name: &[Part<'_>], of_fraction: &[usize], short: &[u8]) -> Option<i128> {
     let (mut digits, mut at) = (Vec::new(), 0);
     if let [Part::Number(day), Part::Text(_), Part::Number(time), ..] = name
@@ -38,8 +38,8 @@ pub(super) fn date(name: &[Part<'_>], of_fraction: &[usize], short: &[u8]) -> Op
     Some(seconds * NS_PER_S + fraction)
 }
 
-/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Behind another text than a point, only so many digits
-/// are one.
+/// Returns the digits of a fraction behind this part, in parts of 10⁻⁹. Behind another text than a point, only so many
+/// digits are one.
 fn fraction(digits: &[u8], behind: Option<&Part<'_>>, counts: &[usize]) -> Option<i128> {
     let has_point = matches!(behind, Some(Part::Text(b"." | b",")));
     nanoseconds(digits).filter(|_| counts.contains(&digits.len()) || (digits.len() >= 2 && has_point))
@@ -101,8 +101,8 @@ fn nanoseconds(fraction: &[u8]) -> Option<i128> {
     number(&digits)
 }
 
-/// Returns a decimal such as a time of a name in parts of 10⁻⁹, whose fraction has zeros in front up to so many digits; `None`
-/// if the name is anything else.
+/// Returns a decimal such as a time of a name in parts of 10⁻⁹, whose fraction has zeros in front up to so many digits;
+/// `None` if the name is anything else.
 pub(super) fn decimal(name: &[u8], width: usize) -> Option<i128> {
     let dot = name.iter().position(|byte| *byte == b'.')?;
     let (whole, fraction) = (name.get(..dot)?, name.get(dot + 1..)?);

@@ -76,7 +76,8 @@ impl Orientation {
         FrameSize::new(width.into(), height.into()).unwrap_or(size)
     }
 
-    /// Returns the pixels of a picture with `width` pixels of `bytes` bytes a row, turned. `to` takes them if they change.
+    /// Returns the pixels of a picture with `width` pixels of `bytes` bytes a row, turned. `to` takes them if they
+    /// change.
     pub(super) fn pixels<'a>(self, from: &'a [u8], width: usize, bytes: usize, to: &'a mut Vec<u8>) -> &'a [u8] {
         if self.0 == 0 {
             return from;

@@ -119,8 +119,8 @@ pub(super) fn list(folder: &Path, endings: &[&str]) -> Result<(Vec<PathBuf>, Pla
     Ok((files, places))
 }
 
-/// Returns the first picture that can be read, and what `read` returns of it, which otherwise says why not. Others before it
-/// are frames that are lost later on.
+/// Returns the first picture that can be read, and what `read` returns of it, which otherwise says why not. Others
+/// before it are frames that are lost later on.
 pub(super) fn first_of<T>(
     folder: &Path,
     files: &[PathBuf],

@@ -66,8 +66,8 @@ fn are_at_once<'a>(series: impl Iterator<Item = &'a Vec<PathBuf>>) -> bool {
     spans.windows(2).any(|pair| pair[1].0 < pair[0].1)
 }
 
-/// Returns the rate of pictures, and what the description of their folder says of it and of their names. The rate is the
-/// given one, or that of the times in their names, or else assumed.
+/// Returns the rate of pictures, and what the description of their folder says of it and of their names. The rate is
+/// the given one, or that of the times in their names, or else assumed.
 pub(super) fn rate(places: Option<&(Positions, Vec<f64>)>, given: Option<FrameRate>) -> (FrameRate, String) {
     let own = places.and_then(|(kind, positions)| {
         let known: Vec<f64> = positions.iter().copied().filter(|position| !position.is_nan()).collect();
@@ -104,7 +104,8 @@ pub(super) fn in_order(files: Vec<PathBuf>) -> (Vec<PathBuf>, Places) {
     (files, placed(Positions::NamedTimes, NS_PER_MS, times))
 }
 
-/// Returns the times of pictures of which some lack a fraction, so that their order is another: `01Z` is before `01.040Z`.
+/// Returns the times of pictures of which some lack a fraction, so that their order is another: `01Z` is before
+/// `01.040Z`.
 fn by_clock(files: &[PathBuf]) -> Option<Vec<Option<i128>>> {
     let names = Names::new(files).filter(|names| names.lacks_fraction)?;
     let time = |name: &[Part<'_>]| date(name, OF_FRACTION, b"0").or_else(|| time_of_day(name));
@@ -115,9 +116,9 @@ fn positions(files: &[PathBuf]) -> Places {
     in_order(files.to_vec()).1
 }
 
-/// Returns the places of pictures whose names are no decimals. They tell by dates with a fraction of a second, by the only
-/// number that differs, by a number that rises by the same step, by a time of day, by a time since 1970, or by seconds and
-/// their fraction.
+/// Returns the places of pictures whose names are no decimals. They tell by dates with a fraction of a second, by the
+/// only number that differs, by a number that rises by the same step, by a time of day, by a time since 1970, or by
+/// seconds and their fraction.
 fn by_parts(files: &[PathBuf]) -> Places {
     let names = Names::new(files)?;
     let index = || names.columns().find(|numbers| is_index(numbers));
@@ -143,8 +144,8 @@ fn by_parts(files: &[PathBuf]) -> Places {
     }
 }
 
-/// The positions of pictures by the numbers in their names, and what they are. That of a name that is not as the others is
-/// not a number. `None` if the names do not tell.
+/// The positions of pictures by the numbers in their names, and what they are. That of a name that is not as the others
+/// is not a number. `None` if the names do not tell.
 pub(super) type Places = Option<(Positions, Vec<f64>)>;
 
 /// Returns numbers of a kind as distances from the first one. Large numbers keep their differences.
@@ -213,8 +214,8 @@ impl<'a> Names<'a> {
         of(OF_FRACTION, b"1", 1).or_else(|| of(OF_FRACTION, b"0", SHORTEST)).or_else(hundredths)
     }
 
-    /// Returns whether numbers rise by at least this each time. A few may be equal, which come unevenly, if names count on:
-    /// else they are of two cameras.
+    /// Returns whether numbers rise by at least this each time. A few may be equal, which come unevenly, if names count
+    /// on: else they are of two cameras.
     fn rise(&self, numbers: &[Option<i128>], least: i128) -> bool {
         let known: Vec<i128> = numbers.iter().flatten().copied().collect();
         let steps = || known.windows(2).map(|pair| pair[1].saturating_sub(pair[0]));
@@ -252,7 +253,8 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Returns whether the hundredths of times are no counter: they begin again, and are of more than 60 or not evenly apart.
+/// Returns whether the hundredths of times are no counter: they begin again, and are of more than 60 or not evenly
+/// apart.
 fn are_hundredths(times: &[Option<i128>]) -> bool {
     let own: Vec<_> = times.iter().map(|time| time.map(|time| time / 10_000_000 % 100)).collect();
     let known: Vec<i128> = own.iter().flatten().copied().collect();
@@ -261,7 +263,8 @@ fn are_hundredths(times: &[Option<i128>]) -> bool {
     !is_index(&own) && (known.iter().any(|number| *number >= 60) || steps().any(|step| step % least != 0))
 }
 
-/// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or nanoseconds.
+/// Returns the units per millisecond of numbers that are whole times since 1970: milliseconds, microseconds or
+/// nanoseconds.
 fn epoch_unit(numbers: &[Option<i128>]) -> Option<f64> {
     let is_time = |per_s: &i128| numbers.iter().flatten().all(|number| EPOCH.contains(&(number / per_s)));
     let per_s = [1000, 1_000_000, NS_PER_S].into_iter().find(is_time)?;
@@ -613,8 +616,8 @@ mod tests {
         );
         assert!(of(&|n| [format!("{}_cam0.png", at(n, 0)), format!("{}_cam1.png", at(n, 16))]).is_some());
         assert_eq!(of(&|n| [format!("{}.png", at(2 * n, 0)), format!("{}.png", at(2 * n + 1, 0))]), None);
-        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and names
-        // without an order.
+        // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and
+        // names without an order.
         assert_eq!(of(&|n| [0, 500].map(|ms| format!("12_{:02}_{:02}_{ms:03}.png", n / 60, n % 60))), None);
         assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{n:05}_{}.png", at(n, 0)))), None);
         assert_eq!(of(&|n| [0_u64, 1].map(|take| format!("{take}_{}.png", ms(n, take * 9000)))), None);

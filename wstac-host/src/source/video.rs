@@ -1,5 +1,5 @@
-//! Videos: `ffmpeg` of the machine decodes a file, and its frames are read as [Y4M](super::y4m). Motion JPEG that has times
-//! is decoded as that of cameras.
+//! Videos: `ffmpeg` of the machine decodes a file, and its frames are read as [Y4M](super::y4m). Motion JPEG that has
+//! times is decoded as that of cameras.
 //!
 //! A decoder of our own would be larger than this project, and ffmpeg is on most machines that have videos. `ffprobe`,
 //! which comes with it, says what the numbers mean: range, matrix and rate.
@@ -41,8 +41,8 @@ const EVERY_FRAME: &str = "settb=1/30,setpts=N";
 const LONGEST_WAIT: Duration = Duration::from_millis(500);
 const MOST_WAITS: u32 = 10;
 /// Frames after the last report of damage before which no key frame ends the doubt: since version 7, ffmpeg decodes
-/// eight frames ahead of the time that it prints, and B-frames come in another order. Pictures that are copied are as far
-/// behind the log as pipes and buffers hold, some 100 KiB.
+/// eight frames ahead of the time that it prints, and B-frames come in another order. Pictures that are copied are as
+/// far behind the log as pipes and buffers hold, some 100 KiB.
 const LONGEST_AHEAD: u32 = 16;
 const LONGEST_BEHIND: u32 = 128;
 /// Some cameras put bytes before markers, which ffmpeg takes for errors.
@@ -89,9 +89,9 @@ pub(super) fn is_video(path: &Path) -> bool {
 impl Video {
     /// Opens a file. `fps` replaces the rate that it states.
     ///
-    /// The time stamps of the frames say where frames are missing, which are lost frames, or come unevenly. Where the file
-    /// states no range or matrix, the frames are taken to have limited range and BT.601, and the description says so. Of
-    /// red, green and blue, green is taken as it is. Gray that states limited range is made full.
+    /// The time stamps of the frames say where frames are missing, which are lost frames, or come unevenly. Where the
+    /// file states no range or matrix, the frames are taken to have limited range and BT.601, and the description says
+    /// so. Of red, green and blue, green is taken as it is. Gray that states limited range is made full.
     ///
     /// From a frame that ffmpeg cannot decode without errors on, nothing is reliable until a later key frame. Errors
     /// before the first frame say only that the file was cut. Of Motion JPEG that ffmpeg only copies, a picture that

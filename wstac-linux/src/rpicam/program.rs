@@ -27,8 +27,8 @@ pub(super) struct Program {
     subject: String,
     pub(super) name: &'static str,
     process: Child,
-    /// Ends the process after the end of this program, however that comes. It ends before the process is waited for, whose
-    /// number is another's then.
+    /// Ends the process after the end of this program, however that comes. It ends before the process is waited for,
+    /// whose number is another's then.
     guard: Option<Child>,
     /// Its standard output, the metadata and the log; `None` after the end of each.
     frames: Option<ChildStdout>,
@@ -40,8 +40,8 @@ pub(super) struct Program {
 /// The bytes that have come so far, and what they say.
 #[derive(Debug, Default)]
 pub(super) struct Came {
-    /// The frame that comes, or the one that was taken last, and how many of its bytes have come. It is empty until the log
-    /// says how long frames are.
+    /// The frame that comes, or the one that was taken last, and how many of its bytes have come. It is empty until the
+    /// log says how long frames are.
     pub(super) frame: Vec<u8>,
     filled: usize,
     block: Vec<u8>,
@@ -246,8 +246,8 @@ impl Drop for Program {
     }
 }
 
-/// Starts a shell that waits until this program has ended, which closes its standard input, and then ends the process: one
-/// that writes nothing would not notice.
+/// Starts a shell that waits until this program has ended, which closes its standard input, and then ends the process:
+/// one that writes nothing would not notice.
 fn guard(process: &Child) -> io::Result<Child> {
     let mut command = Command::new("sh");
     command.args(["-c", "read -r _; kill -KILL \"$0\"", &process.id().to_string()]).stdin(Stdio::piped());

@@ -52,8 +52,8 @@ impl PublisherHandle {
         Ok(())
     }
 
-    /// Publishes the taxel sums that features are made of. `stamp` is the wall-clock time of the last frame, for features
-    /// without their own.
+    /// Publishes the taxel sums that features are made of. `stamp` is the wall-clock time of the last frame, for
+    /// features without their own.
     pub(crate) fn taxels(&self, features: &FrameFeatures, sums: &[u32; TAXELS], stamp: SystemTime) {
         let stamp = features.stamp.map_or(stamp, |stamp| stamp.time);
         let ros = |header| Message::of_ros(RosMessage::of_taxels(features.frame, sums, header));

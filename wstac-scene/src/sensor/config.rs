@@ -46,8 +46,8 @@ pub struct SensorConfig {
     pub color: YcbcrEncoding,
     /// JPEG quality, 1..=100; it matters only for JPEG pictures.
     pub quality: u8,
-    /// Time from the first to the last row of the picture in ms, at most a frame interval: 0 for a global shutter, below
-    /// 0 if the last row comes first.
+    /// Time from the first to the last row of the picture in ms, at most a frame interval: 0 for a global shutter,
+    /// below 0 if the last row comes first.
     pub readout_ms: f64,
     /// Fraction of the frame interval during which the shutter is open, 0.01..=1.
     ///

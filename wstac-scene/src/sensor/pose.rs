@@ -69,8 +69,8 @@ impl Default for Pose {
 impl Pose {
     /// Draws a pose from which all whiskers are seen.
     ///
-    /// It is rotated by up to 15° and tilted by up to 12° on both axes. The lens moves the middle of a side by up to 0.08.
-    /// One side is up to three times as bright.
+    /// It is rotated by up to 15° and tilted by up to 12° on both axes. The lens moves the middle of a side by up to
+    /// 0.08. One side is up to three times as bright.
     pub fn random(rng: &mut Rng, size: FrameSize) -> Self {
         let mut around = |most: f64| most * (2.0 * rng.uniform() - 1.0);
         let [width, height] = [size.width(), size.height()].map(f64::from);

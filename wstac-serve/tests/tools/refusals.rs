@@ -187,8 +187,8 @@ fn half_requests_lock_nobody_out() {
     assert_eq!(served.end().0, 0);
 }
 
-/// Requests that come byte by byte are read. An answer arrives although the client has said more, or has nothing more to
-/// say.
+/// Requests that come byte by byte are read. An answer arrives although the client has said more, or has nothing more
+/// to say.
 #[test]
 fn slow_and_odd_requests_are_answered() {
     let served = Served::new(None, &Config::default(), Tools::default());

@@ -20,7 +20,8 @@ impl Calibration {
 
     /// Returns a configuration with this calibration in it, and its text as a file.
     ///
-    /// The text is [`to_toml`](Self::to_toml)'s if `config` has defaults besides. Otherwise it has all keys of `config`.
+    /// The text is [`to_toml`](Self::to_toml)'s if `config` has defaults besides. Otherwise it has all keys of
+    /// `config`.
     ///
     /// # Errors
     /// The configuration cannot be written as TOML, or not be read again.

@@ -165,9 +165,9 @@ fn lateness(light: &Light, (start, end): (usize, usize), left: f64) -> Option<[O
 
 /// Returns the middle in time of a bending whose fresh light has this middle and variance among frames.
 ///
-/// A frame adds up what came in it, so that light at any time of it counts for the whole frame, and what came early in it
-/// has faded at its end. So the middle of a bending that is shorter than some frames depends on when it comes. It is taken
-/// for even, of the length that gives the variance.
+/// A frame adds up what came in it, so that light at any time of it counts for the whole frame, and what came early in
+/// it has faded at its end. So the middle of a bending that is shorter than some frames depends on when it comes. It is
+/// taken for even, of the length that gives the variance.
 fn bent(middle: f64, variance: f64, left: f64) -> f64 {
     // The light that an instant at this part of a frame gives to the next frame.
     let next = |part: f64| {
@@ -199,7 +199,8 @@ fn bent(middle: f64, variance: f64, left: f64) -> f64 {
     at_length(f64::midpoint(short, long)).0
 }
 
-/// Returns the delay of a press and its release in frames per pixel, with its deviation; `None` if they are no such pair.
+/// Returns the delay of a press and its release in frames per pixel, with its deviation; `None` if they are no such
+/// pair.
 fn delay(
     press: &[Option<f64>; TAXELS],
     release: &[Option<f64>; TAXELS],

@@ -1,8 +1,9 @@
 //! Diagnosis of a sensor that nothing touches, in numbers and in words.
 //!
-//! [`measure`] reads any source, or takes the events of one that somebody else reads; [`still`], [`pace`] and [`pixels`] compute numbers from it. [`signal`] computes what
-//! the trigger would see, [`mjpeg`] the effect of compression, and [`verdict`] the recommended changes. Levels are gray
-//! levels of 255, whatever the format's full scale is.
+//! [`measure`] reads any source, or takes the events of one that somebody else reads; [`still`], [`pace`] and
+//! [`pixels`] compute numbers from it. [`signal`] computes what the trigger would see, [`mjpeg`] the effect of
+//! compression, and [`verdict`] the recommended changes. Levels are gray levels of 255, whatever the format's full
+//! scale is.
 
 pub mod controls;
 pub mod measure;

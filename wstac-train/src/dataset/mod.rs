@@ -1,7 +1,7 @@
 //! Data sets: samples of many simulated slides, or of recordings, for training.
 //!
-//! [`sweep`] selects the slides, and [`samples`] computes them. [`npz`] and [`arrays`] write them for NumPy. [`path`] has
-//! random slides and their samples along the path, and [`random`] the file that selects them. [`recordings`] and
+//! [`sweep`] selects the slides, and [`samples`] computes them. [`npz`] and [`arrays`] write them for NumPy. [`path`]
+//! has random slides and their samples along the path, and [`random`] the file that selects them. [`recordings`] and
 //! [`recorded_arrays`] do the same for recordings.
 
 pub mod arrays;

@@ -136,7 +136,8 @@ impl RandomSlides {
         self.some_while(0..self.slides, goes_on, |slide| slide)
     }
 
-    /// Simulates the slides of some numbers as [`all_while`](Self::all_while) does, and returns what `keep` makes of them.
+    /// Simulates the slides of some numbers as [`all_while`](Self::all_while) does, and returns what `keep` makes of
+    /// them.
     ///
     /// # Errors
     /// A scene is not valid.

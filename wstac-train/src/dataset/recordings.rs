@@ -321,8 +321,8 @@ pub fn for_tests(recordings: &[Recording], share: f64) -> Vec<bool> {
     tests
 }
 
-/// Returns how many of so many recordings or groups a share is: never all, and at least one of two if the share is above
-/// 0.
+/// Returns how many of so many recordings or groups a share is: never all, and at least one of two if the share is
+/// above 0.
 pub(crate) fn share_of(count: usize, share: f64) -> usize {
     let most = count.saturating_sub(1);
     let least = usize::from(share > 0.0).min(most);

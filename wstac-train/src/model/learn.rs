@@ -27,8 +27,8 @@ pub struct Learned {
     pub slides: Vec<usize>,
     /// The fraction of slides that are named correctly by the other slides; `None` if a texture has only one.
     pub left_out: Option<f64>,
-    /// The fraction of slides that are called unknown by a model of all textures but their own; `None` if the model does
-    /// not tell. It is that of these textures: unknown ones that are more alike are found less often.
+    /// The fraction of slides that are called unknown by a model of all textures but their own; `None` if the model
+    /// does not tell. It is that of these textures: unknown ones that are more alike are found less often.
     pub found_unknown: Option<f64>,
     /// Whether the model says how sure an answer is.
     pub is_calibrated: bool,

@@ -34,8 +34,8 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::file_bytes;
 use wstac_host::texture::pattern_and_depth;
 
-/// Returns the mean of so many inputs over time: of the features of 1000 simulated slides at 100 to 200 mm/s it is -2.58, of
-/// the taxels of 300 it is -4.42.
+/// Returns the mean of so many inputs over time: of the features of 1000 simulated slides at 100 to 200 mm/s it is
+/// -2.58, of the taxels of 300 it is -4.42.
 fn usual_mean(inputs: usize) -> f64 {
     if input_for(inputs) == Input::Taxels { -4.4 } else { -2.5 }
 }
@@ -55,8 +55,8 @@ pub struct Import {
     pub note: Option<String>,
     /// Options for the conversion of real numbers to integers.
     pub options: Options,
-    /// Only for [`import`]: a data set on which at most 0.5 % of answers may change. If it has labels of the model, more
-    /// answers must be right than by chance.
+    /// Only for [`import`]: a data set on which at most 0.5 % of answers may change. If it has labels of the model,
+    /// more answers must be right than by chance.
     pub check: Option<PathBuf>,
     /// Only for [`import_bytes`]: samples instead of `check`, in the order of data sets.
     pub samples: Option<Vec<Vec<i16>>>,

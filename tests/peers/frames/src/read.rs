@@ -53,7 +53,8 @@ fn rows<const BYTES: usize, const AHEAD: usize>(
     for [x, y] in layout.corners().map(|corner| corner.map(usize::from)) {
         let block = &frame[y * bytes_per_row + x * pixel..][..(height - 1) * bytes_per_row + BYTES];
         for row in 0..height {
-            // SAFETY: the block has as many rows of as many bytes; the last vector ends with the row, and may have bytes of the one before.
+            // SAFETY: the block has as many rows of as many bytes; the last vector ends with the row, and may have
+            // bytes of the one before.
             unsafe {
                 let row = block.as_ptr().add(row * bytes_per_row);
                 if AHEAD > 0 {

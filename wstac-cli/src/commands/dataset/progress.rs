@@ -9,8 +9,8 @@ use crate::commands::output::note;
 /// The time between two lines if standard error is no terminal.
 const BETWEEN_LINES: Duration = Duration::from_mins(1);
 
-/// A line on a terminal that is overwritten. If standard error is no terminal, there is a line at the start and one each
-/// minute; the result of the command is the line at the end.
+/// A line on a terminal that is overwritten. If standard error is no terminal, there is a line at the start and one
+/// each minute; the result of the command is the line at the end.
 pub(in crate::commands) struct ProgressLine {
     /// The counted things: slides or recordings.
     what: &'static str,

@@ -63,15 +63,15 @@ pub(super) struct Arguments {
 
     /// Speeds of the training in mm/s, from and to
     ///
-    /// They are those of the slowest and of the fastest slide. A slide at another speed has no texture then: far from the
-    /// speeds of its training, a model is wrong more often than it seems. Only model files can say so.
+    /// They are those of the slowest and of the fastest slide. A slide at another speed has no texture then: far from
+    /// the speeds of its training, a model is wrong more often than it seems. Only model files can say so.
     #[arg(long, value_name = "FROM,TO", value_parser = speeds)]
     speeds: Option<KnownSpeeds>,
 
     /// Weights of a linear model or a network: int16 by default
     ///
-    /// int8 is half as large and less exact. int32 is twice as large and takes twice the time; by default it is chosen if
-    /// rounding to int16 may change answers. Boards before version 0.4 do not read it.
+    /// int8 is half as large and less exact. int32 is twice as large and takes twice the time; by default it is chosen
+    /// if rounding to int16 may change answers. Boards before version 0.4 do not read it.
     #[arg(long, value_enum)]
     weights: Option<Weights>,
 
@@ -83,8 +83,9 @@ pub(super) struct Arguments {
 
     /// Count the answers that rounding changes, and those that are right
     ///
-    /// The data set is one of wstac dataset, best not that of the training. It is an error if more than 0.5 % change, or if
-    /// no more are right than by chance. Its mean also makes the rounding of weights better. Only for model files.
+    /// The data set is one of wstac dataset, best not that of the training. It is an error if more than 0.5 % change,
+    /// or if no more are right than by chance. Its mean also makes the rounding of weights better. Only for model
+    /// files.
     #[arg(long, value_name = "SET.npz")]
     check: Option<PathBuf>,
 

@@ -156,8 +156,8 @@ struct Ended {
     failure: Option<Error>,
 }
 
-/// Records a sensor until its source ends or fails, another one fails, a limit is reached, the disk is full, or a signal
-/// asks for the end.
+/// Records a sensor until its source ends or fails, another one fails, a limit is reached, the disk is full, or a
+/// signal asks for the end.
 fn read(opened: Opened<'_>, recorder: Recorder, shared: &StopCondition<'_>) -> Ended {
     let Opened { mut session, records, .. } = opened;
     let mut observer = Recording { recorder, shown: Shown::new(records), losses: LossReport::default(), shared };
@@ -231,7 +231,8 @@ struct Recording<'a> {
 }
 
 impl Recording<'_> {
-    /// Ends the recording of all sensors. Files and scenes end at the same place every time, cameras as soon as they can.
+    /// Ends the recording of all sensors. Files and scenes end at the same place every time, cameras as soon as they
+    /// can.
     fn end_all(&self) {
         self.shared.is_over.store(true, Ordering::Relaxed);
         self.recorder.end_all();

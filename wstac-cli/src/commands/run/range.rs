@@ -3,8 +3,8 @@
 use wstac_host::output::Output;
 use wstac_host::session::Processor;
 
-/// A range of times in seconds from the first frame on: from `since` on, before `until`. Without either it has all, also frames
-/// of a clock that goes back.
+/// A range of times in seconds from the first frame on: from `since` on, before `until`. Without either it has all,
+/// also frames of a clock that goes back.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Range {
     since: f64,

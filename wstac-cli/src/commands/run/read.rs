@@ -174,8 +174,8 @@ impl<'a> Run<'a> {
         Err(Error::new(ErrorKind::Data, format_args!("{failures} of {} sensors", sensors.len()), "failed").into())
     }
 
-    /// Reads the sensors of files frame by frame in the order of the frames' times, so that the records of every run have
-    /// the same order. Returns how many failed.
+    /// Reads the sensors of files frame by frame in the order of the frames' times, so that the records of every run
+    /// have the same order. Returns how many failed.
     fn in_order(self, sensors: &[SensorSpec<'_>]) -> usize {
         let opened: Vec<_> = sensors.iter().map(|sensor| (sensor, self.open_frames(sensor))).collect();
         if opened.iter().any(|(_, open)| open.is_err()) {
@@ -345,8 +345,8 @@ struct Printer<'a> {
     outputs: VecDeque<Output>,
     losses: LossReport,
     no_event: NoEvent,
-    /// The last that the source says about frames that come unevenly or are missing in the file, and the events that are
-    /// not reliable and have such frames.
+    /// The last that the source says about frames that come unevenly or are missing in the file, and the events that
+    /// are not reliable and have such frames.
     uneven: Option<String>,
     unreliable: u64,
     /// The note for the first slide without a texture because there is no model.

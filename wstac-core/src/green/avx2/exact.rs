@@ -11,8 +11,8 @@
 //! The same text is compiled for AVX2 and for AVX-512, whose vectors are twice as wide.
 //!
 //! 32 pixels of YUYV take 25 instructions with AVX2, apart from loads. A YUYV frame of 1280 × 720 takes 5.2 % of the
-//! plain code's time with AVX2 and 3.0 % with AVX-512. That is 28 % and 48 % of the speed of a plain read (one run on an
-//! AMD EPYC of family 26, frame in the cache).
+//! plain code's time with AVX2 and 3.0 % with AVX-512. That is 28 % and 48 % of the speed of a plain read (one run on
+//! an AMD EPYC of family 26, frame in the cache).
 
 /// Defines the kernel for one width of vectors. The module around it gives the intrinsics names without their width.
 macro_rules! kernel {

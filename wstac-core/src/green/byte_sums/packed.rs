@@ -49,8 +49,8 @@ pub(super) fn add_to(SideBySide { band, corners, width }: SideBySide<'_>, sums: 
 /// Adds `rows` rows of `width` bytes to a sum for each corner, from the corner's column on.
 ///
 /// # Safety
-/// All these bytes are there. There is at least one row. The width is [`Strip::LEAST`] to [`MOST_WIDTH`]. With more rows
-/// than one, `bytes_per_row` is a multiple of 4.
+/// All these bytes are there. There is at least one row. The width is [`Strip::LEAST`] to [`MOST_WIDTH`]. With more
+/// rows than one, `bytes_per_row` is a multiple of 4.
 #[inline(always)]
 unsafe fn start<const N: usize>(
     corners: &[[u16; 2]; N],
@@ -60,8 +60,8 @@ unsafe fn start<const N: usize>(
     let Range { start, end } = corners.as_ptr_range();
     let to_sum = (sums.as_mut_ptr() as usize).wrapping_sub(start as usize).wrapping_sub(size_of::<[u16; 2]>());
     let work = Work { corners: start, first: bytes.as_ptr(), to_sum, end, rows, width, bytes_per_row };
-    // SAFETY: it reads the first four bytes of each run, the last four, and the aligned words in it. It writes the sums,
-    // which have the size and the number of the corners.
+    // SAFETY: it reads the first four bytes of each run, the last four, and the aligned words in it. It writes the
+    // sums, which have the size and the number of the corners.
     unsafe { add(&raw const work) };
 }
 

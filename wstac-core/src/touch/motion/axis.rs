@@ -38,7 +38,8 @@ const ENOUGH: f32 = 0.98;
 const STEPS: u32 = 5;
 /// Slowness from which leading edges are not compared: 5 frames per pitch, in units of 2^-16.
 const SLOW: i32 = 5 << 16;
-/// Weight of the distance between the slowness of leading edges and that of all light, in units of 2^-16: 0.4 of a change.
+/// Weight of the distance between the slowness of leading edges and that of all light, in units of 2^-16: 0.4 of a
+/// change.
 const RISING: f32 = 0.4 / 65_536.0;
 /// Most frames per pitch of a start.
 const FARTHEST_START: i32 = 14 << 16;

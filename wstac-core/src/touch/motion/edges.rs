@@ -61,8 +61,8 @@ impl Edges {
     }
 }
 
-/// Returns where a straight line from `before` at `frame` − 1 to `value` at `frame` crosses `threshold`, in units of 2^-16
-/// frames. The first frame has no frame before it.
+/// Returns where a straight line from `before` at `frame` − 1 to `value` at `frame` crosses `threshold`, in units of
+/// 2^-16 frames. The first frame has no frame before it.
 pub(super) fn between(frame: i32, before: i32, value: i32, threshold: i32) -> i32 {
     if frame == 0 {
         return 0;

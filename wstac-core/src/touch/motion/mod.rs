@@ -2,8 +2,8 @@
 //!
 //! Whiskers stand a pitch apart. The same light passes the five rows, and the five columns, one after the other. The
 //! slowness, in frames per pitch along either axis, gives speed and direction: no specimen length and no fitted law.
-//! Two estimators differ in cost and accuracy. [`by_coherence`] finds the slowness at which the five signals of an axis,
-//! shifted back, are most alike. [`by_edges`] fits a straight line through five rising edges.
+//! Two estimators differ in cost and accuracy. [`by_coherence`] finds the slowness at which the five signals of an
+//! axis, shifted back, are most alike. [`by_edges`] fits a straight line through five rising edges.
 //!
 //! A straight edge that is not at right angles to its motion gives only the motion across the edge.
 
@@ -53,11 +53,11 @@ pub struct Motion {
     pub contact: Contact,
     /// Speed and direction; `None` unless it slides, and by a wave if they change.
     pub velocity: Option<Velocity>,
-    /// How well one shape and one slowness explain the lines of the worse axis, 0 to 1. 0 if fewer than three lines of an
-    /// axis are lit.
+    /// How well one shape and one slowness explain the lines of the worse axis, 0 to 1. 0 if fewer than three lines of
+    /// an axis are lit.
     ///
-    /// By coherence it is the explained part of the lines' energy. By edges it is 1 less the mean square deviation of the
-    /// arrival times from their straight line, in units of (1 + |slowness|)² frames². By a wave it is 0.
+    /// By coherence it is the explained part of the lines' energy. By edges it is 1 less the mean square deviation of
+    /// the arrival times from their straight line, in units of (1 + |slowness|)² frames². By a wave it is 0.
     pub coherence: f32,
     /// Whether speed and direction hold within their standard deviations.
     pub reliable: bool,
@@ -76,8 +76,8 @@ pub struct MotionConfig {
     readout: Readout,
 }
 
-/// Slowness in frames per pitch below which a touch is a press: all whiskers are reached at once. From the second number
-/// on it is a slide. At a pitch of 4 mm and 30 frames per second they are 1,200 and 706 mm/s.
+/// Slowness in frames per pitch below which a touch is a press: all whiskers are reached at once. From the second
+/// number on it is a slide. At a pitch of 4 mm and 30 frames per second they are 1,200 and 706 mm/s.
 const LEAST_SLIDE: [f32; 2] = [0.1, 0.17];
 /// Most slowness that a press may have by some readout, if that is unknown: 545 mm/s.
 const MOST_PRESS: f32 = 0.22;
@@ -109,13 +109,13 @@ const BY_COHERENCE: Deviations = Deviations {
 /// Deviations of [`by_edges`].
 const BY_EDGES: Deviations =
     Deviations { factors: &[[5.0, 0.62], [10.0, 0.5]], across: &[[1.5, 0.92], [3.0, 0.8]], least: 0.008, most: 0.03 };
-/// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the slowness,
-/// and in frames. A dead whisker moves its row or column by up to half the slowness.
+/// Largest distance of a line's arrival time from the straight line of a reliable velocity: as a fraction of the
+/// slowness, and in frames. A dead whisker moves its row or column by up to half the slowness.
 const FARTHEST: [f32; 2] = [0.16, 0.01];
 /// Deviation of the slowness by one filled frame, in frames per pitch. That of more is a root of their number higher.
 const FILLED: f32 = 0.02;
-/// Largest change of a reliable slowness within a touch: as a fraction of it, and in frames. Whatever stops, changes its
-/// speed or is two touches changes more.
+/// Largest change of a reliable slowness within a touch: as a fraction of it, and in frames. Whatever stops, changes
+/// its speed or is two touches changes more.
 const CHANGE: [f32; 2] = [0.04, 0.004];
 
 impl MotionConfig {
@@ -173,8 +173,8 @@ impl MotionConfig {
 /// Returns the motion of an event's touch by the coherence of its lines' signals.
 ///
 /// Each line's light above the baseline is smoothed by a binomial filter of nine taps and scaled to its peak. From the
-/// slowness of the rising edges, Gauss-Newton steps lead to the slowness at which the lines are most alike: they minimize
-/// Σ_k Σ_t (x_k(t + k s) − g_k m(t))², with the mean shape m and the gain g_k of each line.
+/// slowness of the rising edges, Gauss-Newton steps lead to the slowness at which the lines are most alike: they
+/// minimize Σ_k Σ_t (x_k(t + k s) − g_k m(t))², with the mean shape m and the gain g_k of each line.
 ///
 /// All sums are integers. The few operations after them are IEEE operations in 32 bits, which every processor rounds
 /// alike.
@@ -202,8 +202,8 @@ pub fn by_coherence(event: &Event<'_>, config: MotionConfig) -> Motion {
 
 /// Returns the motion of an event's touch by the rising edges of its lines' signals.
 ///
-/// An edge is where a line's light above the baseline first exceeds 30 % of its peak. A straight line through the edges of
-/// the lit lines gives the slowness. It costs an eighth of [`by_coherence`], and errs more (docs/TRADE.md).
+/// An edge is where a line's light above the baseline first exceeds 30 % of its peak. A straight line through the edges
+/// of the lit lines gives the slowness. It costs an eighth of [`by_coherence`], and errs more (docs/TRADE.md).
 pub fn by_edges(event: &Event<'_>, config: MotionConfig) -> Motion {
     motion(axis::by_edges(event, 0), axis::by_edges(event, ROWS), event, config, &BY_EDGES)
 }
@@ -331,7 +331,8 @@ fn is_steady(rows: Axis, columns: Axis, slowness: f32) -> bool {
     rows.change.max(columns.change) <= CHANGE[0] * slowness + CHANGE[1]
 }
 
-/// Returns speed and direction of a slowness above 0, in frames per pitch, and how far an unknown readout may move them.
+/// Returns speed and direction of a slowness above 0, in frames per pitch, and how far an unknown readout may move
+/// them.
 fn velocity(
     rows: Axis,
     columns: Axis,

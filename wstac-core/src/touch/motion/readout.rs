@@ -64,15 +64,15 @@ impl Readout {
     /// A global shutter, or one strobe per frame: all rows are exposed at once.
     pub const GLOBAL: Self = Self { delays: [0.0; 2], off: [0.0; 2] };
 
-    /// Creates an unknown readout of the paper's layout, over the full height of the picture: between 0 and the time of a
-    /// camera's frame, the top first.
+    /// Creates an unknown readout of the paper's layout, over the full height of the picture: between 0 and the time of
+    /// a camera's frame, the top first.
     pub const fn unknown(rate: FrameRate) -> Self {
         let delays = [0.5 / (rate.frames_added() as f32 * ROWS as f32), 0.0];
         Self { delays, off: delays }
     }
 
-    /// Creates the readout of a layout whose whole picture takes this time. `None` is unknown: between 0 and the time of a
-    /// camera's frame.
+    /// Creates the readout of a layout whose whole picture takes this time. `None` is unknown: between 0 and the time
+    /// of a camera's frame.
     ///
     /// `order` says where these rows follow each other in the layout's picture.
     ///
@@ -114,13 +114,14 @@ impl Readout {
         self.off[0] == 0.0 && self.off[1] == 0.0
     }
 
-    /// Returns feature frames from a row of taxels to the one below it, and from a column to the one at its right: half of
-    /// what is possible if it is unknown.
+    /// Returns feature frames from a row of taxels to the one below it, and from a column to the one at its right: half
+    /// of what is possible if it is unknown.
     pub const fn delays(self) -> [f32; 2] {
         self.delays
     }
 
-    /// Returns the least and the most that a slowness may be, if it and those of rows and columns are of the assumed delays.
+    /// Returns the least and the most that a slowness may be, if it and those of rows and columns are of the assumed
+    /// delays.
     pub(super) fn bounds(self, [rows, columns]: [f32; 2], slowness: f32) -> [f32; 2] {
         // Without a floating-point unit, each of these operations takes a hundred instructions.
         if self.is_known() {
@@ -134,8 +135,8 @@ impl Readout {
         [-nearest, far].map(|part| super::length([rows + part * a, columns + part * b]))
     }
 
-    /// Returns how far the speed may be off as a fraction, and the direction in radians, if the slowness is this one with
-    /// this direction.
+    /// Returns how far the speed may be off as a fraction, and the direction in radians, if the slowness is this one
+    /// with this direction.
     pub(crate) fn reach(self, slowness: f32, right: f32, up: f32) -> [f32; 2] {
         if self.is_known() {
             return [0.0; 2];

@@ -12,7 +12,8 @@ const LIT_SHIFT: u32 = 3;
 const BRIGHT: u32 = PEAK as u32 / 64;
 /// In the first frame, most lines of a touch that crosses the sensor are below this light: a 32nd of the peak.
 const DARK_AT_FIRST: i16 = PEAK as i16 / 32;
-/// All lines of a touch that is as wide as the sensor have peaks above this fraction of the brightest, in units of 2^-4.
+/// All lines of a touch that is as wide as the sensor have peaks above this fraction of the brightest, in units of
+/// 2^-4.
 const EVEN: u32 = 7;
 /// The span of a shape without bright frames.
 const NO_SPAN: [u8; 2] = [SAMPLE_FRAMES as u8, 0];

@@ -14,13 +14,13 @@ pub(super) struct Fit {
     pub coherence: f32,
     /// Standard deviation of the slowness, in frames per pitch, if errors of neighboring frames were independent.
     pub sd: f32,
-    /// Standard deviation of the slowness, in frames per pitch, by how far the lines' arrival times are off their straight
-    /// line.
+    /// Standard deviation of the slowness, in frames per pitch, by how far the lines' arrival times are off their
+    /// straight line.
     pub scatter: f32,
     /// The largest of these distances, in frames.
     pub farthest: f32,
-    /// How far the slowness of a quarter of the frames is off that of all, at most, in frames per pitch: times the fourth
-    /// root of the quarter's share of the derivative's energy.
+    /// How far the slowness of a quarter of the frames is off that of all, at most, in frames per pitch: times the
+    /// fourth root of the quarter's share of the derivative's energy.
     pub change: f32,
 }
 
@@ -39,8 +39,8 @@ const LEAST_TOLD: f32 = 0.03;
 /// Unit of the sums of parts.
 const TOLD: f32 = 256.0;
 
-/// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if the
-/// lines have no shape.
+/// Returns the step from a slowness in units of 2^-16 frames per pitch; `None` if too few frames are left at it, or if
+/// the lines have no shape.
 #[inline(never)]
 pub(super) fn step(shapes: &Shapes, slowness: i32) -> Option<Fit> {
     // All lines are shifted by at most two pitches. Interpolation needs a frame more before, and two after.

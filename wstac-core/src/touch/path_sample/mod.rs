@@ -4,8 +4,9 @@
 //! equal distances behind the specimen's leading edge, and lines are put together by their place in the motion. So one
 //! texture gives similar numbers at any speed, in any direction and at any length.
 //!
-//! [`PathSample::of_sums`] uses the ten features of the event, and needs no memory of its own. [`PathSample::of_taxels`]
-//! uses the 25 taxels that a [`TaxelRing`] keeps, which tells textures apart better above 200 mm/s.
+//! [`PathSample::of_sums`] uses the ten features of the event, and needs no memory of its own.
+//! [`PathSample::of_taxels`] uses the 25 taxels that a [`TaxelRing`] keeps, which tells textures apart better above 200
+//! mm/s.
 //!
 //! A model file says which of them it takes ([`Input`]).
 
@@ -171,7 +172,8 @@ impl PathSample {
         &self.numbers
     }
 
-    /// Returns whether the touch went far enough within its 70 frames for a model of so many frames, in tens of numbers.
+    /// Returns whether the touch went far enough within its 70 frames for a model of so many frames, in tens of
+    /// numbers.
     pub const fn covers(&self, frames: u8) -> bool {
         frames as usize * FEATURES <= self.covered as usize
     }
@@ -229,8 +231,8 @@ impl Way {
         })
     }
 
-    /// Returns the delays from a row to the one above it and from a column to the next as the camera sees them: lines that
-    /// it reads later show the light sooner.
+    /// Returns the delays from a row to the one above it and from a column to the next as the camera sees them: lines
+    /// that it reads later show the light sooner.
     fn recorded(&self, config: MotionConfig) -> [i32; 2] {
         let [rows, columns] = config.readout().delays().map(|delay| nearest(delay * (1 << FRAME_BITS) as f32));
         [self.up + rows, self.right - columns]

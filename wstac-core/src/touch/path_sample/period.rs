@@ -13,7 +13,8 @@ use super::{FACTS, PathSample};
 const FIRST: usize = 8;
 const LEAST_STEPS: usize = 20;
 const MOST_STEPS: usize = 88;
-/// A step is lit above this mean of its three groups, in units of 2^-11: −1.4. The last two such steps are the trailing edge's.
+/// A step is lit above this mean of its three groups, in units of 2^-11: −1.4. The last two such steps are the trailing
+/// edge's.
 const LIT: i32 = -2867;
 const OF_EDGE: usize = 2;
 /// Frequencies, and the first and the last of them per mm.
@@ -27,8 +28,8 @@ const OF_FRAME: f32 = 0.4;
 /// Deviation, as a fraction: of each; of a window that is not whole periods; of frames.
 const DEVIATION: [f32; 3] = [0.0022, 0.04, 0.33];
 
-/// Returns the period of the texture of a slide in mm, from its light so far; `None` where it cannot be told: an object without
-/// one, less than 2.5 periods of path, one beyond 2.7 to 12.5 mm, more than 0.4 of it in a frame, and as
+/// Returns the period of the texture of a slide in mm, from its light so far; `None` where it cannot be told: an object
+/// without one, less than 2.5 periods of path, one beyond 2.7 to 12.5 mm, more than 0.4 of it in a frame, and as
 /// [`PathSample::of_touch`].
 ///
 /// The velocity is that of the touch's reliable answer. Its deviation is in that of the period.
@@ -71,7 +72,8 @@ fn of_sample(sample: &PathSample, velocity: &Velocity, config: MotionConfig) -> 
     Some(Measured { value: mm, sd: mm * sqrt(parts.iter().map(|part| part * part).sum()) })
 }
 
-/// Returns the strongest frequency of light per step, and its share in the changes of the light; `None` at an end of the range.
+/// Returns the strongest frequency of light per step, and its share in the changes of the light; `None` at an end of
+/// the range.
 fn strongest(light: &mut [f32]) -> Option<(f32, f32)> {
     let steps = light.len() as f32;
     let place = |step: usize| step as f32 - (steps - 1.0) / 2.0;

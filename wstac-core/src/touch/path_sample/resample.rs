@@ -84,8 +84,8 @@ pub(super) struct Factors {
 
 /// The level at which a touch begins, as a fraction 2^-3 of a line's peak.
 const START_SHIFT: u32 = 3;
-/// A line is lit if its peak is at least a fraction 2^-4 of the brightest. Its own mean counts as at least that fraction
-/// of the mean of all.
+/// A line is lit if its peak is at least a fraction 2^-4 of the brightest. Its own mean counts as at least that
+/// fraction of the mean of all.
 const LIT_SHIFT: u32 = 4;
 /// Fraction bits of light in units of a line's own mean, and the most that it counts.
 const OWN_BITS: u32 = 12;
@@ -184,7 +184,8 @@ impl<const LINES: usize> Track<LINES> {
 
     /// Replaces the light of lines beside a lost frame by that of the others, which pass the same path at other times.
     ///
-    /// `own` is the light of each line over the window. Returns false, and leaves them, if the others have too little of it.
+    /// `own` is the light of each line over the window. Returns false, and leaves them, if the others have too little
+    /// of it.
     #[inline(never)]
     fn refill(&self, light: &impl Light, own: &[u32; LINES], step: usize, lines: &mut [u32; LINES]) -> bool {
         let is_there = |delay: i32| !is_beside_lost(light, self.start + delay + step as i32 * self.step);

@@ -1,8 +1,8 @@
 //! Where and how wide a touch is, across its motion.
 //!
-//! A whisker's energy tells how deep the object bends it. Three cuts of an object are compared with the 25 energies: one
-//! with upright sides, one with sloping ones, and that of a ball. Borders between two whiskers, of which one is lit, are
-//! alike in their likelihood, so an answer is a mean over all borders and cuts, and its deviation is theirs.
+//! A whisker's energy tells how deep the object bends it. Three cuts of an object are compared with the 25 energies:
+//! one with upright sides, one with sloping ones, and that of a ball. Borders between two whiskers, of which one is
+//! lit, are alike in their likelihood, so an answer is a mean over all borders and cuts, and its deviation is theirs.
 
 use core::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 
@@ -32,16 +32,16 @@ pub struct Measured {
 pub struct Extent {
     /// The middle of the object's path, from the sensor's middle to the left of the motion, within 14 mm.
     ///
-    /// `None` if a side of the path is beyond the whiskers, with two contacts, in a motion along rows, columns or diagonals,
-    /// or if no cut explains the light.
+    /// `None` if a side of the path is beyond the whiskers, with two contacts, in a motion along rows, columns or
+    /// diagonals, or if no cut explains the light.
     pub place_mm: Option<Measured>,
     /// The width of the object where it begins to bend the longest whisker, above 0: of a ball, its patch.
     ///
-    /// It is there if the place is. A ball whose light grows less steeply from its border than by the root of the overlap
-    /// seems up to 1.2 mm narrower, beyond its deviation.
+    /// It is there if the place is. A ball whose light grows less steeply from its border than by the root of the
+    /// overlap seems up to 1.2 mm narrower, beyond its deviation.
     pub width_mm: Option<Measured>,
-    /// Objects side by side, with dark whiskers between them: 1 or 2, and 0 in the dark. Of objects one behind the other
-    /// it counts one.
+    /// Objects side by side, with dark whiskers between them: 1 or 2, and 0 in the dark. Of objects one behind the
+    /// other it counts one.
     pub contacts: u8,
 }
 
@@ -69,8 +69,8 @@ const MOST_DOME: f32 = 0.9;
 /// A place has the square of its pitches from the middle times so much of the dome.
 const DOME_SHIFT: u32 = 3;
 const RIDGE: f32 = 2e-3;
-/// Places of a border, from half a millimeter inside the last lit whisker to 0.8 mm behind the third dark one, or 2.5 mm
-/// beyond all.
+/// Places of a border, from half a millimeter inside the last lit whisker to 0.8 mm behind the third dark one, or 2.5
+/// mm beyond all.
 const BORDERS: usize = 12;
 const INSIDE: i32 = MM / 2;
 const BEHIND: i32 = 205;
@@ -104,8 +104,8 @@ const LEAST: [f32; 2] = [0.04, 0.1];
 const TO_RADIAN: [f32; 2] = [0.855, 2.85];
 /// Along rows and columns, within 2°, whiskers are in five places across the motion: too few to tell a cut by.
 const LEAST_OBLIQUE: f32 = 0.035;
-/// Along diagonals, within 2.5°, they are in nine places, of which the outer ones have one or two: coins of 13 mm got widths
-/// of 18 mm.
+/// Along diagonals, within 2.5°, they are in nine places, of which the outer ones have one or two: coins of 13 mm got
+/// widths of 18 mm.
 const FROM_DIAGONAL: f32 = 0.062;
 const NOWHERE: i32 = i32::MAX;
 /// Units of an argument of [`exp_of_negative`] to those of a square; and one unit of its result.

@@ -47,8 +47,8 @@ pub(super) struct Wave {
     each: [(i32, i16, u8); TAXELS],
     /// The part of the energy that the wave leaves over.
     pub(super) miss: f32,
-    /// What the brighter frame beside a whisker's brightest lacks to 0.94 of its light, at least 0. A flash within a frame, which
-    /// is smoothed twice, lacks 0.27.
+    /// What the brighter frame beside a whisker's brightest lacks to 0.94 of its light, at least 0. A flash within a
+    /// frame, which is smoothed twice, lacks 0.27.
     pub(super) lacks: f32,
 }
 

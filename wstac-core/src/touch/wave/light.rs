@@ -9,7 +9,8 @@ use crate::reason::Reason;
 /// Frames at the start that count as dark, and units of light to one of a sum.
 const DARK: usize = 4;
 const DARK_SHIFT: u32 = DARK.trailing_zeros();
-/// The sum of the dark frames' 75 differences is 84 standard deviations of the noise, of which each is four units of light.
+/// The sum of the dark frames' 75 differences is 84 standard deviations of the noise, of which each is four units of
+/// light.
 const NOISE: u32 = 84 / DARK as u32;
 /// The noise is at least two units of a sum.
 const LEAST_NOISE: u32 = 2 * DARK as u32;
@@ -33,7 +34,8 @@ pub(super) struct Lines {
     pub(super) length: usize,
     /// Whether the touch is not over at the lines' end.
     pub(super) is_cut: bool,
-    /// The whiskers that light up behind the touch in the sample, if a quarter of the highest light follows it; a bit each.
+    /// The whiskers that light up behind the touch in the sample, if a quarter of the highest light follows it; a bit
+    /// each.
     pub(super) later: u32,
     /// Frames of the lines that were lost.
     pub(super) lost: u8,
@@ -119,8 +121,8 @@ impl Lines {
     }
 }
 
-/// Smooths twice by the filter [1 2 1] / 4 in place, and returns the highest value, at least 0. The first and last values stand
-/// for those beyond them.
+/// Smooths twice by the filter [1 2 1] / 4 in place, and returns the highest value, at least 0. The first and last
+/// values stand for those beyond them.
 #[inline(never)]
 fn smooth(line: &mut [i16]) -> i16 {
     let line = Cell::from_mut(line).as_slice_of_cells();

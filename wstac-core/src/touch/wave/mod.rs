@@ -5,8 +5,8 @@
 //!
 //! Two contacts of one velocity, and a corner, have two planes of times instead.
 //!
-//! docs/ANSWERS.md has how often it answers, and errs, by kind of object. A slide that stops on the sensor is not always
-//! refused, and then has the velocity before the stop.
+//! docs/ANSWERS.md has how often it answers, and errs, by kind of object. A slide that stops on the sensor is not
+//! always refused, and then has the velocity before the stop.
 //!
 //! tests/firmware/budgets.toml has what it costs a board.
 
@@ -74,15 +74,16 @@ const MOST_FLASHES: u32 = 6;
 const NOISE_OF_CHANGE: f32 = 0.011;
 /// Largest change of slowness of a third of the touch, as a fraction; and that if all whiskers are lit.
 const MOST_CHANGE: [f32; 2] = [0.065, 0.025];
-/// Largest change along the sensor as a fraction, in standard deviations, and as a fraction whatever these are; and what is
-/// certain beyond both.
+/// Largest change along the sensor as a fraction, in standard deviations, and as a fraction whatever these are; and
+/// what is certain beyond both.
 const ACCELERATION: [f32; 3] = [0.068, 2.5, 0.16];
 const CERTAIN: [f32; 2] = [0.05, 5.0];
 const TWIST: [f32; 2] = [0.12, 2.2];
-/// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does not.
+/// Standard deviations of an outline's direction in degrees: up to the first it tells it, from the second on it does
+/// not.
 const OUTLINE: [f32; 2] = [8.0, 25.0];
-/// Limits of the mean lateness if the velocity is to be that of the touch's end: by the slowness, if all light faded in between,
-/// and in frames.
+/// Limits of the mean lateness if the velocity is to be that of the touch's end: by the slowness, if all light faded in
+/// between, and in frames.
 const UNEVEN: [f32; 2] = [0.012, 0.11];
 /// Fewest whiskers that an edge lights, if its outline tells nothing.
 const FEWEST_OF_EDGE: u32 = 19;
@@ -91,32 +92,33 @@ const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
 const LEAST_SD: [f32; 2] = [0.0002, 0.0002];
-/// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it that
-/// is a deviation along the motion: of rods, whose edges are the sharpest.
+/// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it
+/// that is a deviation along the motion: of rods, whose edges are the sharpest.
 const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
-/// Deviation of the slowness along the motion by a frame of the touch that was lost, in frames per pitch. That of more is a
-/// root of their number higher.
+/// Deviation of the slowness along the motion by a frame of the touch that was lost, in frames per pitch. That of more
+/// is a root of their number higher.
 const LOST: f32 = 0.005;
-/// Parts of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness;
-/// frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation is late where
-/// the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
+/// Parts of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the
+/// lateness; frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation
+/// is late where the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] =
     [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.17, 0.31, 0.011], [0.21, 0.28, 0.01]]];
-/// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation, which has
-/// a term of its own.
+/// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation,
+/// which has a term of its own.
 const OF_PHASE: f32 = 600.0;
-/// Times the mean square of lateness without a dome, if all whiskers are lit: the square of the most that sharp edges are late by
-/// the phase.
+/// Times the mean square of lateness without a dome, if all whiskers are lit: the square of the most that sharp edges
+/// are late by the phase.
 const OF_EDGE: f32 = 1.5;
-/// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor, without
-/// that of sharp edges.
+/// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor,
+/// without that of sharp edges.
 const CHANGE_OF_PHASES: [f32; 2] = [2.3, 1.2];
-/// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in a
-/// sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
+/// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in
+/// a sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
 /// Times the deviations, if light of the touch is still to come.
 const OF_CUT: f32 = 1.25;
-/// The variance of a slowness, in squares of that per pitch, if all whiskers have one phase: then nothing shows the error.
+/// The variance of a slowness, in squares of that per pitch, if all whiskers have one phase: then nothing shows the
+/// error.
 const LOCKED: f32 = 0.06;
 /// From the first to the last whisker of a row.
 const SENSOR_MM: f32 = 4.0 * PITCH_MM;
@@ -128,8 +130,8 @@ const ONE_WEIGHT: f32 = 4096.0;
 pub struct Wave {
     lines: Lines,
     acceleration: Option<Measured>,
-    /// Whether the velocity is also that of the touch's end: if light lasted, and if all of it faded in between, as it does where
-    /// a slide sticks.
+    /// Whether the velocity is also that of the touch's end: if light lasted, and if all of it faded in between, as it
+    /// does where a slide sticks.
     pub(crate) is_even: [bool; 2],
 }
 
@@ -194,7 +196,8 @@ impl Wave {
         if self.lines.is_cut { Extent { place_mm: None, width_mm: None, ..extent } } else { extent }
     }
 
-    /// Returns the [acceleration](TaxelMotion::acceleration) of the touch of which [`Wave::fit`] has just returned a velocity.
+    /// Returns the [acceleration](TaxelMotion::acceleration) of the touch of which [`Wave::fit`] has just returned a
+    /// velocity.
     pub fn acceleration(&self) -> Option<Measured> {
         self.acceleration
     }
@@ -219,7 +222,8 @@ impl Wave {
         let whiskers = Whiskers::new(&self.lines, lit);
         let reason = match self.of_wave(&whiskers, &outline, count, config) {
             Err(reason @ (Reason::SpeedChanges | Reason::Turning | Reason::NotAlike | Reason::NotOver)) => reason,
-            // A slow edge that is nearly along a line of whiskers reaches the next line later, perhaps behind the sample.
+            // A slow edge that is nearly along a line of whiskers reaches the next line later, perhaps behind the
+            // sample.
             Ok(_) if self.lines.later & !lit != 0 && is_line(lit) => return Err(Reason::NotCrossed),
             answer => {
                 return answer.map(|(velocity, basis, acceleration, is_even)| {
@@ -323,8 +327,8 @@ impl Slide {
         }
     }
 
-    /// Returns the velocity with its deviations, of the speed as a fraction and of the direction in radians, to which lost frames
-    /// add.
+    /// Returns the velocity with its deviations, of the speed as a fraction and of the direction in radians, to which
+    /// lost frames add.
     fn velocity(self, sd: [f32; 2], lost: u8, config: MotionConfig) -> Result<Velocity, Reason> {
         let Self { slowness, right, up } = self;
         let reach = config.readout().reach(slowness, right, up);
@@ -349,8 +353,8 @@ impl Slide {
     }
 }
 
-/// Returns the velocity of slownesses of rows and columns, in their own time, that have this variance; `None` unless it is that
-/// of a slide and certain.
+/// Returns the velocity of slownesses of rows and columns, in their own time, that have this variance; `None` unless it
+/// is that of a slide and certain.
 pub(crate) fn velocity_of([of_rows, of_columns]: [f32; 2], variance: f32, config: MotionConfig) -> Option<Velocity> {
     let [columns_delay, rows_delay] = delays(config);
     let slide = Slide::new([of_columns + columns_delay, of_rows + rows_delay], config).ok()?;
@@ -368,7 +372,8 @@ pub(crate) fn dome(along: f32, across: f32) -> f32 {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub struct TaxelMotion {
-    /// The motion. Its coherence is 0 if the wave tells the velocity, or that there is not one: lines were not compared.
+    /// The motion. Its coherence is 0 if the wave tells the velocity, or that there is not one: lines were not
+    /// compared.
     pub motion: Motion,
     /// What its velocity is known by; `None` unless that is reliable.
     pub basis: Option<Basis>,
@@ -377,17 +382,17 @@ pub struct TaxelMotion {
     pub extent: Option<Extent>,
     /// The mean acceleration while an edge passes the sensor, in mm/s², below 0 if it slows down.
     ///
-    /// It is there for the basis [`Edge`](Basis::Edge) of the wave alone: other fronts may be round, which looks alike. A speed
-    /// that changes by more than some 7 % has no reliable velocity, and no acceleration.
+    /// It is there for the basis [`Edge`](Basis::Edge) of the wave alone: other fronts may be round, which looks alike.
+    /// A speed that changes by more than some 7 % has no reliable velocity, and no acceleration.
     pub acceleration: Option<Measured>,
 }
 
 /// Returns the motion of an event's touch by its 25 taxels.
 ///
-/// The wave tells the velocity, since coherence takes a narrow thing for an edge. If it refuses, coherence tells the kind of
-/// touch, a doubt that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames per second) of
-/// which the wave sees only a part, if it lights all whiskers with at most six flashes. More look like stick-slip
-/// ([`Reason::SpeedChanges`]), even if they are those of a steady slow edge at an angle.
+/// The wave tells the velocity, since coherence takes a narrow thing for an edge. If it refuses, coherence tells the
+/// kind of touch, a doubt that the wave does not know better, and the velocity of a touch below 30 mm/s (at 30 frames
+/// per second) of which the wave sees only a part, if it lights all whiskers with at most six flashes. More look like
+/// stick-slip ([`Reason::SpeedChanges`]), even if they are those of a steady slow edge at an angle.
 ///
 /// A slide that turns or changes its speed in the wave has no velocity.
 ///
@@ -460,8 +465,8 @@ struct Rest {
     /// Changes over the sensor, along the motion and by a turn, and their standard deviations.
     faster: [f32; 2],
     twist: [f32; 2],
-    /// Change of the speed over the sensor, without that of a dome, which is curved alike along and across; and its standard
-    /// deviation.
+    /// Change of the speed over the sensor, without that of a dome, which is curved alike along and across; and its
+    /// standard deviation.
     gain: [f32; 2],
     /// Standard deviations of the slowness along and across the motion.
     sd: [f32; 2],

@@ -32,8 +32,8 @@ const MOST_MISSED: u32 = 1;
 
 /// One of the directions: the whiskers' order across it.
 struct Chain {
-    /// How alike a whisker is to the one before it, in units of 2^-12; in higher bits its taxel; above that the inverse of the
-    /// variance of what is left, in units of 2^-6, below 2^10.
+    /// How alike a whisker is to the one before it, in units of 2^-12; in higher bits its taxel; above that the inverse
+    /// of the variance of what is left, in units of 2^-6, below 2^10.
     links: [u32; TAXELS],
     /// Half the logarithm of the variances' product, in units of 2^-20.
     half_ln: i32,
@@ -117,7 +117,8 @@ impl Outline {
     #[inline(never)]
     pub(super) fn new(peaks: &[i16; TAXELS]) -> Self {
         let plain = values(peaks);
-        // A grid as it is and a quarter turned, so that a kept chain tells two directions; its mirror image tells two more.
+        // A grid as it is and a quarter turned, so that a kept chain tells two directions; its mirror image tells two
+        // more.
         let grids: [[[i32; 2]; TAXELS]; 2] = [false, true].map(|is_mirrored| {
             core::array::from_fn(|taxel| {
                 let [x, y] = place_of(taxel);
@@ -167,7 +168,8 @@ impl Outline {
     }
 }
 
-/// Returns the peaks to the power of 0.6, in units of 2^-12 of the brightest. A weak whisker has the mean of its neighbors.
+/// Returns the peaks to the power of 0.6, in units of 2^-12 of the brightest. A weak whisker has the mean of its
+/// neighbors.
 fn values(peaks: &[i16; TAXELS]) -> [i32; TAXELS] {
     let ln =
         |peak: i16| Fixed::<256>.ln(u32::from(peak.max(1).unsigned_abs())) >> (LN_FRACTION_BITS - EXP_FRACTION_BITS);

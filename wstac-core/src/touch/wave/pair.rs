@@ -5,15 +5,15 @@ use super::squares::{ONE_FRAME, Points, TimePlane, above};
 use super::{FEWEST, LATE_FROM};
 use crate::touch::motion::{length, sqrt};
 
-/// Limits of two contacts: of the mean and the largest lateness, by the slowness and [`LATE_FROM`]; of what the slowness of
-/// each differs along and across the motion; and of what it may differ along, with a standard deviation.
+/// Limits of two contacts: of the mean and the largest lateness, by the slowness and [`LATE_FROM`]; of what the
+/// slowness of each differs along and across the motion; and of what it may differ along, with a standard deviation.
 const LATE_OF_CONTACTS: [f32; 2] = [0.04, 0.08];
 const MOST_DIFFERENCE: [f32; 2] = [0.02, 0.05];
 const MOST_POSSIBLE: f32 = 0.05;
 /// Limits of the mean and the largest lateness of a corner.
 const LATE_OF_CORNER: [f32; 2] = [0.08, 0.18];
-/// A corner has an angle of 75 to 105 degrees, and its edges are at 12 degrees or more to the motion. Round things light
-/// fewer whiskers.
+/// A corner has an angle of 75 to 105 degrees, and its edges are at 12 degrees or more to the motion. Round things
+/// light fewer whiskers.
 const MOST_COSINE: f32 = 0.26;
 const LEAST_SINE: f32 = 0.2;
 const FEWEST_OF_CORNER: u32 = 18;
@@ -34,8 +34,8 @@ pub(super) struct Pair {
 }
 
 impl Pair {
-    /// Returns the motion of two contacts, a bit for each whisker, by the middles of their light; `None` if they have not one
-    /// velocity.
+    /// Returns the motion of two contacts, a bit for each whisker, by the middles of their light; `None` if they have
+    /// not one velocity.
     #[inline(never)]
     pub(super) fn of_contacts(points: &Points, sides: [u32; 2], delays: [f32; 2]) -> Option<Self> {
         let planes = sides.map(|side| TimePlane::new(points, side));
@@ -132,8 +132,8 @@ fn square([xx, xy, yy]: [f32; 3], [x, y]: [f32; 2]) -> f32 {
     xx * x * x + 2.0 * xy * x * y + yy * y * y
 }
 
-/// Returns the variance of a time of weight 1, about the first plane for `first` and about the second one for all others;
-/// `None` if times are later than limits by the slowness allow.
+/// Returns the variance of a time of weight 1, about the first plane for `first` and about the second one for all
+/// others; `None` if times are later than limits by the slowness allow.
 #[inline(never)]
 fn variance(
     points: &Points,

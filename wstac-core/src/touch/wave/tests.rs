@@ -30,7 +30,8 @@ fn slide([right, down]: [f64; 2], peak: impl Fn(f64, f64) -> f64) -> Vec<Frame> 
     flashes(|x, y| 14.0 + 2.0 * (right.abs() + down.abs()) + x * right - y * down, peak)
 }
 
-/// Returns frames with a flash of each whisker at a time in frames, by its place to the right of the middle and above it.
+/// Returns frames with a flash of each whisker at a time in frames, by its place to the right of the middle and above
+/// it.
 fn flashes(late: impl Fn(f64, f64) -> f64, peak: impl Fn(f64, f64) -> f64) -> Vec<Frame> {
     let frame = |t: usize| {
         core::array::from_fn(|taxel| {
@@ -64,7 +65,8 @@ fn what_no_wave_explains_is_refused() {
     // A block that stops before the last column.
     let stopped = slide([1.0, 0.0], |x, y| f64::from(x < 1.5 && y.abs() < 1.5));
     assert_eq!(fit(&stopped), Err(Reason::NotCrossed));
-    // A slow edge that is nearly along the rows: it reaches the next one 18 frames later. A ball along a row is all there is.
+    // A slow edge that is nearly along the rows: it reaches the next one 18 frames later. A ball along a row is all
+    // there is.
     let along = |x: f64, y: f64| 14.0 + 2.0 * (x + 2.0) + 18.0 * (2.0 - y);
     assert_eq!(fit(&flashes(along, |_, _| 1.0)), Err(Reason::NotCrossed));
     check("ball", &flashes(along, |_, y| f64::from(y > 1.5)), 60.0, 0.0, Basis::Outline);

@@ -17,10 +17,11 @@ const DIRECT_BITS: u32 = 9;
 
 /// Most bytes between the last block before a marker and that marker, if they are no padding.
 ///
-/// After a missing packet, blocks may end before their data do. Then there are mostly more bytes: of 18,000 pictures with
-/// missing bytes, 16 here find as many as 64 do.
+/// After a missing packet, blocks may end before their data do. Then there are mostly more bytes: of 18,000 pictures
+/// with missing bytes, 16 here find as many as 64 do.
 const MOST_EXTRA: usize = 64;
-/// A coefficient of 8-bit samples has fewer bits, apart from the first of a block, whose difference has at most as many.
+/// A coefficient of 8-bit samples has fewer bits, apart from the first of a block, whose difference has at most as
+/// many.
 const TOO_MANY_BITS: u8 = 11;
 /// The lowest and the highest bit of each of eight bytes.
 const ONES: u64 = u64::MAX / 255;
@@ -376,8 +377,8 @@ impl Bits<'_> {
         Ok((!extra.is_empty()).then_some(extra))
     }
 
-    /// Returns the bytes between the last block and the next marker or the end, and the marker. `left` are the bits that
-    /// were taken and belong to no block.
+    /// Returns the bytes between the last block and the next marker or the end, and the marker. `left` are the bits
+    /// that were taken and belong to no block.
     fn extra(&self, left: u32) -> Result<(Range<usize>, Option<u8>), Refusal> {
         let mut end = self.at;
         for _ in 0..left / 8 {

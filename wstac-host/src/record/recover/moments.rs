@@ -103,8 +103,8 @@ impl Recovery<'_> {
         Ok(moment.agrees(&header, message.data, sum).then_some(start))
     }
 
-    /// Returns whether the waiting messages are a moment by the checksums of their chunks, by their times and by the counts of
-    /// a checksum that stands in such a chunk.
+    /// Returns whether the waiting messages are a moment by the checksums of their chunks, by their times and by the
+    /// counts of a checksum that stands in such a chunk.
     fn fits(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<bool, RecoverFailure> {
         let pending = std::mem::take(&mut self.pending);
         let (mut time, mut frames) = (None, Vec::new());
@@ -133,8 +133,8 @@ impl Recovery<'_> {
 
     /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
     ///
-    /// If a recording of several sensors counts the frames of all together, nobody knows of which sensor missing ones are.
-    /// Then everything behind them is left out.
+    /// If a recording of several sensors counts the frames of all together, nobody knows of which sensor missing ones
+    /// are. Then everything behind them is left out.
     fn sound_moment(&mut self, moment: &[Waiting], sum: &Sum) -> Result<(), RecoverFailure> {
         let own = self.frames_of(moment)?;
         (self.is_suspect, self.suspects) = (false, 0);

@@ -1,4 +1,5 @@
-//! The order in which the messages of a recording are read: as they stand, or sorted if a tool wrote them in another one.
+//! The order in which the messages of a recording are read: as they stand, or sorted if a tool wrote them in another
+//! one.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -30,7 +31,8 @@ pub fn recover(old: &Path, mut new: File, path: &Path) -> Result<Recovered, Erro
     })
 }
 
-/// Recovers a file in order by another `attempt`, or as it stands where that is better. `found` frames were found before.
+/// Recovers a file in order by another `attempt`, or as it stands where that is better. `found` frames were found
+/// before.
 fn in_better_order(found: u64, mut attempt: impl FnMut(Order) -> Result<Recovered, Error>) -> Result<Recovered, Error> {
     match attempt(Order::Sorted) {
         // To put them in order takes too much work.

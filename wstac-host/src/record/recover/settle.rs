@@ -86,8 +86,8 @@ impl Recovery<'_> {
         self.lost_of_any(self.out.tally().all.all().saturating_add(missing))
     }
 
-    /// Enters frames that are missing at the end, if nothing says of which sensor: for each of them as many as are missing
-    /// of all, so that no answer spans the place.
+    /// Enters frames that are missing at the end, if nothing says of which sensor: for each of them as many as are
+    /// missing of all, so that no answer spans the place.
     fn lost_of_any(&mut self, recorded: u64) -> Result<(), RecoverFailure> {
         let found = self.out.tally().all.all();
         if found > recorded {

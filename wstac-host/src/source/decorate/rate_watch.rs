@@ -24,12 +24,12 @@ const FAST: f64 = 1.05;
 const LONG_SPAN: Duration = Duration::from_secs(10);
 
 /// Reports a fault if a source's frames come at another rate than agreed on, and once more if they come in time again.
-/// A rate that is more than 2 % off over ten seconds, or 5 % too high over two, is reported once in each direction, until
-/// it is right again, which is reported, too.
+/// A rate that is more than 2 % off over ten seconds, or 5 % too high over two, is reported once in each direction,
+/// until it is right again, which is reported, too.
 ///
 /// It uses the driver's sequence numbers and timestamps alone, over at least two seconds and five frames. Frames that
-/// were dropped count as taken, so a slow program or a full bus is no slow camera. While the camera is slow, frames that
-/// it did not take count as [`LossReason::NeverTaken`] instead of [`LossReason::Dropped`].
+/// were dropped count as taken, so a slow program or a full bus is no slow camera. While the camera is slow, frames
+/// that it did not take count as [`LossReason::NeverTaken`] instead of [`LossReason::Dropped`].
 ///
 /// The fault comes before the frame that shows it, and before the losses ahead of that frame. So losses are held back
 /// until the next event of the source; [`SourceEvent::Waiting`] stands in their place.

@@ -68,8 +68,8 @@ impl Decoder {
         Ok((decoder, output, sender))
     }
 
-    /// Waits until ffmpeg has ended. Returns the first error that it reported, of which the others follow; `None` if all
-    /// went well.
+    /// Waits until ffmpeg has ended. Returns the first error that it reported, of which the others follow; `None` if
+    /// all went well.
     pub(super) fn end(&mut self) -> Option<String> {
         let status = self.process.wait();
         if let Some(reader) = self.reader.take() {
@@ -192,7 +192,8 @@ fn read_reports(
                 }
                 // The output of copied pictures begins.
                 has_begun |= line.contains("framecrc,");
-                // Before the first frame, it looks for the rate and the size, in other streams, too, and for a key frame.
+                // Before the first frame, it looks for the rate and the size, in other streams, too, and for a key
+                // frame.
                 if let Some(why) = damage_in(&line).filter(|_| has_begun) {
                     let _ = reports.send(Report::Damage(why.to_owned()));
                 }

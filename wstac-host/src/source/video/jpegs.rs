@@ -1,4 +1,5 @@
-//! Motion JPEG in a container: ffmpeg copies its pictures, which are decoded as those of a camera, and handed on as Y4M.
+//! Motion JPEG in a container: ffmpeg copies its pictures, which are decoded as those of a camera, and handed on as
+//! Y4M.
 //!
 //! ffmpeg's decoder refuses or spoils pictures with bytes before markers, as many cameras send them.
 
@@ -83,8 +84,8 @@ fn hand_on(
     Ok(())
 }
 
-/// Reads a picture, and its time and size from a line of ffmpeg's muxer `framecrc`: stream, times of decoding and of showing,
-/// duration, bytes, checksum. Its head has the time base: `#tb 0: 1/30`. Returns `None` at the end of both.
+/// Reads a picture, and its time and size from a line of ffmpeg's muxer `framecrc`: stream, times of decoding and of
+/// showing, duration, bytes, checksum. Its head has the time base: `#tb 0: 1/30`. Returns `None` at the end of both.
 fn next_picture(parts: &mut impl BufRead, times: &mut impl BufRead, tick_ms: &mut f64) -> Option<Timed> {
     let mut lines = parts.by_ref().split(b'\n').map_while(Result::ok);
     let bytes = lines.find_map(|line| str::from_utf8(&line).ok()?.strip_prefix("Content-length:")?.trim().parse().ok());

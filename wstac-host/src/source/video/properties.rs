@@ -189,8 +189,8 @@ impl Stated {
     }
 }
 
-/// Returns where the stored rows follow each other, by the matrix that `ffprobe` prints: its second line is their step to the
-/// right and down.
+/// Returns where the stored rows follow each other, by the matrix that `ffprobe` prints: its second line is their step
+/// to the right and down.
 fn row_order(text: &str) -> Option<RowOrder> {
     let line = text.lines().find_map(|line| line.trim().strip_prefix("00000001:"))?;
     let mut steps = line.split_ascii_whitespace().map(str::parse::<i64>);

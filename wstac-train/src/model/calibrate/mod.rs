@@ -50,8 +50,8 @@ impl LabeledSamples {
         Self::read_where(model, path, |_| true)
     }
 
-    /// Reads the samples for training and those for tests, by the array `split` of a data set, as [`LabeledSamples::read`]
-    /// does.
+    /// Reads the samples for training and those for tests, by the array `split` of a data set, as
+    /// [`LabeledSamples::read`] does.
     ///
     /// # Errors
     /// The data set cannot be read, or has no labels or no array `split`.
@@ -84,8 +84,8 @@ impl LabeledSamples {
 
     /// Returns the samples of recordings that a model of this input takes, with their specimens.
     ///
-    /// The recordings have their samples along the path ([`crate::dataset::recordings::read_paths`]). Events without one
-    /// are left out.
+    /// The recordings have their samples along the path ([`crate::dataset::recordings::read_paths`]). Events without
+    /// one are left out.
     pub fn of_recordings(recordings: &[Recording], input: Input) -> Self {
         let mut samples = Self::default();
         for recording in recordings {

@@ -210,8 +210,8 @@ pub(super) fn highest(
 
 /// Returns `true` for operators that keep the order of scores.
 ///
-/// A Softmax does over the classes of a sample, but not over samples. A Sigmoid of float32 is 1 from a score of about 17
-/// on: of several such scores the highest is taken here, and ONNX takes the first.
+/// A Softmax does over the classes of a sample, but not over samples. A Sigmoid of float32 is 1 from a score of about
+/// 17 on: of several such scores the highest is taken here, and ONNX takes the first.
 fn keeps(node: &Node) -> bool {
     let axis = attribute(node, "axis").and_then(|found| found.i).unwrap_or(-1);
     match node.op_type() {

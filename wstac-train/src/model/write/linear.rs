@@ -211,7 +211,8 @@ pub(super) fn corrected(row: &Row, integers: &[f64], scale: f64, mean: Option<&[
     row.bias + mean.map_or(0.0, |mean| row.weights.iter().zip(integers).zip(mean).map(lost).sum())
 }
 
-/// Returns a row's weights as integers up to `full`, each to the nearest, or with what rounding left of the frame before.
+/// Returns a row's weights as integers up to `full`, each to the nearest, or with what rounding left of the frame
+/// before.
 ///
 /// Light changes little from frame to frame, so that what is left then hardly changes a sum.
 pub(super) fn rounded(row: &Row, scale: f64, full: f64, frames: usize, carries: bool) -> Vec<f64> {

@@ -12,7 +12,8 @@ use crate::touch::motion::edges::LINES;
 const FIRST: u8 = 16;
 /// Frames in which a line is looked at beyond those in which an edge passes its whiskers.
 const MORE: u8 = 3;
-/// Least peak of a line as a fraction of the highest of its axis, and of the line as far from the middle on the other side.
+/// Least peak of a line as a fraction of the highest of its axis, and of the line as far from the middle on the other
+/// side.
 const LEAST: [[i32; 2]; 2] = [[1, 2], [13, 20]];
 
 /// The peaks of ten lines in their first frames.

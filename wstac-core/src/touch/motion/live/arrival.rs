@@ -13,12 +13,13 @@ const LEVEL: i32 = 77;
 const BEFORE: i32 = 1 << 16;
 /// Variance of a slowness that every straight line through edges has, in frames² per pitch².
 const LEAST_VARIANCE: f32 = 0.0009;
-/// Largest distance of an edge from the straight line that counts as chance: as a fraction of the slowness, and in frames.
+/// Largest distance of an edge from the straight line that counts as chance: as a fraction of the slowness, and in
+/// frames.
 const FARTHEST: [f32; 2] = [0.3, 0.1];
 
-/// Returns the slownesses of a touch whose ten lines were first lit `ages` − 1 frames before the newest, and the standard
-/// deviation of both by edges that are too far from a straight line, in frames per pitch; `None` if the frames that tell are
-/// gone.
+/// Returns the slownesses of a touch whose ten lines were first lit `ages` − 1 frames before the newest, and the
+/// standard deviation of both by edges that are too far from a straight line, in frames per pitch; `None` if the frames
+/// that tell are gone.
 ///
 /// All lines are read at the same age, since brighter light comes later to the last ones than to the first ones.
 #[inline]
@@ -54,8 +55,8 @@ pub(super) fn arrival(
     Some((tracks, (farthest - (FARTHEST[0] * slowness + FARTHEST[1])).max(0.0)))
 }
 
-/// Returns where a line that was first lit `first` frames ago exceeds the level of its peak in that frame and the next two,
-/// in units of 2^-16 frames before (below 0) the newest frame.
+/// Returns where a line that was first lit `first` frames ago exceeds the level of its peak in that frame and the next
+/// two, in units of 2^-16 frames before (below 0) the newest frame.
 #[inline(never)]
 fn edge(recent: Sample<'_>, line: usize, first: usize, base: i32) -> Option<i32> {
     let value = |index: usize| Some(light(*recent.frame(index)?.get(line)?) - base);

@@ -25,8 +25,8 @@ const fn table<const N: usize>(first: f64, step: f64, most: f64, one: f64) -> [u
     table
 }
 
-/// Returns e^`feature`, in units of 2^-16, for a feature in units of 2^-11. The error is below 4 · 10^-4 of the light and
-/// three units. The light of five taxels is at most 5.
+/// Returns e^`feature`, in units of 2^-16, for a feature in units of 2^-11. The error is below 4 · 10^-4 of the light
+/// and three units. The light of five taxels is at most 5.
 #[inline(always)]
 pub(super) fn light(feature: i16) -> i32 {
     let feature = i32::from(feature);

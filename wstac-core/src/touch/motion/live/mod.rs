@@ -127,7 +127,8 @@ const POKE: u8 = 2;
 const DARK: u8 = 2;
 /// Light fades if all lines lose this in a frame; nothing slides once they have lost that. In units of 2^-11.
 const FADES: [i16; 2] = [-41, -717];
-/// Deviation of a speed that follows the light, as a fraction of the change's logarithm: after it, and before it counts.
+/// Deviation of a speed that follows the light, as a fraction of the change's logarithm: after it, and before it
+/// counts.
 const BY_LIGHT: [f32; 2] = [0.06, 0.3];
 /// Deviation of every slowness: in frames per pitch, as a fraction, and the slowness from which on it is even.
 const LEAST: [f32; 3] = [0.001, 0.005, 1.5];
@@ -162,8 +163,8 @@ impl LiveMotion {
     /// Takes the newest frame, and returns what touches the sensor; `None` while nothing does.
     ///
     /// `next_frame` and `recent` are [`Pipeline::recent`](crate::pipeline::Pipeline::recent), and `baseline` is that of
-    /// the pipeline. Call it once after each frame, from the complete baseline on. If more than 7 frames are missing since
-    /// the last call, it begins anew. Without a new frame it returns `None` and changes nothing.
+    /// the pipeline. Call it once after each frame, from the complete baseline on. If more than 7 frames are missing
+    /// since the last call, it begins anew. Without a new frame it returns `None` and changes nothing.
     pub fn push(&mut self, next_frame: u64, recent: Sample<'_>, baseline: &Baseline) -> Option<LiveContact> {
         let frames = next_frame.wrapping_sub(core::mem::replace(&mut self.next_frame, next_frame));
         if frames == 0 {
@@ -242,9 +243,9 @@ impl LiveMotion {
 
 /// Follows speed and direction of anything that slides, by 25 taxels.
 ///
-/// A velocity of [`LiveMotion`] counts only if edges of light pass all whiskers as it says. Edges alone tell that of rods. Of
-/// what is narrower than the sensor, [`Wave`](crate::touch::wave::Wave) tells it once, as soon as the touch has ended and
-/// leaves nothing but afterglow; that frame takes as long as an event by a wave, and 13 KiB of stack.
+/// A velocity of [`LiveMotion`] counts only if edges of light pass all whiskers as it says. Edges alone tell that of
+/// rods. Of what is narrower than the sensor, [`Wave`](crate::touch::wave::Wave) tells it once, as soon as the touch
+/// has ended and leaves nothing but afterglow; that frame takes as long as an event by a wave, and 13 KiB of stack.
 #[derive(Clone, Debug)]
 pub struct LiveWave {
     lines: LiveMotion,
@@ -263,8 +264,8 @@ impl LiveWave {
     }
 
     /// Takes the newest frame as [`LiveMotion::push`] does, with its taxels, which are
-    /// [`Pipeline::taxel_ring`](crate::pipeline::Pipeline::taxel_ring) after the same frame. Without them it returns what
-    /// [`LiveMotion::push`] does.
+    /// [`Pipeline::taxel_ring`](crate::pipeline::Pipeline::taxel_ring) after the same frame. Without them it returns
+    /// what [`LiveMotion::push`] does.
     pub fn push(
         &mut self,
         next_frame: u64,
@@ -368,8 +369,8 @@ fn fading(before: &[i16], newest: &[i16], lit: u16, faded: i16) -> i16 {
     if growth < FADES[0] { faded.saturating_add(growth) } else { 0 }
 }
 
-/// Returns the square root of a number of at least 0. Two steps of Newton's method from a first guess within 3.5 % leave an
-/// error of a few units in the last place. Libm's takes ten times as long on a Cortex-M.
+/// Returns the square root of a number of at least 0. Two steps of Newton's method from a first guess within 3.5 %
+/// leave an error of a few units in the last place. Libm's takes ten times as long on a Cortex-M.
 fn root(x: f32) -> f32 {
     let guess = f32::from_bits(0x1FBD_1DF5 + (x.to_bits() >> 1));
     let better = 0.5 * (guess + x / guess);

@@ -17,13 +17,15 @@ fn baseline() -> Baseline {
     Baseline::new([25 * i32::from(feature(DARK)); FEATURES], 25)
 }
 
-/// Light of a surface of `length` mm with a texture, `path` mm behind its leading edge: it rises over 2 mm, and again every 30 mm.
+/// Light of a surface of `length` mm with a texture, `path` mm behind its leading edge: it rises over 2 mm, and again
+/// every 30 mm.
 fn surface(path: f64, length: f64) -> f64 {
     let ramp = (path / 2.0).clamp(0.0, 1.0);
     if path < length { ramp * (0.4 + 0.1 * (path * core::f64::consts::TAU / 30.0).sin()) } else { 0.0 }
 }
 
-/// Returns frames in which a surface of `length` mm passes rows and columns, `slowness` frames per pitch of 4 mm, with a gain each.
+/// Returns frames in which a surface of `length` mm passes rows and columns, `slowness` frames per pitch of 4 mm, with
+/// a gain each.
 fn frames(rows: f64, columns: f64, gains: [f64; 5], length: f64) -> Vec<Features> {
     let whole = f64::hypot(rows, columns);
     let each = |t: usize, line: usize| {

@@ -19,8 +19,8 @@ const PRIOR: f32 = 4.0;
 
 /// A slowness, and the sums of what was compared.
 ///
-/// Five lines, shifted by the slowness, are the shape Σ y_k, its derivative, and the moment Σ k y_k. The moment is a part
-/// of the shape, because gains differ, and a part of the derivative, if the slowness is off.
+/// Five lines, shifted by the slowness, are the shape Σ y_k, its derivative, and the moment Σ k y_k. The moment is a
+/// part of the shape, because gains differ, and a part of the derivative, if the slowness is off.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Track {
     /// Frames per pitch; positive if the light moves from the first line to the last.
@@ -71,8 +71,8 @@ impl Track {
         self.frame -= i32::from(frames);
     }
 
-    /// Replaces the slowness of the light, which is later by `delay`, by `factor` times itself, with a standard deviation of
-    /// `sd` times itself more. Frames before now are not compared any more.
+    /// Replaces the slowness of the light, which is later by `delay`, by `factor` times itself, with a standard
+    /// deviation of `sd` times itself more. Frames before now are not compared any more.
     pub(super) fn scale(&mut self, factor: f32, sd: f32, delay: f32) {
         let of_light = (self.slowness + delay) * factor;
         let slowness = of_light - delay;
@@ -160,11 +160,11 @@ fn kept(variance: f32) -> f32 {
     variance.clamp(VARIANCES[0], VARIANCES[1])
 }
 
-/// Adds a line's light and its derivative to the sums of consecutive frames, and `k` times its light to their moments, in
-/// units of 2^-16.
+/// Adds a line's light and its derivative to the sums of consecutive frames, and `k` times its light to their moments,
+/// in units of 2^-16.
 ///
-/// The first of the frames is read around the one that is `back` + 1 before the newest, and `after` · 2^-16 frames after
-/// the start of that. A quadratic spline smooths every shift alike.
+/// The first of the frames is read around the one that is `back` + 1 before the newest, and `after` · 2^-16 frames
+/// after the start of that. A quadratic spline smooths every shift alike.
 fn shifted(
     recent: Sample<'_>,
     line: usize,

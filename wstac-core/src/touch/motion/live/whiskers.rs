@@ -1,5 +1,5 @@
-//! What 25 whiskers tell while something slides. A line is lit as soon as one of its five whiskers is, so that lines alone
-//! take a narrow thing for a wide one.
+//! What 25 whiskers tell while something slides. A line is lit as soon as one of its five whiskers is, so that lines
+//! alone take a narrow thing for a wide one.
 
 use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
 use crate::touch::motion::{MotionConfig, Velocity, squares};
@@ -26,35 +26,37 @@ const STEPS: usize = 7;
 /// A whisker is lit above an eighth of the highest peak; so many may be dark: one may be dead.
 const LIT_SHIFT: u32 = 3;
 const MOST_DARK: usize = 1;
-/// Light that fades is afterglow if less than this part is left of each frame's, of all whiskers alike: within these parts
-/// of the brightest whisker and of the highest peak.
+/// Light that fades is afterglow if less than this part is left of each frame's, of all whiskers alike: within these
+/// parts of the brightest whisker and of the highest peak.
 const GLOW: f32 = 0.75;
 const ALIKE: [f32; 2] = [0.03, 0.01];
 /// Frames in which afterglow is continued, and the part of the brightest frame at which it ends.
 const CONTINUED: usize = 16;
 const FADED: f32 = 0.004;
-/// Shifts of the most light of all whiskers: light that grows by more in a frame touches again, and a touch that has less left
-/// has ended earlier.
+/// Shifts of the most light of all whiskers: light that grows by more in a frame touches again, and a touch that has
+/// less left has ended earlier.
 const AGAIN: u32 = 6;
 const FAINT: u32 = 4;
 /// Times that a wave is asked in a touch.
 const MOST_TRIES: u8 = 4;
 /// Largest root mean square distance from the plane of edges, as a part of the slowness and 0.3 frames.
 const OFF: [f32; 2] = [0.18, 0.3];
-/// Largest curvatures of the plane over half of the sensor, as parts of the slowness: along less across, where light that grows
-/// along the motion by a fraction counts as half of it; of both mixed; and across less what is curved alike along.
+/// Largest curvatures of the plane over half of the sensor, as parts of the slowness: along less across, where light
+/// that grows along the motion by a fraction counts as half of it; of both mixed; and across less what is curved alike
+/// along.
 const CURVED: [f32; 3] = [0.12, 0.13, 0.2];
 /// Largest growth of the light over the sensor, as a fraction.
 const GROWN: f32 = 0.12;
 /// Largest change of the slowness since the frame before, and difference from that of lines, as fractions.
 const STABLE: f32 = 0.04;
 const DIFFERS: f32 = 0.1;
-/// Largest difference of two curvatures: along less across, and by how much lines are slower than edges; as a part of the
-/// slowness, and in frames. A change of speed gives both.
+/// Largest difference of two curvatures: along less across, and by how much lines are slower than edges; as a part of
+/// the slowness, and in frames. A change of speed gives both.
 const CHANGES: [f32; 2] = [0.08, 0.03];
 /// Largest root mean square distance, as a part of the slowness, once all light has faded, as where a slide sticks.
 const OFF_AFTER_GLOW: f32 = 0.06;
-/// Least slowness in frames per pitch of a velocity by edges, and the age at which the youngest edge tells nothing more.
+/// Least slowness in frames per pitch of a velocity by edges, and the age at which the youngest edge tells nothing
+/// more.
 const LEAST: f32 = 0.3;
 const OLD: u16 = 6 * PARTS;
 
@@ -176,8 +178,8 @@ impl Whiskers {
         wave.fit(samples, config).ok().filter(|_| wave.is_even[usize::from(self.has_glowed)])
     }
 
-    /// Returns the velocity in a frame in which lines tell one or none: that of lines once edges agree with it, or that of
-    /// edges that cross the sensor.
+    /// Returns the velocity in a frame in which lines tell one or none: that of lines once edges agree with it, or that
+    /// of edges that cross the sensor.
     ///
     /// `lines` are slownesses of rows and columns in their own time.
     #[inline(never)]
@@ -212,8 +214,8 @@ impl Whiskers {
         velocity_of(slowness, variance * (1.0 / 50.0), config)
     }
 
-    /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, and what [`EdgePlane::is_even`]
-    /// returns.
+    /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, and what
+    /// [`EdgePlane::is_even`] returns.
     fn front(&self) -> Option<([f32; 2], [f32; 3])> {
         let peaks = self.each.map(|whisker| whisker.peak);
         let least = peaks.iter().copied().max().unwrap_or(0) >> LIT_SHIFT;
@@ -269,8 +271,8 @@ impl EdgePlane {
         self.mean + self.slope[0] * row + self.slope[1] * column
     }
 
-    /// Returns the mean square distance from the plane, the slowness and the curvature along less across, if all is as of an
-    /// edge of an even speed.
+    /// Returns the mean square distance from the plane, the slowness and the curvature along less across, if all is as
+    /// of an edge of an even speed.
     #[inline(never)]
     fn is_even(&self, times: &[f32; TAXELS], peaks: &[u16; TAXELS]) -> Option<[f32; 3]> {
         let slowness = super::root(squares(self.slope));
@@ -300,8 +302,8 @@ impl EdgePlane {
     }
 }
 
-/// Returns the parts of a frame since light exceeded the level of its peak, which is the light of now. It is on straight lines
-/// between frames that were not `lost`.
+/// Returns the parts of a frame since light exceeded the level of its peak, which is the light of now. It is on
+/// straight lines between frames that were not `lost`.
 fn edge(now: u16, lost: u8, light: impl Fn(usize) -> u16) -> u16 {
     let (mut after, mut at) = (i32::from(now), 0);
     let level = (after * LEVEL) >> 8;
