@@ -21,7 +21,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     let plan = folder.file("plan.toml", PLAN);
     let output = &*folder.path("out");
     let table = good(&["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()]);
-    assert!(table.contains("8 slides: 8 reliable, of which 0 are off"), "{table}");
+    assert!(table.contains("8 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 0"), "{table}");
     let scene = fs::read_to_string(folder.0.join("out/scene.toml")).unwrap();
     let number = |key: &str| -> f64 {
         let line = scene.lines().find_map(|line| line.strip_prefix(key)).unwrap_or_else(|| panic!("{key} in {scene}"));
@@ -45,20 +45,30 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     // What is there is not made again, and the truth may come from a table.
     let recording = folder.0.join("out/Fla0-80mm_s-0deg-1.mcap");
     let before = fs::metadata(&recording).unwrap().modified().unwrap();
-    let truth = folder.file("arm.csv", "recording,speed,direction\nFla0-80mm_s-0deg-1,120,\n");
+    let truth = folder.file("arm.csv", "\u{feff}recording,speed,direction\r\nFla0-80mm_s-0deg-1,120,\r\n");
     let truth = truth.to_str().unwrap();
     let table = good(&["characterize", &source, "-o", output, "--truth", truth]);
-    assert!(table.contains("8 reliable, of which 1 are off") && table.contains("120"), "{table}");
+    assert!(
+        table.contains("8 reliable; reliable, but off by more than 10 % or 10°: 1") && table.contains("120"),
+        "{table}"
+    );
     assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), before);
-    let again = refusal(&["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()]);
-    assert!(again.contains("is the plan of this folder already"), "{again}");
+    let with_plan = ["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()];
+    good(&with_plan);
+    for (text, says) in
+        [("specimens = []\n", "plan.toml"), ("specimens = [\"Fla0\"]\n", "is another plan than that of --plan")]
+    {
+        folder.file("plan.toml", text);
+        let message = refusal(&with_plan);
+        assert!(message.contains(says), "{message}, expected {says}");
+    }
     for (text, says) in [
-        ("speed\n", "arm.csv: line 1: \"speed\", expected recording,speed,direction"),
-        ("recording,speed,direction\na,1\n", "line 2: 2 fields, expected 3"),
-        ("recording,speed,direction\na,-1,0\n", "line 2: \"-1\", expected a speed in mm/s above 0"),
-        ("recording,speed,direction\na,1,up\n", "line 2: \"up\", expected a direction in degrees"),
-        ("recording,speed,direction\na,1,0\na,1,0\n", "line 3: \"a\" is there twice"),
-        ("recording,speed,direction\na,1,0\n", "a is no recording of"),
+        ("speed\n", "arm.csv: line 1: wrong names of columns (found \"speed\", expected recording,speed,direction)"),
+        ("recording,speed,direction\na,1\n", "line 2: wrong number of fields (found 2, expected 3)"),
+        ("recording,speed,direction\na,-1,0\n", "line 2: wrong number (found \"-1\", expected a speed in mm/s above 0"),
+        ("recording,speed,direction\na,1,up\n", "line 2: wrong number (found \"up\", expected a direction in degrees"),
+        ("recording,speed,direction\na,1,0\na,1,0\n", "line 3: recording \"a\" is there twice"),
+        ("recording,speed,direction\na,1,0\n", "no recording has this name (found \"a\""),
     ] {
         folder.file("arm.csv", text);
         let message = refusal(&["characterize", &source, "-o", output, "--truth", truth]);

@@ -25,7 +25,7 @@ import {
 } from './wire.mjs';
 
 // An emulated run takes a minute or two, and much longer on a machine with other work.
-const LIMIT_MS = 120 * 60_000;
+const LIMIT_MS = 30 * 60_000;
 const [, , wstac, player, one, four, eight, taking, model, ...more] = process.argv;
 if (!eight || Boolean(taking) !== Boolean(model) || more.length > 0) {
   console.error('usage: node check2.mjs WSTAC PLAYER ONE FOUR EIGHT [TAKING MODEL]');

@@ -4,10 +4,10 @@
 
 // Times after the device is there: until the reset ends, from there to the first request, and until a program opens the port.
 const RESET = 50e6, RECOVERY = 10e6, OPENS = 100e6;
-// Of the controller (RP2040 data sheet, 4.1.4): the pull-up, a buffer that is available, and its data toggle.
 // A frame of the bus, and its last fifth, of which the chip does not recover from some errors (RP2040-E15). A packet
 // that has waited for its host may come then.
 const FRAME = 1e6, LATE = 0.8 * FRAME, WAITED = 1e5;
+// Of the controller (RP2040 data sheet, 4.1.4): the pull-up, a buffer that is available, and its data toggle.
 const PULL_UP = 1 << 16, AVAILABLE = 1 << 10, TOGGLE = 1 << 13, BUFFERS = 0x80, LAST = 0xfc;
 const ADDRESS = 7, PACKET = 64, DEVICE = 1, CONFIGURATION = 2, STRING = 3, ENGLISH = 0x409;
 

@@ -472,16 +472,16 @@ async fn bring_up(
     i2c: &mut impl Bus,
     camera: &mut impl Camera,
 ) -> Result<(), Fault<'static>> {
-    let done = try_to_bring_up(sensor, stage, i2c, camera).await;
-    if let Err(Fault::SensorGone { .. }) = done {
-        return Err(gone(i2c));
-    }
+    let mut done = try_to_bring_up(sensor, stage, i2c, camera).await;
     if let Err(Fault::SensorDiffers { part: FramePart::Rate, found, .. }) = done
         && let Some(times) = self_test::times_nominal(found.millihertz, RATE)
         && sensor.slow_down(times)
     {
         defmt::warn!("{=u32} times the rate: the clock is divided", times);
-        return try_to_bring_up(sensor, Stage::SetUp, i2c, camera).await;
+        done = try_to_bring_up(sensor, Stage::SetUp, i2c, camera).await;
+    }
+    if let Err(Fault::SensorGone { .. }) = done {
+        done = Err(gone(i2c));
     }
     done
 }

@@ -96,21 +96,16 @@ struct Held {
     end: Option<u64>,
 }
 
-/// Checks the parts of a reader and returns it, or what creates it. As a function it would leave a second reader on the
-/// stack.
+/// A reader of checked parts. As a function it would leave a second reader on the stack.
 macro_rules! reader {
-    (($layout:ident, $size:ident, $rate:ident, $law:ident, $floor:expr, $trigger:expr) $($move:tt $or:tt)?) => {{
-        let camera = FrameGeometry::with_stride(setup::GREEN, $layout, $rate, setup::STRIDE)?;
-        let pipeline = setup::checked_with(camera, $floor, $trigger)?;
-        let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &$layout, $rate);
-        let (motion, law) = (setup::motion($rate)?.with_readout(readout), $law.with_readout(readout));
-        Ok($($move $or)? Self {
-            pipeline: pipeline.build(),
+    ($pipeline:expr, $law:expr, $motion:expr, $rate:expr, $size:expr) => {
+        Self {
+            pipeline: $pipeline.build(),
             sender: Sender {
-                law,
-                at_once: [AtOnce::new(motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
+                law: $law,
+                at_once: [AtOnce::new($motion); <setup::Law as EventLaw>::ANSWERS_AT_ONCE as usize],
                 slip: [SlipDetector::new($rate); SLIPS],
-                motion,
+                motion: $motion,
                 textures: Textures::default(),
                 #[cfg(feature = "models")]
                 model: setup::MODEL,
@@ -121,7 +116,7 @@ macro_rules! reader {
                 wants_motion: false,
                 held: None,
                 #[cfg(feature = "motion")]
-                live: setup::Live::new(motion),
+                live: setup::Live::new($motion),
             },
             size: $size,
             name: env!("CARGO_PKG_NAME"),
@@ -129,8 +124,8 @@ macro_rules! reader {
             telemetry: Telemetry::default(),
             dropped: 0,
             status_at: STATUS_EVERY,
-        })
-    }};
+        }
+    };
 }
 
 impl Reader {
@@ -146,8 +141,23 @@ impl Reader {
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
-        // Not by `check`: what its function takes would lie on the stack beside the reader, 400 bytes more.
-        reader!((layout, size, rate, law, setup::FLOOR, setup::TRIGGER))
+        Self::with(layout, size, rate, law, setup::FLOOR, setup::TRIGGER)
+    }
+
+    // Not by `check`: what its function takes would lie on the stack beside the reader, 400 bytes more.
+    fn with(
+        layout: Layout,
+        size: FrameSize,
+        rate: FrameRate,
+        law: setup::Law,
+        floor: Floor,
+        trigger: TriggerConfig,
+    ) -> Result<Self, ConfigError> {
+        let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
+        let pipeline = setup::checked_with(camera, floor, trigger)?;
+        let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
+        let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
+        Ok(reader!(pipeline, law, motion, rate, size))
     }
 
     /// Checks another floor and trigger than those of the configuration, too. Returns the function that creates the
@@ -163,7 +173,11 @@ impl Reader {
         floor: Floor,
         trigger: TriggerConfig,
     ) -> Result<impl FnOnce() -> Self, ConfigError> {
-        reader!((layout, size, rate, law, floor, trigger) move ||)
+        let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
+        let pipeline = setup::checked_with(camera, floor, trigger)?;
+        let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
+        let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
+        Ok(move || reader!(pipeline, law, motion, rate, size))
     }
 
     /// States the time in which the camera reads the rows of a frame. A configuration that states it comes first.

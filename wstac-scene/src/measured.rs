@@ -81,6 +81,8 @@ pub struct MeasuredSensor {
     pub leak: f64,
     /// The number of slides that told it.
     pub slides: usize,
+    /// Whether the camera's readout is known; otherwise 0 is a guess.
+    pub has_readout: bool,
     sensor: SensorConfig,
 }
 
@@ -100,7 +102,8 @@ struct Compared {
 }
 
 impl MeasuredSensor {
-    /// Measures a sensor by its slides. `sensor` is its camera: size, rate, format and readout.
+    /// Measures a sensor by its slides. `sensor` is its camera: size, rate and readout. Format and black
+    /// level are as in it: guesses, if nobody measured them.
     ///
     /// # Errors
     /// Fewer than five slides are long and slow enough, or a slide cannot be simulated.
@@ -172,6 +175,7 @@ impl MeasuredSensor {
             noise: noise_scale(&scene, sqrt(dark(|slide| slide.noise * slide.noise)))?,
             leak: scene.light.leak,
             slides: usable.len(),
+            has_readout: true,
             sensor: sensor.clone(),
         })
     }
@@ -412,7 +416,9 @@ impl fmt::Display for MeasuredSensor {
         writeln!(f, "weak = [{}]", weak.join(", "))?;
         let [width, height] = [sensor.size.width(), sensor.size.height()];
         let rate = f64::from(sensor.rate.numerator()) / f64::from(sensor.rate.denominator());
-        writeln!(f, "\n[sensor]\nsize = [{width}, {height}]\nfps = {rate}\nreadout_ms = {}", sensor.readout_ms)?;
+        writeln!(f, "\n[sensor]\nsize = [{width}, {height}]\nfps = {rate}")?;
+        let guess = if self.has_readout { "" } else { "    # a guess: no press told it" };
+        writeln!(f, "readout_ms = {}{guess}", sensor.readout_ms)?;
         writeln!(f, "noise = {:.3}", self.noise)
     }
 }

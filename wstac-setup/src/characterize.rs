@@ -100,6 +100,8 @@ pub struct AnswerReport {
     pub slides: Vec<SlideAnswer>,
     /// The recordings that have no event.
     pub without_event: Vec<String>,
+    /// The recordings that have several events, of which the first is the answer.
+    pub of_several: Vec<String>,
 }
 
 impl AnswerReport {
@@ -108,13 +110,16 @@ impl AnswerReport {
         let reliable: Vec<&SlideAnswer> = self.slides.iter().filter(|slide| slide.reliable).collect();
         let (all, count) = (counted(self.slides.len(), "slide"), reliable.len());
         let wrong = self.slides.iter().filter(|slide| slide.is_wrong()).count();
-        let mut lines = vec![format!("{all}: {count} reliable, of which {wrong} are off by more than 10 % or 10°.")];
+        let mut lines = vec![format!("{all}: {count} reliable; reliable, but off by more than 10 % or 10°: {wrong}.")];
         let speeds: Vec<_> = reliable.iter().filter_map(|slide| slide.speed_error()).collect();
         let directions: Vec<_> = reliable.iter().filter_map(|slide| slide.direction_error()).collect();
         lines.extend(error_line("Speed", &speeds, 100.0, " %"));
         lines.extend(error_line("Direction", &directions, 1.0, "°"));
         if !self.without_event.is_empty() {
             lines.push(format!("Without an event: {}.", self.without_event.join(", ")));
+        }
+        if !self.of_several.is_empty() {
+            lines.push(format!("With several events, of which the first counts: {}.", self.of_several.join(", ")));
         }
         lines
     }
@@ -160,8 +165,13 @@ impl AnswerReport {
 fn error_line(name: &str, errors: &[(f64, Option<f64>)], scale: f64, unit: &str) -> Option<String> {
     let mut sorted: Vec<f64> = errors.iter().map(|(error, _)| scale * error).collect();
     sorted.sort_by(f64::total_cmp);
-    let [median, most] = [0.5, 0.95].map(|part| sorted.get((part * (sorted.len().max(1) - 1) as f64).round() as usize));
-    let mut line = format!("{name}: off by {:.1}{unit} (median) and {:.1}{unit} (95 %)", median?, most?);
+    let at = |part: f64| {
+        let place = part * (sorted.len().max(1) - 1) as f64;
+        let [below, above] = [place.floor(), place.ceil()].map(|place| sorted.get(place as usize).copied());
+        Some(below? + (above? - below?) * place.fract())
+    };
+    let [median, most] = [at(0.5)?, at(0.95)?];
+    let mut line = format!("{name}: off by {:.1}{unit} (median) and {:.1}{unit} (95 %)", median, most);
     let by_sd: Vec<f64> = errors.iter().filter_map(|(_, by_sd)| *by_sd).collect();
     if !by_sd.is_empty() {
         let within = |most: f64| 100 * by_sd.iter().filter(|error| **error <= most).count() / by_sd.len();
@@ -202,14 +212,15 @@ mod tests {
     #[test]
     fn answers_are_compared_with_the_truth() {
         let slides = vec![slide(101.0, 1.5, 359.0, true), slide(120.0, 1.0, 3.0, true), slide(300.0, 1.0, 90.0, false)];
-        let report = AnswerReport { slides, without_event: vec!["c".into()] };
+        let report = AnswerReport { slides, without_event: vec!["c".into()], of_several: vec!["d".into()] };
         assert_eq!(
             report.summary(),
             [
-                "3 slides: 2 reliable, of which 1 are off by more than 10 % or 10°.",
-                "Speed: off by 20.0 % (median) and 20.0 % (95 %); 50 % within one standard deviation, 50 % within two.",
-                "Direction: off by 3.0° (median) and 3.0° (95 %); 50 % within one standard deviation, 50 % within two.",
+                "3 slides: 2 reliable; reliable, but off by more than 10 % or 10°: 1.",
+                "Speed: off by 10.5 % (median) and 20.0 % (95 %); 50 % within one standard deviation, 50 % within two.",
+                "Direction: off by 2.0° (median) and 3.0° (95 %); 50 % within one standard deviation, 50 % within two.",
                 "Without an event: c.",
+                "With several events, of which the first counts: d.",
             ]
         );
         let text = report.to_string();

@@ -25,7 +25,6 @@ fn look(kind: ModelKind) -> Look {
         ModelKind::Forest => (Marker::Triangle, GREEN, true),
         ModelKind::Boosted => (Marker::Square, RED, false),
         ModelKind::OneVsOne => (Marker::Circle, INK, true),
-        ModelKind::Network => (Marker::Circle, RED, false),
         _ => (Marker::Diamond, BLUE, false),
     };
     Look { marker, color, filled }
@@ -47,9 +46,6 @@ pub fn draw(rows: &[Row], models: &[Candidate], prices: &Prices, core: Core) -> 
         "Models that need all 70 frames, with the size of their files: triangles are forests, squares boosted \
         trees, circles one-vs-one and diamonds one-vs-rest. GREY, stride 1; bars are 95 % intervals over 20 sensors."
             .to_owned();
-    if own.iter().any(|(_, model)| model.about.kind == ModelKind::Network) {
-        text.push_str(" Open circles are networks.");
-    }
     let setting = own.first().map(|(row, _)| row.setting);
     let others = setting.and_then(|setting| Some((setting.law, prices.of(core, &setting, None)?.event()?)));
     if let Some((law, others)) = others {

@@ -13,7 +13,7 @@ use super::{calibrate, record};
 use crate::open;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::{Output, OutputOptions};
-use wstac_host::record::labels;
+use wstac_host::record::{labels, plan};
 use wstac_host::session::Processor;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
@@ -26,7 +26,7 @@ use wstac_setup::characterize::{AnswerReport, SlideAnswer, SlideTruth};
 use wstac_setup::light::LightAboveDark;
 use wstac_train::dataset::recordings::find;
 
-/// Measure a sensor: calibrate it, record slides, and report the answers beside the truth
+/// Measure a sensor: calibrate it, record slides, and compare the answers
 ///
 /// The folder keeps everything. What is there is not made again, so the same command continues after a stop, and makes
 /// the report again.
@@ -56,7 +56,8 @@ pub(super) struct Arguments {
 
 const PLAN: &str = "specimens = [\"Fla0\"]\nspeeds = [80, 100, 120, 150, 200]\ndirections = [0, 90]\ncount = 5\n";
 
-const HELP: &str = r#"Steps:
+const HELP: &str = "\
+Steps:
   1 FOLDER/wstac.toml is missing: wstac calibrate writes it. Do not touch
     the sensor for a second; then press a flat plate slowly on all
     whiskers, hold it, and let go, three times.
@@ -73,19 +74,21 @@ Files of the folder:
   *.mcap       a recording of each slide
   report.html  one page to keep or to send; it loads nothing
   scene.toml   the sensor as keys of a scene: light, gains, noise and
-               afterglow, each with its standard deviation. Put a slide's
-               keys on top, and the simulated sensor is this one.
+               afterglow. Put a slide's keys on top, and the simulated
+               sensor is this one. Pixel format and black level are
+               guesses.
 
 Truth (--truth FILE.csv):
   recording,speed,direction
   Fla0-50mm_s-0deg-1,49.8,0.4
   recording is the name of the file without .mcap, speed is in mm/s, and
-  direction in degrees: 0 is to the right, 90 up. A field may be empty.
+  direction in degrees: 0 is to the right, 90 up. Where a field is empty,
+  and for recordings that are not there, the plan holds.
 
 Examples:
   wstac characterize /dev/video0 -o my-sensor
   wstac characterize /dev/video0 -o my-sensor --truth arm.csv
-"#;
+";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let folder = arguments.output.as_path();
@@ -93,17 +96,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
+    keep_plan(arguments.plan.as_deref(), &plan)?;
     if !config.exists() {
         note("1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times");
         let options = arguments.options.clone();
         calibrate::run(&calibrate::Arguments::of(arguments.source.clone(), config.clone(), options))?;
-    }
-    if !plan.exists() {
-        let text = arguments.plan.as_deref().map_or_else(|| Ok(PLAN.to_owned()), file_text)?;
-        Outputs::new(false).write(&plan, text)?;
-    } else if arguments.plan.is_some() {
-        let message = "is the plan of this folder already; leave --plan out, or name another folder";
-        return Err(Error::new(ErrorKind::Usage, plan.display(), message).into());
     }
     note("2 of 3: slides");
     let options = arguments.options.clone();
@@ -116,7 +113,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     if let Some(name) = truth.keys().find(|name| !found.names.contains(name)) {
         let file = arguments.truth.as_deref().unwrap_or(folder).display();
-        let message = format_args!("{name} is no recording of {}", folder.display());
+        let message = format_args!(
+            "no recording has this name (found {name:?}, expected that of a file in {}, without .mcap)",
+            folder.display()
+        );
         return Err(Error::new(ErrorKind::Data, file, message).into());
     }
     let measured = found.measured();
@@ -129,9 +129,30 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             outputs.write(&scene, keys)?;
             note(format_args!("wrote {} and {}", page.display(), scene.display()));
         }
-        Err(why) => note(format_args!("wrote {}; the sensor's light was not measured: {why}", page.display())),
+        Err(why) => {
+            note(format_args!("wrote {}; the sensor's light was not measured: {why}", page.display()));
+            if scene.exists() {
+                note(format_args!("{} is of an earlier run", scene.display()));
+            }
+        }
     }
     Ok(write!(super::output::stdout(), "{}", found.report)?)
+}
+
+/// Writes the plan to the folder, unless it is there. Both are checked before a person waits.
+fn keep_plan(given: Option<&Path>, kept: &Path) -> Result<(), Error> {
+    let text = given.map_or_else(|| Ok(PLAN.to_owned()), file_text)?;
+    if let Some(given) = given {
+        plan::read(given)?;
+    }
+    if !kept.exists() {
+        return Outputs::new(false).write(kept, text);
+    }
+    if given.is_some() && file_text(kept)? != text {
+        let message = "is another plan than that of --plan (one folder has one plan); help: name another folder";
+        return Err(Error::new(ErrorKind::Usage, kept.display(), message));
+    }
+    Ok(())
 }
 
 /// Reads the true speeds and directions of recordings by name.
@@ -141,15 +162,16 @@ fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
         Error::new(ErrorKind::Data, path.display(), format_args!("line {line}: {message}"))
     };
     let mut lines = (1..).zip(text.lines());
-    let heads = lines.next().map(|(_, line)| line.trim()).unwrap_or_default();
+    // Spreadsheets write a mark of UTF-8 in front.
+    let heads = lines.next().map(|(_, line)| line.trim_start_matches('\u{feff}').trim()).unwrap_or_default();
     if heads != "recording,speed,direction" {
-        return Err(wrong(1, format!("{heads:?}, expected recording,speed,direction")));
+        return Err(wrong(1, format!("wrong names of columns (found {heads:?}, expected recording,speed,direction)")));
     }
     let mut truth = BTreeMap::new();
     for (line, row) in lines.filter(|(_, row)| !row.trim().is_empty()) {
         let fields: Vec<&str> = row.split(',').map(str::trim).collect();
         let [name, speed, direction] = fields[..] else {
-            return Err(wrong(line, format!("{} fields, expected 3", fields.len())));
+            return Err(wrong(line, format!("wrong number of fields (found {}, expected 3)", fields.len())));
         };
         let number = |field: &str, expected: &str, is_valid: fn(f64) -> bool| match field {
             "" => Ok(None),
@@ -163,7 +185,7 @@ fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
         let mm_s = number(speed, "a speed in mm/s above 0", |mm_s| mm_s > 0.0 && mm_s.is_finite())?;
         let degrees = number(direction, "a direction in degrees", f64::is_finite)?;
         if truth.insert(name.to_owned(), SlideTruth { mm_s, degrees }).is_some() {
-            return Err(wrong(line, format!("{name:?} is there twice, expected each recording once")));
+            return Err(wrong(line, format!("recording {name:?} is there twice (expected each once)")));
         }
     }
     Ok(truth)
@@ -174,7 +196,7 @@ fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
 struct Characterized {
     names: Vec<String>,
     info: Option<StreamInfo>,
-    readout_ms: f64,
+    readout_ms: Option<f64>,
     report: AnswerReport,
     slides: Vec<MeasuredSlide>,
 }
@@ -191,16 +213,18 @@ impl Characterized {
         let wrong = |message: String| Error::new(ErrorKind::Data, file.display(), message);
         let (mm_s, degrees) = labeled.map(labels::check).transpose().map_err(wrong)?.unwrap_or_default();
         let planned = SlideTruth { mm_s, degrees: degrees.map(f64::from) };
-        let truth = truth.get(&name).copied().unwrap_or(planned);
+        let own = truth.get(&name).copied().unwrap_or_default();
+        let truth = SlideTruth { mm_s: own.mm_s.or(planned.mm_s), degrees: own.degrees.or(planned.degrees) };
         let mut light = LightAboveDark::new(config.geometry(&info)?);
         let mut processor = Processor::new(&info, &config, OutputOptions::default())?;
-        let (mut frames, mut has_lost, mut answer) = (Vec::new(), false, None);
+        let (mut frames, mut has_lost, mut answer, mut events) = (Vec::new(), false, None, 0);
         loop {
             let event = source.next_event()?;
             frames.extend(light.take(&event));
             has_lost |= matches!(event, SourceEvent::Lost { .. });
             let goes_on = processor.process(&event, |output| {
                 if let Output::Event(event) = &output {
+                    events += 1;
                     answer.get_or_insert_with(|| SlideAnswer::new(name.clone(), truth, event));
                 }
                 Ok::<(), Error>(())
@@ -213,12 +237,18 @@ impl Characterized {
             Some(answer) => self.report.slides.push(answer),
             None => self.report.without_event.push(name.clone()),
         }
+        if events > 1 {
+            self.report.of_several.push(name.clone());
+        }
+        if has_lost {
+            note(format_args!("{name} has lost frames: it does not tell the sensor's light"));
+        }
         if let (Some(mm_s), Some(degrees), "Fla0", false) = (truth.mm_s, truth.degrees, &*specimen, has_lost) {
             let slide = Slide::new(Specimen::block(Pattern::Flat, 0.0), mm_s, degrees);
             let dark = light.dark().iter().sum::<f64>() / light.dark().len() as f64;
             self.slides.push(MeasuredSlide { slide, frames, noise: light.mean_noise(), dark });
         }
-        self.readout_ms = config.sensor.readout.map_or(0.0, |readout| readout.ms().into());
+        self.readout_ms = config.sensor.readout.map(|readout| readout.ms().into());
         self.names.push(name);
         self.info.get_or_insert(info);
         Ok(())
@@ -227,9 +257,9 @@ impl Characterized {
     /// Returns the keys of the scene that is this sensor, or why there are none.
     fn measured(&self) -> Result<String, String> {
         let info = self.info.as_ref().ok_or("there is no recording")?;
-        let sensor =
-            SensorConfig { size: info.size, rate: info.rate, readout_ms: self.readout_ms, ..SensorConfig::default() };
+        let readout_ms = self.readout_ms.unwrap_or_default();
+        let sensor = SensorConfig { size: info.size, rate: info.rate, readout_ms, ..SensorConfig::default() };
         let found = MeasuredSensor::new(&self.slides, &sensor).map_err(|error| error.to_string())?;
-        Ok(found.to_string())
+        Ok(MeasuredSensor { has_readout: self.readout_ms.is_some(), ..found }.to_string())
     }
 }

@@ -71,6 +71,8 @@ Start here:
       measure a camera and print what to change
   wstac calibrate /dev/video0 -o wstac.toml
       find the whiskers in the picture and write a configuration
+  wstac characterize /dev/video0 -o my-sensor
+      measure a sensor that you built, beside the truth of its slides
   wstac run /dev/video0 --config wstac.toml
       print the events of a USB camera
   wstac run /dev/video0 --model builtin

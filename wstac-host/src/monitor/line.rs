@@ -71,7 +71,7 @@ impl BoardLine {
                 Ok(LineStep::Over) => return Ok(()),
                 Ok(LineStep::Ended) => {
                     let Some(foreign) = self.monitor.foreign() else { break Ok(()) };
-                    break Err(Error::new(ErrorKind::Data, self.port.name(), foreign.in_words()).into());
+                    break Err(self.no_messages(foreign).into());
                 }
                 Err(error) => break Err(error),
             }

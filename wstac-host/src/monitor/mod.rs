@@ -117,7 +117,7 @@ impl Monitor {
         mut give: impl FnMut(Report) -> Result<(), E>,
     ) -> Result<bool, E> {
         for &byte in bytes {
-            let is_echo = self.foreign.take(byte);
+            let is_echo = !self.heard && self.foreign.take(byte);
             match self.decoder.push::<Message>(byte) {
                 None => {}
                 Some(Err(_)) if is_echo => {}

@@ -81,8 +81,8 @@ fn classify(bases: &bases::Bases, body: &str) -> String {
     format!(
         "\n/// The class of a sample: 700 numbers, frame by frame.\n#[rustfmt::skip]\n\
          #[allow(unused, clippy::all, clippy::pedantic)]\npub fn classify(s: &[i16; 700]) -> u8 {{\n    \
-         // Numbers that thresholds are compared with stay in registers only where the compiler does not know them.\n   
-         // \
+         // Numbers that thresholds are compared with stay in registers only where the compiler does not know \
+         them.\n    \
          let bases: &[i32; {}] = core::hint::black_box(&[{}]);\n{body}}}\n",
         numbers.len(),
         numbers.join(", "),
