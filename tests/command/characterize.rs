@@ -17,7 +17,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     let slides: String = [(80, 0), (80, 0), (80, 90), (80, 90), (100, 0), (100, 0), (100, 90), (100, 90)]
         .map(|(speed, degrees)| format!("[[slide]]\nspecimen = \"Fla0\"\nspeed = {speed}\ndirection = {degrees}\n"))
         .concat();
-    let source = format!("scene:{}", folder.file("sensor.toml", &format!("{SENSOR}{slides}")).display());
+    let source = format!("scene:{}", folder.file("sensor.toml", format!("{SENSOR}{slides}")).display());
     let plan = folder.file("plan.toml", PLAN);
     let output = &*folder.path("out");
     let table = good(&["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()]);
@@ -34,7 +34,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     }
     assert!(scene.contains("[2, 3, 0.4") || scene.contains("[2, 3, 0.5"), "{scene}");
     // It is a scene as soon as it has a slide.
-    let again = folder.file("again.toml", &format!("specimen = \"Fla0\"\nspeed = 100\n{scene}"));
+    let again = folder.file("again.toml", format!("specimen = \"Fla0\"\nspeed = 100\n{scene}"));
     let event = good(&["run", &format!("scene:{}", again.display())]);
     assert!(event.contains("slide, speed"), "{event}");
     let page = fs::read_to_string(folder.0.join("out/report.html")).unwrap();

@@ -79,12 +79,11 @@ impl Board {
         });
         match step {
             Ok(LineStep::GoesOn) => return Ok(true),
-            Ok(LineStep::Ended) if !line.monitor().heard() => {
-                let expected = "has no messages, expected those of a board";
-                return Err(Error::new(ErrorKind::Data, line.name(), expected));
-            }
             Ok(LineStep::Over) => {}
-            Ok(LineStep::Ended) => waiting.push_back(Found::Output(*next, line.monitor().finish())),
+            Ok(LineStep::Ended) => match line.no_messages() {
+                Some(error) => return Err(error),
+                None => waiting.push_back(Found::Output(*next, line.monitor().finish())),
+            },
             Err(error) => return Err(error),
         }
         self.is_over = true;

@@ -26,6 +26,8 @@ const LEAST_MIDDLE: usize = 3;
 const LEAST_SLIDES: usize = 5;
 /// Least light of a whisker, as a fraction of the brightest one's: others are dead.
 const LEAST_GAIN: f64 = 0.05;
+/// Fewest whiskers that give light.
+const LEAST_LIT: usize = 13;
 /// Pairs of frames behind the last edge that tell the afterglow, and their least mean square light in that of the
 /// noise.
 const FADING: usize = 3;
@@ -122,8 +124,8 @@ impl MeasuredSensor {
         }
         if usable.len() < LEAST_SLIDES {
             return Err(refused(format!(
-                "{} of a flat block over all whiskers with light between both edges, expected {LEAST_SLIDES} or more: \
-                 slide more slowly, or a longer block",
+                "{} of a flat block over all whiskers have light between both edges (expected {LEAST_SLIDES} or more); \
+                 help: slide more slowly, or a longer block",
                 usable.len()
             )));
         }
@@ -132,9 +134,11 @@ impl MeasuredSensor {
             slide.frames.len() > faded_from(last, edges[1]) + FADING
         };
         if usable.iter().filter(behind).count() < LEAST_SLIDES {
-            let message =
-                "end before the light has faded, expected 5 or more with frames behind the last edge: slide faster";
-            return Err(refused(message.into()));
+            return Err(refused(format!(
+                "{} of {} go on until the light has faded (expected {LEAST_SLIDES}); help: record longer, or slide faster",
+                usable.iter().filter(behind).count(),
+                usable.len()
+            )));
         }
         let afterglow_ms = afterglow(&usable, frame_s);
         scene.light.afterglow_ms = afterglow_ms.map_or(0.0, |found| found.value);
@@ -150,6 +154,10 @@ impl MeasuredSensor {
             compared.push(Compared { found: *found, flashes, rubbing });
         }
         let (gains, of_brightest) = gains(&compared);
+        let lit = gains.iter().filter(|gain| **gain > 0.0).count();
+        if lit < LEAST_LIT || !gains.iter().all(|gain| gain.is_finite()) {
+            return Err(refused(format!("light up {lit} whiskers (expected {LEAST_LIT} or more of {TAXELS})")));
+        }
         let (flashes, middles): (Vec<f64>, Vec<f64>) = compared.iter().map(|slide| slide.scales(&gains)).unzip();
         let default = LightConfig::default();
         let of_default = |ratios: &[f64], key: f64| {
@@ -160,8 +168,8 @@ impl MeasuredSensor {
             }
         };
         let deviation = |ratios: &[f64]| {
-            let logs = ratios.iter().filter(|ratio| **ratio > 0.0).map(|ratio| log(*ratio));
-            mean(logs).sd * sqrt(ratios.len() as f64)
+            let logs: Vec<f64> = ratios.iter().filter(|ratio| **ratio > 0.0).map(|ratio| log(*ratio)).collect();
+            mean(logs.iter().copied()).sd * sqrt(logs.len() as f64)
         };
         let dark = |of: fn(&MeasuredSlide) -> f64| slides.iter().map(of).sum::<f64>() / slides.len() as f64;
         scene.light.leak = (dark(|slide| slide.dark) - sensor.black_level / 255.0).max(0.0);
@@ -210,7 +218,10 @@ fn gains(slides: &[Compared]) -> ([f64; TAXELS], f64) {
             });
             let mut sorted = gains;
             sorted.sort_by(f64::total_cmp);
-            gains.map(|gain| gain / sorted[TAXELS / 2])
+            // The median of those that give light: others may be dead.
+            let most = sorted[TAXELS - 1];
+            let dark = sorted.iter().filter(|gain| **gain < LEAST_GAIN * most).count();
+            gains.map(|gain| gain / sorted[usize::midpoint(dark, TAXELS - 1)])
         })
         .collect();
     let found: [Estimate; TAXELS] = core::array::from_fn(|taxel| mean(even.iter().map(|gains| gains[taxel])));
@@ -419,7 +430,8 @@ impl fmt::Display for MeasuredSensor {
         writeln!(f, "\n[sensor]\nsize = [{width}, {height}]\nfps = {rate}")?;
         let guess = if self.has_readout { "" } else { "    # a guess: no press told it" };
         writeln!(f, "readout_ms = {}{guess}", sensor.readout_ms)?;
-        writeln!(f, "noise = {:.3}", self.noise)
+        let beyond = if self.noise > 0.99 * MOST_NOISE { "    # or more" } else { "" };
+        writeln!(f, "noise = {:.3}{beyond}", self.noise)
     }
 }
 
@@ -501,6 +513,10 @@ mod tests {
         slides.truncate(4);
         let message = MeasuredSensor::new(&slides, &sensor).unwrap_err().to_string();
         assert!(message.contains("4 of a flat block"), "{message}");
+        let keys = "dead = [[1, 1], [1, 2], [1, 3], [1, 4], [1, 5], [2, 1], [2, 2], [2, 3], [2, 4], [2, 5], [3, 1], [3, 2], [3, 3]]";
+        let (few, sensor) = measured(&format!("[light]\n{keys}"), 9);
+        let message = MeasuredSensor::new(&few, &sensor).unwrap_err().to_string();
+        assert!(message.contains("light up 12 whiskers"), "{message}");
         let dark = MeasuredSlide { frames: vec![[0.0; TAXELS]; 90], ..slides[0].clone() };
         assert!(MeasuredSensor::new(&vec![dark; 9], &sensor).is_err());
     }

@@ -171,7 +171,7 @@ fn error_line(name: &str, errors: &[(f64, Option<f64>)], scale: f64, unit: &str)
         Some(below? + (above? - below?) * place.fract())
     };
     let [median, most] = [at(0.5)?, at(0.95)?];
-    let mut line = format!("{name}: off by {:.1}{unit} (median) and {:.1}{unit} (95 %)", median, most);
+    let mut line = format!("{name}: off by {median:.1}{unit} (median) and {most:.1}{unit} (95 %)");
     let by_sd: Vec<f64> = errors.iter().filter_map(|(_, by_sd)| *by_sd).collect();
     if !by_sd.is_empty() {
         let within = |most: f64| 100 * by_sd.iter().filter(|error| **error <= most).count() / by_sd.len();
@@ -217,8 +217,8 @@ mod tests {
             report.summary(),
             [
                 "3 slides: 2 reliable; reliable, but off by more than 10 % or 10°: 1.",
-                "Speed: off by 10.5 % (median) and 20.0 % (95 %); 50 % within one standard deviation, 50 % within two.",
-                "Direction: off by 2.0° (median) and 3.0° (95 %); 50 % within one standard deviation, 50 % within two.",
+                "Speed: off by 10.5 % (median) and 19.1 % (95 %); 50 % within one standard deviation, 50 % within two.",
+                "Direction: off by 2.0° (median) and 2.9° (95 %); 50 % within one standard deviation, 50 % within two.",
                 "Without an event: c.",
                 "With several events, of which the first counts: d.",
             ]

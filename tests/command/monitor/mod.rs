@@ -421,9 +421,10 @@ fn a_wrong_port_is_named_before_long() {
             let mut bytes = [0; 64];
             // Ten seconds: then the command says that nothing comes.
             for _ in 0..200 {
-                let sent = match echoes {
-                    false => port.write_all(b"[    0.123456] usb 1-1: new device\r\n"),
-                    true => port.read(&mut bytes).and_then(|count| port.write_all(&bytes[..count])),
+                let sent = if echoes {
+                    port.read(&mut bytes).and_then(|count| port.write_all(&bytes[..count]))
+                } else {
+                    port.write_all(b"[    0.123456] usb 1-1: new device\r\n")
                 };
                 // The command has not opened the line yet, or has ended.
                 let _ = sent;

@@ -26,7 +26,7 @@ use wstac_setup::characterize::{AnswerReport, SlideAnswer, SlideTruth};
 use wstac_setup::light::LightAboveDark;
 use wstac_train::dataset::recordings::find;
 
-/// Measure a sensor: calibrate it, record slides, and compare the answers
+/// Calibrate a sensor, record slides, and report on its answers
 ///
 /// The folder keeps everything. What is there is not made again, so the same command continues after a stop, and makes
 /// the report again.
@@ -40,7 +40,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FOLDER")]
     output: PathBuf,
 
-    /// The plan of the slides, as for wstac record --guide
+    /// The slides to record: a plan, as for wstac record
     ///
     /// By default, 50 slides of a flat block at 80 to 200 mm/s, to the right and upward.
     #[arg(long, value_name = "PLAN.toml")]
@@ -75,12 +75,11 @@ Files of the folder:
   report.html  one page to keep or to send; it loads nothing
   scene.toml   the sensor as keys of a scene: light, gains, noise and
                afterglow. Put a slide's keys on top, and the simulated
-               sensor is this one. Pixel format and black level are
-               guesses.
+               sensor is this one. Format and black level are guesses.
 
 Truth (--truth FILE.csv):
   recording,speed,direction
-  Fla0-50mm_s-0deg-1,49.8,0.4
+  Fla0-80mm_s-0deg-1, 79.8, 0.4
   recording is the name of the file without .mcap, speed is in mm/s, and
   direction in degrees: 0 is to the right, 90 up. Where a field is empty,
   and for recordings that are not there, the plan holds.
@@ -175,12 +174,9 @@ fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
         };
         let number = |field: &str, expected: &str, is_valid: fn(f64) -> bool| match field {
             "" => Ok(None),
-            _ => field
-                .parse()
-                .ok()
-                .filter(|number| is_valid(*number))
-                .map(Some)
-                .ok_or_else(|| wrong(line, format!("{field:?}, expected {expected}, or an empty field"))),
+            _ => field.parse().ok().filter(|number| is_valid(*number)).map(Some).ok_or_else(|| {
+                wrong(line, format!("wrong number (found {field:?}, expected {expected}, or an empty field)"))
+            }),
         };
         let mm_s = number(speed, "a speed in mm/s above 0", |mm_s| mm_s > 0.0 && mm_s.is_finite())?;
         let degrees = number(direction, "a direction in degrees", f64::is_finite)?;
@@ -259,7 +255,8 @@ impl Characterized {
         let info = self.info.as_ref().ok_or("there is no recording")?;
         let readout_ms = self.readout_ms.unwrap_or_default();
         let sensor = SensorConfig { size: info.size, rate: info.rate, readout_ms, ..SensorConfig::default() };
-        let found = MeasuredSensor::new(&self.slides, &sensor).map_err(|error| error.to_string())?;
-        Ok(MeasuredSensor { has_readout: self.readout_ms.is_some(), ..found }.to_string())
+        let mut found = MeasuredSensor::new(&self.slides, &sensor).map_err(|error| error.to_string())?;
+        found.has_readout = self.readout_ms.is_some();
+        Ok(found.to_string())
     }
 }

@@ -4,8 +4,8 @@ use std::time::{Duration, Instant};
 
 use wstac_core::wire::{Decoder, LONGEST_REQUEST, Request};
 
-/// The time for which a port may send bytes without a message: a board sends its state about once per second, and nothing
-/// for 3.2 s after its camera's clock was divided.
+/// The time for which a port may send bytes without a message: a board sends its state about once per second, and
+/// nothing for 3.2 s after its camera's clock was divided.
 const LATE: Duration = Duration::from_secs(4);
 
 /// The bytes of a port, of which none has been a message so far.
