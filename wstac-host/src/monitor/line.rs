@@ -70,8 +70,7 @@ impl BoardLine {
                 Ok(LineStep::GoesOn) => {}
                 Ok(LineStep::Over) => return Ok(()),
                 Ok(LineStep::Ended) => {
-                    let Some(foreign) = self.monitor.foreign() else { break Ok(()) };
-                    break Err(self.no_messages(foreign).into());
+                    break self.no_messages().map_or(Ok(()), |error| Err(error.into()));
                 }
                 Err(error) => break Err(error),
             }
@@ -79,6 +78,13 @@ impl BoardLine {
         let given = give(Report::Output(self.monitor.finish()));
         // The error of the port matters more than the end record.
         ended.and(given)
+    }
+
+    /// Returns the error of a port that has ended without a message: what came instead, and what to check. `None` if a
+    /// message has arrived.
+    pub fn no_messages(&self) -> Option<Error> {
+        let foreign = self.monitor.foreign()?;
+        Some(Error::new(ErrorKind::Data, self.port.name(), foreign.in_words()))
     }
 
     /// Sends what waits to be sent, reads once, and hands on what the board reports. What people need to know of the
