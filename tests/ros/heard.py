@@ -530,6 +530,12 @@ def check_launch(folder: Path, listener: Listener) -> None:
     ends = (joint.find("parent").get("link"), joint.find("child").get("link"), joint.get("type"))
     same(ends, ("thumb_base", "thumb_frame", "fixed"), "the joint of the sensor")
     same(listener.messages("thumb/event")[0].header.frame_id, "thumb_frame", "coordinate frame")
+    package = Path(__file__).parents[2] / "wstac-ros/wstac_ros"
+    text = "\n".join(one.read_text() for one in package.glob("[wl]*/*.py"))
+    # pip installs wstac.
+    imported = set(re.findall(r"^(?:from|import) (\w+)", text, re.MULTILINE)) - sys.stdlib_module_names - {"wstac"}
+    declared = {one.text.removeprefix("python3-") for one in ElementTree.parse(package / "package.xml").findall("exec_depend")}
+    same(imported - declared, set(), "packages that package.xml leaves out")
     print("launch: the installed file starts a node that is heard, and its frames are a tree")
 
 
