@@ -137,7 +137,7 @@ impl Gathered {
             self.frames.as_ref().map(|frames| Frames { size: frames.size, rate: frames.rate, ..Frames::default() });
         let (recorder, under_way) = (self.recorder.take(), self.under_way.take());
         let Self { count, last_frame, .. } = *self;
-        std::mem::replace(self, Self { count, last_frame, under_way, frames, recorder, ..Self::default() })
+        std::mem::replace(self, Self { frames, recorder, count, last_frame, under_way, ..Self::default() })
     }
 
     /// Forgets the camera frames of an incomplete feature frame, as a restart of the processor does.
