@@ -9,7 +9,9 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import queue
 import re
+import resource
 import signal
 import socket
 import subprocess
@@ -19,6 +21,7 @@ import textwrap
 import threading
 import time
 import types
+import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from datetime import datetime, timedelta, timezone
@@ -37,15 +40,26 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import Image
+from std_msgs.msg import Header
 from std_srvs.srv import Trigger
-from wstac_msgs.msg import ContactEnd, Event, Features, Taxels
+from wstac_msgs.msg import ContactEnd, Event, Features, Slip, Taxels
 from wstac_msgs.srv import LoadFile, StartRecording
+from wstac_ros import messages
 from wstac_ros.node import SensorsNode
+from wstac_ros.sensor import Sensor
 
 PATIENCE = 60
 RELIABLE = QoSProfile(depth=1000, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 STREAM = QoSProfile(depth=1000, reliability=ReliabilityPolicy.BEST_EFFORT)
-TYPES = {"event": Event, "contact_end": ContactEnd, "motion": TwistStamped, "features": Features, "taxels": Taxels, "picture": Image}
+TYPES = {
+    "event": Event,
+    "contact_end": ContactEnd,
+    "slip": Slip,
+    "motion": TwistStamped,
+    "features": Features,
+    "taxels": Taxels,
+    "picture": Image,
+}
 
 
 def fail(message: str) -> None:
@@ -86,7 +100,7 @@ class Listener:
 
     def hear(self, sensor: str, *topics: str) -> None:
         for topic in topics:
-            name, quality = f"/wstac/{sensor}/{topic}", RELIABLE if topic in ("event", "contact_end") else STREAM
+            name, quality = f"/wstac/{sensor}/{topic}", RELIABLE if topic in ("event", "contact_end", "slip") else STREAM
             kept = self.heard.setdefault(f"{sensor}/{topic}", [])
             self.node.create_subscription(TYPES[topic], name, lambda message, kept=kept: kept.append((time.time(), message)), quality)
 
@@ -142,7 +156,7 @@ def check_topics(folder: Path, listener: Listener) -> None:
         listener.hear(name, "event", "contact_end", "motion", "features", "taxels")
     diagnostics: list[DiagnosticArray] = []
     listener.node.create_subscription(DiagnosticArray, "/diagnostics", diagnostics.append, 10)
-    with node(sources) as process:
+    with node(sources, right__fps=75) as process:
         until(lambda: listener.messages("left/features"), "features are heard")
         for topic, reliability, durability in (("event", "RELIABLE", "TRANSIENT_LOCAL"), ("features", "BEST_EFFORT", "VOLATILE")):
             [found] = listener.node.get_publishers_info_by_topic(f"/wstac/left/{topic}")
@@ -155,7 +169,7 @@ def check_topics(folder: Path, listener: Listener) -> None:
         same(process.wait(PATIENCE), 0, f"exit code of a node that says {process.said()!r}")
     count = 0
     for name, source in sources.items():
-        truth = list(wstac.open(source, motion=True, at_once=True).frames())
+        truth = list(wstac.open(source, motion=True, at_once=True, fps=75 if name == "right" else None).frames())
         records = [record for frame in truth for record in frame.records]
         events = [record for record in records if isinstance(record, wstac.Event)]
         found = listener.messages(f"{name}/event")
@@ -165,18 +179,19 @@ def check_topics(folder: Path, listener: Listener) -> None:
             same(one.header.frame_id, f"{name}_frame", "coordinate frame")
         ends = [(record.frame, record.event_frame) for record in records if isinstance(record, wstac.ContactEnd)]
         same([(one.frame, one.event_frame) for one in listener.messages(f"{name}/contact_end")], ends, f"ends of touches of {name}")
-        motions = [record for record in records if isinstance(record, wstac.Motion)]
-        speeds = {round(one.speed.mm_s, 1) for one in motions}
-        heard = {round(1000 * math.hypot(one.twist.linear.x, one.twist.linear.y), 1) for one in listener.messages(f"{name}/motion")}
-        same((bool(heard), heard - speeds), (True, set()), f"speeds of {name}")
-        by_frame = {frame.feature_frame: frame for frame in truth}
+        known = [one for one in records if isinstance(one, wstac.Motion) and one.direction.deg is not None]
+        turns = [(one.speed.mm_s, math.radians(one.direction.deg)) for one in known]
+        motions = {(round(speed * math.cos(angle), 1), round(speed * math.sin(angle), 1)) for speed, angle in turns}
+        heard = {(round(1000 * one.twist.linear.x, 1), round(1000 * one.twist.linear.y, 1)) for one in listener.messages(f"{name}/motion")}
+        same((bool(heard), heard - motions), (True, set()), f"motions of {name}")
+        by_frame = {one.number: one for frame in truth for one in frame.completed}
         features, taxels = listener.messages(f"{name}/features"), listener.messages(f"{name}/taxels")
         for one in features:
             same(np.array_equal(one.features, by_frame[one.frame].features / np.float32(2048)), True, f"features of frame {one.frame} of {name}")
         for one in taxels:
-            same(np.array_equal(one.sums, by_frame[one.frame].sums.ravel()), True, f"taxels of frame {one.frame} of {name}")
+            same(np.array_equal(one.sums, by_frame[one.frame].taxel_sums.ravel()), True, f"taxels of frame {one.frame} of {name}")
         # Best effort: a busy machine may lose some. Those of before the discovery are not heard.
-        same(len(features) > len(truth) // 2 and len(taxels) > len(truth) // 2, True, f"{len(features)} features of {len(truth)} frames of {name}")
+        same(min(len(features), len(taxels)) > len(by_frame) // 2, True, f"{len(features)} features of {len(by_frame)} frames of {name}")
         # The event's header has the time of its first lit frame, and not that of the frame that completed it.
         stamps = {one.frame: seconds(one.header.stamp) for one in features}
         for one, event in zip(found, events):
@@ -198,10 +213,76 @@ def refused(answer: Any, part: str) -> None:
     same((answer.success, part in answer.message), (False, True), f"a refusal with {part!r}: {answer.message!r}")
 
 
+def check_slip(folder: Path, listener: Listener) -> None:
+    """The slip of a held part is heard."""
+    file = folder / "held.toml"
+    file.write_text('fidelity = "taxel"\n[[touch]]\nkind = "slide"\nspecimen = "Sin2"\nhold = 2\nspeed = 60\n')
+    stream = wstac.open(f"scene:{file}", at_once=True)
+    list(stream)
+    listener.hear("held", "slip")
+    with node({"held": f"scene:{file}"}) as process:
+        same(process.wait(PATIENCE), 0, f"exit code of a node that says {process.said()!r}")
+    fields = ("frame", "onset_frame", "held_since_frame", "strength")
+    found = [tuple(getattr(one, name) for name in fields) for one in listener.messages("held/slip")]
+    same((len(found), found), (1, [tuple(getattr(one, name) for name in fields) for one in stream.slips]), "slips")
+    print("a held part: its slip is heard")
+
+
+def check_waiting(folder: Path, listener: Listener) -> None:
+    """What is skipped is counted, and holds no place of pictures; a recording says what a person should know."""
+    stream = wstac.open(scene(folder, "full"), size=(400, 400))
+    sensor, frames = Sensor(listener.node, "full", "full", stream, lambda: None), stream.frames(pictures=True)
+    sensor._waiting = queue.Queue(1)
+    for _ in range(8):
+        sensor._take(next(frames))
+    # Each frame has a picture, features and taxels, and one of them waits.
+    same(sensor._counts["skipped"], 8 * 3 - 1, "skipped messages")
+    same(sensor._waiting.get()[0], "picture", "what waits")
+    sensor._pictures.release()
+    sensor._take(next(frames))
+    same(sensor._waiting.get()[0], "picture", "what waits next")
+    sensor._pictures.release()
+    sensor._counts.clear()
+    sensor._waiting = queue.Queue()
+    for _ in range(6):
+        sensor._take(next(frames))
+    same((sensor._counts["skipped"], sensor._waiting.qsize()), (2, 4 + 6 * 2), "pictures that are skipped, and what waits")
+    padded = types.SimpleNamespace(size=(4, 2), ros_encoding="mono8", bytes_per_row=6)
+    picture = messages.picture(np.arange(18, dtype=np.uint8), padded, Header())
+    same((picture.width, picture.step, bytes(picture.data)), (4, 6, bytes(range(12))), "a picture of padded planes")
+    nowhere = wstac.Motion(3, None, wstac.Speed(mm_s=9.0), wstac.Direction(deg=None))
+    sensor._waiting = queue.Queue()
+    sensor._take_records([nowhere], sensor._now())
+    same(sensor._waiting.qsize(), 0, "motion without a direction")
+    file = folder / "touched.toml"
+    file.write_text('fidelity = "taxel"\nlead_in = 100\n[[touch]]\nkind = "hold"\nhold = 6\n')
+    sensor.stream = wstac.open(f"scene:{file}")
+    frames = sensor.stream.frames()
+    for _ in range(150):
+        next(frames)
+    sensor.stream.start_recording(folder / "touched.mcap", features_only=True)
+    for _ in range(40):
+        next(frames)
+    same(sensor.stop_recording().startswith("40 frames recorded; it begins in a touch"), True, "what a recording says")
+    print("full queues: what is skipped is counted, and pictures go on")
+
+
+def check_failures(folder: Path, listener: Listener) -> None:
+    """A recording that cannot be written is told, and the node's exit code is 1."""
+    source = scene(folder, "filled", lead_in=200, slides=1)
+    with node({"filled": source}, files=folder, filled__size="[400, 400]") as process:
+        same(listener.call(StartRecording, "/wstac/filled/start_recording").success, True, "a recording")
+        resource.prlimit(process.pid, resource.RLIMIT_FSIZE, (1 << 20, 1 << 20))
+        same((process.wait(PATIENCE), "filled-1.mcap" in process.said()), (1, True), f"exit code of a node that says {process.said()!r}")
+    print("a recording that cannot be written: told, with exit code 1")
+
+
 def check_services(folder: Path, listener: Listener) -> None:
     """Services follow orders or say why not; a recording replays, and parameters are listed, read and changed."""
     (folder / "wrong.toml").write_text("[trigger]\nwindow = 71\n")
     (folder / "right.toml").write_text("[trigger]\nwindow = 7\n")
+    (folder / "secret.toml").write_text("[trigger]\nhunter2\n")
+    os.mkfifo(folder / "pipe.toml")
     (folder / "link.toml").symlink_to(folder / "right.toml")
     source = scene(folder, "hand", lead_in=3000)
     listener.hear("hand", "features", "picture")
@@ -219,6 +300,10 @@ def check_services(folder: Path, listener: Listener) -> None:
         for name in ("../right.toml", "/etc/passwd", ".hidden", ""):
             refused(call(LoadFile, "load_configuration", file=name), "without folders")
         refused(call(LoadFile, "load_configuration", file="link.toml"), "link")
+        refused(call(LoadFile, "load_configuration", file="pipe.toml"), "expected a file")
+        answer = call(LoadFile, "load_configuration", file="secret.toml")
+        refused(answer, "secret.toml: TOML line 2")
+        same(("hunter2" in answer.message, "hunter2" in process.said()), (False, True), "who reads what is in a file")
         same(call(LoadFile, "load_configuration", file="right.toml").success, True, "a configuration")
         same(call(LoadFile, "load_model", file="builtin").success, True, "a model")
         refused(call(LoadFile, "load_model", file="right.toml"), "right.toml")
@@ -353,7 +438,7 @@ def check_board(folder: Path, listener: Listener) -> None:
     sent = subprocess.run([sys.argv[1], source], capture_output=True, check=True, timeout=PATIENCE).stdout
     listener.hear("board", "event", "features")
     with socket.create_server(("127.0.0.1", 0)) as server:
-        with node({"board": f"tcp:127.0.0.1:{server.getsockname()[1]}"}) as process:
+        with node({"board": f"tcp:127.0.0.1:{server.getsockname()[1]}"}, files=folder) as process:
             board, _ = server.accept()
             until(lambda: listener.node.count_publishers("/wstac/board/event"), "the node is found")
             step = len(sent) // 100
@@ -370,7 +455,30 @@ def check_board(folder: Path, listener: Listener) -> None:
     until(lambda: len(listener.messages("board/event")) == 2, "two events")
     frames = [event.frame for event in wstac.open(source, at_once=True)]
     same([one.frame for one in listener.messages("board/event")], frames, "events of a board")
+    check_end_of_board(sent)
     print(f"a board: {len(frames)} events, {len(listener.messages('board/features'))} features; its services refuse")
+
+
+def check_end_of_board(sent: bytes) -> None:
+    """What a board has sent before its line fails is read before the error."""
+    other = bytes([99, 0, 0])
+    other += zlib.crc32(other).to_bytes(4, "little")
+    stuffed = b"".join(bytes([len(part) + 1]) + part for part in other.split(b"\0"))
+    begin = sent[: sent.rindex(b"\0", 0, 2000) + 1]
+    found = []
+    for end in (b"", b"\0" + stuffed + b"\0"):
+        with socket.create_server(("127.0.0.1", 0)) as server:
+            stream = wstac.open(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+            with server.accept()[0] as board:
+                board.sendall(begin + end)
+        failure, numbers = "", []
+        try:
+            numbers.extend(frame.number for frame in stream.frames())
+        except wstac.Error as error:
+            failure = str(error)
+        found.append((numbers, "version" in failure))
+    [(whole, _), (before, is_other)] = found
+    same((len(whole) > 3, before, is_other), (True, whole, True), "features before the end of a line")
 
 
 class Stand:
@@ -422,6 +530,12 @@ def check_launch(folder: Path, listener: Listener) -> None:
     ends = (joint.find("parent").get("link"), joint.find("child").get("link"), joint.get("type"))
     same(ends, ("thumb_base", "thumb_frame", "fixed"), "the joint of the sensor")
     same(listener.messages("thumb/event")[0].header.frame_id, "thumb_frame", "coordinate frame")
+    package = Path(__file__).parents[2] / "wstac-ros/wstac_ros"
+    text = "\n".join(one.read_text() for one in package.glob("[wl]*/*.py"))
+    # pip installs wstac.
+    imported = set(re.findall(r"^(?:from|import) (\w+)", text, re.MULTILINE)) - sys.stdlib_module_names - {"wstac"}
+    declared = {one.text.removeprefix("python3-") for one in ElementTree.parse(package / "package.xml").findall("exec_depend")}
+    same(imported - declared, set(), "packages that package.xml leaves out")
     print("launch: the installed file starts a node that is heard, and its frames are a tree")
 
 
@@ -457,19 +571,21 @@ def check_refusals(folder: Path, _listener: Listener) -> None:
         ({"left": "scene:Saw3@0"}, {}, "speed is"),
         ({"left": str(folder / "none.mcap")}, {}, "no such file"),
         ({"left": "scene:Saw3@150"}, {"files": folder / "none"}, "expected an existing folder"),
-        ({"left": "tcp:127.0.0.1:1"}, {"left__fps": "60.0"}, "leave fps out"),
+        ({"left": "tcp:127.0.0.1:1"}, {"left__fps": "60"}, "leave fps out"),
+        ({"left": "scene:Saw3@150"}, {"left__models": "builtin"}, "left.models"),
     ):
         with node(sensors, **parameters) as process:
             code = process.wait(PATIENCE)
             if code != 2 or part not in process.said() or "Traceback" in process.said():
                 fail(f"{sensors}: exit code {code}, {process.said()!r}, expected 2 and {part!r}")
-    print("parameters that cannot be used: 5 refused in a line")
+    print("parameters that cannot be used: 6 refused in a line")
 
 
 def main() -> None:
     rclpy.init()
     listener = Listener()
-    checks = (check_topics, check_services, check_slow, check_stamps, check_board, check_launch, check_relay, check_refusals)
+    heard = (check_topics, check_slip, check_waiting, check_failures, check_services, check_slow, check_stamps)
+    checks = (*heard, check_board, check_launch, check_relay, check_refusals)
     named = sys.argv[3:]
     with tempfile.TemporaryDirectory() as folder:
         for check in checks:

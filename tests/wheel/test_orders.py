@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import socket
 import threading
 import time
@@ -49,6 +50,56 @@ def test_close_ends_a_recording_as_a_whole(tmp_path: Path) -> None:
     assert len(wstac.read(tmp_path / "a.mcap").features) == 40
     with pytest.raises(wstac.Error, match="has ended"):
         stream.restart_baseline()
+
+
+def test_a_full_disk_is_told_before_the_next_recording(tmp_path: Path) -> None:
+    stream = wstac.open(SCENE, size=(400, 400))
+    frames = stream.frames()
+    stream.start_recording(tmp_path / "a.mcap")
+    least, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1 << 20, most))
+    try:
+        while stream.is_recording:
+            next(frames)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
+    with pytest.raises(wstac.Error, match="a.mcap"):
+        stream.start_recording(tmp_path / "b.mcap")
+    assert not stream.is_recording and not (tmp_path / "b.mcap").exists()
+    stream.start_recording(tmp_path / "b.mcap")
+    for _ in range(9):
+        next(frames)
+    assert stream.end_recording() == (9, "") and stream.end_recording() is None
+
+
+def test_feature_frames_are_of_the_frames_that_were_added_up(tmp_path: Path) -> None:
+    scene = tmp_path / "lost.toml"
+    scene.write_text('[[slide]]\nspecimen = "Saw3"\nspeed = 150\n[sensor]\nsize = [200, 200]\ndropped = 0.2\n')
+    arrived: dict[int, np.ndarray] = {}
+    by_losses = 0
+    for frame in wstac.open(f"scene:{scene}", fps=75).frames():
+        arrived[frame.number] = frame.sums.astype(np.uint64)
+        for one in frame.completed:
+            first = min(arrived) + 3 * one.number
+            parts = [number for number in range(first, first + 3) if number in arrived]
+            whole = sum(arrived[number] for number in parts)
+            assert np.array_equal(one.taxel_sums, (6 * whole + len(parts)) // (2 * len(parts)))
+            assert one.last_frame == parts[-1]
+            by_losses += one.last_frame != frame.number
+        own = [one for one in frame.completed if one.last_frame == frame.number]
+        assert [one.number for one in own] == ([] if frame.feature_frame is None else [frame.feature_frame])
+    assert by_losses > 5
+
+
+def test_frames_are_added_up_anew_behind_an_order(tmp_path: Path) -> None:
+    stream = wstac.open(SCENE, fps=75, size=(400, 400))
+    frames = stream.frames()
+    for order in (lambda: stream.reconfigure({}), lambda: stream.start_recording(tmp_path / "a.mcap")):
+        assert next(frames).completed == []
+        order()
+        three = [next(frames) for _ in range(3)]
+        [one] = three[-1].completed
+        assert np.array_equal(one.taxel_sums, sum(frame.sums.astype(np.uint64) for frame in three))
 
 
 def test_a_configuration_and_a_model_are_used_from_then_on() -> None:
@@ -102,6 +153,13 @@ def test_frames_have_the_sums_of_their_taxels() -> None:
 def test_a_board_that_says_nothing_is_none_and_follows_no_option() -> None:
     with pytest.raises(wstac.Error, match="finds events itself; leave config out"):
         wstac.open("tcp:127.0.0.1:1", config={})
+    for option in ("every", "keep_controls"):
+        with pytest.raises(wstac.Error, match=f"finds events itself; leave {option} out"):
+            wstac.open("tcp:127.0.0.1:1", **{option: True})
+    with pytest.raises(wstac.Error, match="^tcp:127.0.0.1:1: (?!a board)"):
+        wstac.read("tcp:127.0.0.1:1")
+    with pytest.raises(wstac.Error, match="is no serial line; leave baud out"):
+        wstac.open("tcp:127.0.0.1:1", baud=9600)
     with pytest.raises(wstac.Error, match="is no board; leave baud out"):
         wstac.open(SCENE, baud=115_200)
     with pytest.raises(wstac.Error, match="tcp:127.0.0.1:1"):
@@ -112,5 +170,10 @@ def test_a_board_that_says_nothing_is_none_and_follows_no_option() -> None:
             stream.restart_baseline()
         assert (stream.format, stream.size, stream.ros_encoding) == ("", (0, 0), None)
         server.accept()[0].close()
-        with pytest.raises(wstac.Error, match="expected those of a board"):
+        with pytest.raises(wstac.Error, match=r"has no messages \(found no bytes, expected those of a board\); help: check "):
+            list(stream.frames())
+        stream = wstac.open(f"tcp:127.0.0.1:{server.getsockname()[1]}")
+        with server.accept()[0] as port:
+            port.sendall(b"[    0.000000] Booting Linux\r\n")
+        with pytest.raises(wstac.Error, match="found text"):
             list(stream.frames())

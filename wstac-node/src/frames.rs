@@ -9,6 +9,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{FrameFeatures, Output, OutputOptions, ReadoutUsed};
+use wstac_host::session::sums::FrameSums;
 use wstac_host::session::{Observer, Processor};
 use wstac_host::source::open::{OpenOptions, SourceKind, open};
 use wstac_host::source::{SourceEvent, config_of};
@@ -20,7 +21,6 @@ use crate::arguments::{Arguments, NamedSource};
 use crate::note;
 use crate::publisher::PublisherHandle;
 use crate::records::locked;
-use crate::sums::FrameSums;
 
 /// The kinds of sources besides files.
 const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];

@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 
-use wstac_host::error::{Error, ErrorKind};
+use wstac_host::error::Error;
 use wstac_host::monitor::Report;
 use wstac_host::monitor::line::{BoardLine, LineStep};
 use wstac_host::monitor::port::Port;
@@ -26,6 +26,8 @@ pub(crate) struct Board {
     /// The number of the feature frame that comes next.
     next: u64,
     is_over: bool,
+    /// Why it is over, until what had arrived before is handed out.
+    failure: Option<Error>,
 }
 
 impl Board {
@@ -34,9 +36,8 @@ impl Board {
     /// # Errors
     /// The port cannot be opened.
     pub(crate) fn open(port: &OsStr, baud: Option<u32>, wanted: OutputOptions) -> Result<Self, Error> {
-        let baud = baud.filter(|_| port.as_encoded_bytes().starts_with(b"/"));
         let line = BoardLine::new(Port::open(port, baud)?, wanted);
-        Ok(Self { line, waiting: VecDeque::new(), next: 0, is_over: false })
+        Ok(Self { line, waiting: VecDeque::new(), next: 0, is_over: false, failure: None })
     }
 
     pub(crate) fn name(&self) -> &str {
@@ -54,9 +55,9 @@ impl Board {
             return Ok(true);
         }
         if self.is_over {
-            return Ok(false);
+            return self.failure.take().map_or(Ok(false), Err);
         }
-        let Self { line, waiting, next, .. } = self;
+        let Self { line, waiting, next, failure, .. } = self;
         let step = line.step(|report| {
             match report {
                 Report::Output(output) => {
@@ -81,10 +82,10 @@ impl Board {
             Ok(LineStep::GoesOn) => return Ok(true),
             Ok(LineStep::Over) => {}
             Ok(LineStep::Ended) => match line.no_messages() {
-                Some(error) => return Err(error),
+                Some(error) => *failure = Some(error),
                 None => waiting.push_back(Found::Output(*next, line.monitor().finish())),
             },
-            Err(error) => return Err(error),
+            Err(error) => *failure = Some(error),
         }
         self.is_over = true;
         Ok(true)

@@ -78,6 +78,8 @@ impl SourceOptions {
             ("models", !self.models.is_empty()),
             ("path_samples", self.paths),
             ("sensor", self.sensor.is_some()),
+            ("every", self.every),
+            ("keep_controls", self.keep_controls),
         ];
         given.into_iter().find(|(_, is_given)| *is_given).map(|(name, _)| name)
     }
@@ -132,6 +134,12 @@ type EndedRecording = (PathBuf, u64, u64, &'static str);
 enum Input {
     Station(Box<Station>),
     Board(Box<Board>),
+}
+
+/// What an order may have to forget.
+struct Told<'s> {
+    ended: &'s mut Option<Result<FinishedRecording, Error>>,
+    gathered: &'s mut Gathered,
 }
 
 struct ReadState {
@@ -247,7 +255,7 @@ impl Source {
 
     /// Gathers a new baseline from the next frame on.
     fn restart_baseline(&self, py: Python<'_>) -> PyResult<()> {
-        self.order(py, |station| {
+        self.order(py, |station, _| {
             station.rezero();
             Ok(())
         })
@@ -255,7 +263,11 @@ impl Source {
 
     /// Uses another configuration from the next frame on, with a new baseline.
     fn reconfigure(&self, py: Python<'_>, config: Config) -> PyResult<()> {
-        self.order(py, |station| station.reconfigure(config.0.clone()))?;
+        self.order(py, |station, told| {
+            station.reconfigure(config.0.clone())?;
+            told.gathered.restart();
+            Ok(())
+        })?;
         *self.config.lock().unwrap_or_else(PoisonError::into_inner) = config.0;
         Ok(())
     }
@@ -263,7 +275,7 @@ impl Source {
     /// Replaces the texture models.
     fn use_models(&self, py: Python<'_>, models: Vec<Model>) -> PyResult<()> {
         let textures = textures(&models)?;
-        self.order(py, |station| {
+        self.order(py, |station, _| {
             station.set_textures(textures);
             Ok(())
         })
@@ -272,13 +284,20 @@ impl Source {
     /// Starts a recording with the next frame, and with a new baseline, in a new file.
     fn start_recording(&self, py: Python<'_>, path: PathBuf, labels: Labels, features_only: bool) -> PyResult<()> {
         check(&labels).map_err(refused)?;
-        self.order(py, |station| {
+        self.order(py, |station, told| {
+            // What ended the last recording is told before another one begins, and not as the end of that.
+            if let Some(Err(error)) = told.ended.take_if(|ended| ended.is_err()) {
+                return Err(error);
+            }
             if station.info().taxels_only && !features_only {
                 let about = &station.info().about;
                 let message = "has taxel sums and no frames, expected features_only";
                 return Err(Error::new(ErrorKind::Usage, about, message));
             }
-            station.record(|| new_file(&path).map(|file| (file, path)), labels, features_only)
+            station.record(|| new_file(&path).map(|file| (file, path)), labels, features_only)?;
+            *told.ended = None;
+            told.gathered.restart();
+            Ok(())
         })
     }
 
@@ -383,12 +402,14 @@ impl Source {
 
     /// Returns what was gathered as objects and arrays.
     fn arrays<'py>(&self, py: Python<'py>, gathered: Gathered, with_frames: bool) -> PyResult<Bound<'py, PyDict>> {
-        let Gathered { features, numbers, outputs, frames, .. } = gathered;
+        let Gathered { features, numbers, taxel_sums, last_frames, outputs, frames, .. } = gathered;
         let frames = frames.unwrap_or_default();
         let count = frames.numbers.len();
         let all = PyDict::new(py);
         all.set_item("records", objects(py, outputs)?)?;
         all.set_item("features", shaped(PyArray1::from_vec(py, features), [numbers.len(), FEATURES])?)?;
+        all.set_item("taxel_sums", shaped(PyArray1::from_vec(py, taxel_sums), [numbers.len(), ROWS, COLUMNS])?)?;
+        all.set_item("last_frames", PyArray1::from_vec(py, last_frames))?;
         all.set_item("feature_frames", PyArray1::from_vec(py, numbers))?;
         all.set_item("taxels", shaped(PyArray1::from_vec(py, frames.taxels), [count, ROWS, COLUMNS])?)?;
         all.set_item("frame_numbers", PyArray1::from_vec(py, frames.numbers))?;
@@ -440,6 +461,9 @@ impl Source {
             return Err(refused(message));
         }
         let (baud, outputs) = (options.baud, options.outputs(features));
+        if baud.is_some() && !port.as_encoded_bytes().starts_with(b"/") {
+            return Err(refused(format_args!("{}: is no serial line; leave baud out", port.display())));
+        }
         let board = waiting(py, || Board::open(port, baud, outputs))?;
         Ok(Self {
             about: format!("a board at {}", board.name()),
@@ -460,15 +484,20 @@ impl Source {
     /// # Errors
     /// It is refused, the source is a board or closed, or a recording is in progress, whose replay would not know of
     /// it.
-    fn order(&self, py: Python<'_>, follow: impl FnOnce(&mut Station) -> Result<(), Error> + Send) -> PyResult<()> {
+    fn order(
+        &self,
+        py: Python<'_>,
+        follow: impl FnOnce(&mut Station, Told<'_>) -> Result<(), Error> + Send,
+    ) -> PyResult<()> {
         let about = &self.about;
         let followed = self.asked(py, |state| {
             let refuse = |kind, why: &str| Err(Error::new(kind, about, why));
-            match &mut state.input {
+            let ReadState { input, ended, gathered, .. } = state;
+            match input {
                 Some(Input::Station(station)) if station.recording().is_some() => {
                     refuse(ErrorKind::Usage, "has a recording in progress; stop it first")
                 }
-                Some(Input::Station(station)) => follow(station),
+                Some(Input::Station(station)) => follow(station, Told { ended, gathered }),
                 Some(Input::Board(_)) => refuse(ErrorKind::Unsupported, IS_BOARD),
                 None => refuse(ErrorKind::Usage, "has ended"),
             }

@@ -55,7 +55,7 @@ from ._samples import EventSamples
 from ._save import save
 from ._skin import Skin
 from ._speed import SpeedFit, fit_speed
-from ._stream import Frame, Stream, open
+from ._stream import FeatureFrame, Frame, Stream, open
 from ._train import Training, train
 from ._wstac import Error, __version__
 
@@ -70,6 +70,7 @@ __all__ = [
     "Event",
     "EventSamples",
     "Fault",
+    "FeatureFrame",
     "Frame",
     "Incomplete",
     "Lost",

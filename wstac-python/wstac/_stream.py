@@ -23,6 +23,26 @@ Item = TypeVar("Item")
 
 
 @dataclass(frozen=True, eq=False)
+class FeatureFrame:
+    """A feature frame of `Frame.completed`: a camera frame, or above 45 frames per second several that are added up.
+
+    >>> import wstac
+    >>> [one] = next(wstac.open("scene:Saw3@150,90deg").frames()).completed
+    >>> one.number, one.last_frame, one.features.shape, one.taxel_sums.shape
+    (0, 0, (10,), (5, 5))
+    """
+
+    number: int
+    """Its number."""
+    last_frame: int
+    """Number of the last camera frame of it that arrived."""
+    features: NDArray[np.int16] = field(repr=False)
+    """Its ten features, as `Frame.features` has them."""
+    taxel_sums: NDArray[np.uint32] = field(repr=False)
+    """The taxel sums that it is made of: uint32 (5, 5). The mean of the camera frames that arrived stands for lost ones. 0 of a board."""
+
+
+@dataclass(frozen=True, eq=False)
 class Frame:
     """A camera frame of `Stream.frames`, and what followed from it.
 
@@ -51,6 +71,8 @@ class Frame:
     """Sums of the green of each taxel's pixels: uint32 (5, 5). 0 of a board."""
     stamp: Optional[datetime] = field(repr=False)
     """Wall-clock time at which it was taken, with the time zone UTC; None where the source knows none."""
+    completed: list[FeatureFrame] = field(repr=False)
+    """The feature frames since the frame before: one that lost frames have completed, and one that it completed itself."""
 
     @property
     def event(self) -> Optional[Event]:
@@ -106,6 +128,11 @@ class Stream(Recorded):
     def size(self) -> tuple[int, int]:
         """Width and height of its frames in pixels."""
         return self._native.shape[1:3]
+
+    @property
+    def bytes_per_row(self) -> int:
+        """Bytes from row to row of its frames, of planes in the first one. 0 of a board."""
+        return self._native.shape[3]
 
     @property
     def fps(self) -> float:
@@ -190,16 +217,23 @@ class Stream(Recorded):
             code, width, height, bytes_per_row = self._native.shape
             raw, numbers = found.get("frames"), found["feature_frames"]
             records, self._waiting = self._waiting, []
+            number = int(found["frame_numbers"][0])
+            completed = [
+                FeatureFrame(int(at), int(last), features, sums)
+                for at, last, features, sums in zip(numbers, found["last_frames"], found["features"], found["taxel_sums"])
+            ]
+            own = completed[-1] if completed and completed[-1].last_frame == number else None
             yield Frame(
-                number=int(found["frame_numbers"][0]),
+                number=number,
                 timestamp=float(found["timestamps"][0]),
                 taxels=found["taxels"][0],
-                features=found["features"][-1] if len(numbers) else None,
-                feature_frame=int(numbers[-1]) if len(numbers) else None,
+                features=None if own is None else own.features,
+                feature_frame=None if own is None else own.number,
                 picture=None if raw is None else _frames.pictures(raw, code, (width, height), bytes_per_row)[0],
                 records=records,
                 sums=found["sums"][0],
                 stamp=found["stamps"][0],
+                completed=completed,
             )
 
     def __aiter__(self) -> AsyncIterator[Event]:
@@ -301,13 +335,21 @@ class Stream(Recorded):
 
     def stop_recording(self) -> int:
         """Ends the recording, and returns the number of its frames. Raises `Error` if there is none, or if not all could be written."""
-        ended = self._native.stop_recording()
+        ended = self.end_recording()
         if ended is None:
             raise _wstac.Error(f"{self.about}: has no recording in progress")
-        _, frames, _, doubt = ended
+        frames, doubt = ended
         if doubt:
             warnings.warn(f"{self.about}{doubt}", stacklevel=2)
         return frames
+
+    def end_recording(self) -> Optional[tuple[int, str]]:
+        """Ends the recording as `stop_recording` does, without a warning. Returns None if there is none.
+
+        Returns the number of its frames, and what the warning says, which is mostly nothing.
+        """
+        ended = self._native.stop_recording()
+        return None if ended is None else (ended[1], ended[3])
 
     def close(self) -> None:
         """Releases the file or camera. Reading on raises `Error`, unless the stream had ended.
@@ -419,7 +461,7 @@ def source_options(
     size: Optional[tuple[int, int]] = None,
     matrix: Optional[str] = None,
     range: Optional[str] = None,
-    every: bool = True,
+    every: bool = False,
     keep_controls: bool = False,
     controls: Optional[Mapping[str, int]] = None,
     motion: bool = False,

@@ -55,9 +55,9 @@ def event(found: wstac.Event, header: Header) -> Event:
 
 
 def motion(found: wstac.Motion, header: Header) -> TwistStamped:
-    """Returns the message of the motion in a frame."""
+    """Returns the message of the motion in a frame, whose direction is known."""
     message = TwistStamped(header=header)
-    angle = math.radians(found.direction.deg or 0.0)
+    angle = math.radians(found.direction.deg)
     message.twist.linear.x = found.speed.mm_s / 1000 * math.cos(angle)
     message.twist.linear.y = found.speed.mm_s / 1000 * math.sin(angle)
     return message
@@ -84,36 +84,16 @@ def taxels(number: int, sums: np.ndarray, header: Header) -> Taxels:
     return Taxels(header=header, frame=number, sums=sums.astype(np.uint32).ravel())
 
 
-def picture(pixels: np.ndarray, size: tuple[int, int], encoding: str, header: Header) -> Image | None:
-    """Returns the message of a picture; None if its planes' rows are padded. Of planes, the first is brightness."""
-    width, height = size
+def picture(pixels: np.ndarray, stream: wstac.Stream, header: Header) -> Image | None:
+    """Returns the message of a picture; None if it is too short. Of planes, only the first is in it."""
+    (width, height), encoding = stream.size, stream.ros_encoding
     if pixels.ndim == 1:
-        if len(pixels) < width * height:
+        step = stream.bytes_per_row
+        if step < width or len(pixels) < step * height:
             return None
-        pixels = pixels[: width * height].reshape(height, width)
+        pixels = pixels[: step * height].reshape(height, step)
     data = np.ascontiguousarray(pixels)
     message = Image(header=header, height=height, width=width, encoding=encoding, step=data.nbytes // height)
     # An array of bytes is taken as it is; a list would be checked byte by byte.
     message.data.frombytes(data.tobytes())
     return message
-
-
-class SumsOfFrames:
-    """Adds up the taxel sums of the camera frames that make one feature frame."""
-
-    def __init__(self, fps: float) -> None:
-        # Above 45 frames per second, round(fps / 30) frames are added up.
-        self._whole = max(1, round(fps / 30)) if fps > 45 else 1
-        self._present, self._sums = 0, np.zeros((5, 5), np.uint64)
-
-    def add(self, sums: np.ndarray) -> None:
-        """Adds those of a camera frame."""
-        self._present += 1
-        self._sums = self._sums + sums
-
-    def complete(self) -> np.ndarray:
-        """Ends the feature frame. The mean of the camera frames that arrived stands for each that did not."""
-        sums, present = self._sums, self._present
-        self._present, self._sums = 0, np.zeros((5, 5), np.uint64)
-        whole = (2 * sums * self._whole + present) // (2 * max(1, present))
-        return np.minimum(whole, np.uint64(0xFFFF_FFFF))

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import sys
 import threading
@@ -17,6 +18,7 @@ import wstac
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.exceptions import ParameterException
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -38,6 +40,9 @@ OPTIONS: dict[str, tuple[Any, str]] = {
     "recorded": ("", "name of the sensor in a recording of several"),
     "baud": (0, "bits per second of a board's serial line"),
 }
+# Where the ports of boards are, besides tcp:HOST:PORT and board:PORT.
+SERIAL = ("/dev/tty", "/dev/serial/", "/dev/pts/", "/dev/rfcomm")
+TOML = re.compile(r".*: (TOML line \d+, column \d+): ")
 IS_FOLDER = "files: is empty, expected the folder that services may read and write"
 
 
@@ -73,7 +78,10 @@ class SensorsNode(Node):
         """Opens a sensor, and declares its topics, parameters and services."""
         options = self._options(name)
         # With a folder, all frames of a camera can be recorded; else the newest one is worth more than those before it.
-        stream = wstac.open(source, every=self._folder is not None, motion=True, at_once=True, paced=True, **options)
+        # A board has no such choice.
+        is_board = source.startswith(("tcp:", "board:")) or os.path.realpath(source).startswith(SERIAL)
+        every = self._folder is not None and not is_board
+        stream = wstac.open(source, every=every, motion=True, at_once=True, paced=True, **options)
         self.get_logger().info(f"{name}: {stream.about}")
         for note in stream.notes:
             self.get_logger().info(f"{name}: {note}")
@@ -99,7 +107,8 @@ class SensorsNode(Node):
         """Declares the parameters of a sensor that are read once. Returns the given ones, as wstac.open takes them."""
         found = {}
         for option, (default, about) in OPTIONS.items():
-            descriptor = ParameterDescriptor(read_only=True, description=about)
+            # 60 is as good as 60.0.
+            descriptor = ParameterDescriptor(read_only=True, description=about, dynamic_typing=option == "fps")
             value = self.declare_parameter(f"{name}.{option}", default, descriptor).value
             if value:
                 found[option] = value if isinstance(value, (str, int, float)) else list(value)
@@ -138,8 +147,9 @@ class SensorsNode(Node):
         if not FILE.fullmatch(file):
             raise wstac.Error(f"file is {file!r}, expected the name of a file without folders")
         path = self._folder / file
-        if path.is_symlink():
-            raise wstac.Error(f"file is {file!r}: a link, expected a file")
+        if path.is_symlink() or (path.exists() and not path.is_file()):
+            # Whoever reads a pipe may wait forever.
+            raise wstac.Error(f"file is {file!r}: a link or no file, expected a file")
         return path
 
     def _restart_baseline(self, sensor: Sensor, _request: Any, _response: Any) -> str:
@@ -147,7 +157,15 @@ class SensorsNode(Node):
         return "the baseline is gathered; leave the sensor untouched for 25 frames"
 
     def _load_configuration(self, sensor: Sensor, request: LoadFile.Request, _response: Any) -> str:
-        sensor.stream.reconfigure(wstac.Config.read(self._path(request.file)))
+        try:
+            config = wstac.Config.read(self._path(request.file))
+        except wstac.Error as error:
+            if place := TOML.match(str(error)):
+                # The rest quotes the file, and whoever asks may not read it.
+                self.get_logger().error(f"{sensor.name}: {error}")
+                raise wstac.Error(f"{request.file}: {place[1]} is wrong; the log of the node says why") from error
+            raise
+        sensor.stream.reconfigure(config)
         return f"{request.file} is used"
 
     def _load_model(self, sensor: Sensor, request: LoadFile.Request, _response: Any) -> str:
@@ -170,8 +188,7 @@ class SensorsNode(Node):
         return "the baseline is gathered; leave the sensor untouched for 25 frames"
 
     def _stop_recording(self, sensor: Sensor, _request: Any, _response: Any) -> str:
-        frames = sensor.stream.stop_recording()
-        return f"{frames} {'frame' if frames == 1 else 'frames'} recorded"
+        return sensor.stop_recording()
 
 
 def _answering(sensor: Sensor, follow: Callable[[Sensor, Any, Any], str]) -> Callable[[Any, Any], Any]:
@@ -193,7 +210,7 @@ def main() -> None:
     rclpy.init()
     try:
         node = SensorsNode()
-    except wstac.Error as error:
+    except (wstac.Error, ParameterException) as error:
         print(f"wstac_ros: {error}", file=sys.stderr)
         sys.exit(2)
     executor = MultiThreadedExecutor()

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import queue
+import sys
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable
 from typing import Any
 
+import numpy as np
 import wstac
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
@@ -51,6 +53,8 @@ class Sensor:
         self._node, self._source, self._ended = node, source, ended
         self._counts, self._lost = Counter[str](), Counter[str]()
         self._before: tuple[int, int] = (0, 0)
+        self.recorded = ""
+        self._last = Time()
         self._times: dict[int, Time] = {}
         # Those that are there at the start are logged by the node.
         self._noted = len(stream.notes)
@@ -74,11 +78,37 @@ class Sensor:
         self.stream.close()
         for thread in self._threads:
             thread.join(5)
+        self._tell_recording()
+
+    def stop_recording(self) -> str:
+        """Ends the recording, and returns its length in words. One that has ended by itself is told here, too."""
+        said, self.recorded = self.recorded or _in_words(self.stream.end_recording()), ""
+        if not said:
+            raise wstac.Error(f"{self.name}: has no recording in progress")
+        return said
+
+    def _tell_recording(self) -> None:
+        """Logs how a recording went that the end of the source, a full disk or a signal has ended."""
+        try:
+            if said := _in_words(self.stream.end_recording()):
+                self.recorded = said
+                self._log(said)
+        except (wstac.Error, OSError) as error:
+            self.failure = self.failure or str(error)
+            self._log(str(error), is_error=True)
+
+    def _log(self, text: str, *, is_error: bool = False) -> None:
+        if not self._node.context.ok():
+            # The logger has ended with the context.
+            print(f"wstac_ros: {self.name}: {text}", file=sys.stderr, flush=True)
+        elif is_error:
+            self._node.get_logger().error(f"{self.name}: {text}")
+        else:
+            self._node.get_logger().info(f"{self.name}: {text}")
 
     def _read(self) -> None:
         try:
-            sums = messages.SumsOfFrames(self.stream.fps)
-            while self._read_frames(sums, self.with_pictures):
+            while self._read_frames(self.with_pictures):
                 pass
             self._take_records(self.stream.records(), self._now())
         except Exception as error:
@@ -87,14 +117,15 @@ class Sensor:
                 self.failure = str(error)
                 self._node.get_logger().error(f"{self.name}: {type(error).__name__}: {error}")
         finally:
+            self._tell_recording()
             self.has_ended = True
             # The publisher ends behind all that waits.
             self._waiting.put(None)
 
-    def _read_frames(self, sums: messages.SumsOfFrames, pictures: bool) -> bool:
+    def _read_frames(self, pictures: bool) -> bool:
         """Reads frames until pictures are switched on or off. Returns False at the end."""
         for frame in self.stream.frames(pictures):
-            self._take(frame, sums)
+            self._take(frame)
             if self.with_pictures != pictures:
                 return True
         return False
@@ -121,34 +152,40 @@ class Sensor:
         time = messages.time_of(record.stamp) if record.stamp else self._times.get(-1 if frame is None else frame, now)
         return Header(stamp=time, frame_id=self.frame_id)
 
-    def _put(self, topic: str, message: Any) -> None:
-        """Hands a message over. It is skipped and counted if the middleware is behind."""
+    def _put(self, topic: str, message: Any) -> bool:
+        """Hands a message over. It is skipped and counted if the middleware is behind; False then."""
         try:
             self._waiting.put_nowait((topic, message))
         except queue.Full:
             self._counts["skipped"] += 1
+            return False
+        return True
 
-    def _take(self, frame: wstac.Frame, sums: messages.SumsOfFrames) -> None:
+    def _put_picture(self, pixels: np.ndarray, header: Header) -> None:
+        """Hands a picture over. It is skipped and counted, too, if too many wait."""
+        if not self._pictures.acquire(blocking=False):
+            self._counts["skipped"] += 1
+            return
+        picture = messages.picture(pixels, self.stream, header)
+        if picture is None or not self._put("picture", picture):
+            self._pictures.release()
+
+    def _take(self, frame: wstac.Frame) -> None:
         now = messages.time_of(frame.stamp) if frame.stamp else self._now()
-        header = Header(stamp=now, frame_id=self.frame_id)
-        encoding = self.stream.ros_encoding
-        if frame.picture is not None and encoding and self._pictures.acquire(blocking=False):
-            picture = messages.picture(frame.picture, self.stream.size, encoding, header)
-            if picture is None:
-                self._pictures.release()
-            else:
-                self._put("picture", picture)
+        if frame.picture is not None and self.stream.ros_encoding:
+            self._put_picture(frame.picture, Header(stamp=now, frame_id=self.frame_id))
         has_taxels = frame.taxels[0, 0] == frame.taxels[0, 0]
-        sums.add(frame.sums)
-        if frame.features is not None:
-            self._counts["frames"] = frame.feature_frame + 1
-            self._times[frame.feature_frame] = now
+        for one in frame.completed:
+            self._counts["frames"] = one.number + 1
+            # What lost frames have completed ended with the frame before.
+            self._times[one.number] = now if one.last_frame == frame.number else self._last
             if len(self._times) > MOST_TIMES:
                 del self._times[next(iter(self._times))]
-            whole = sums.complete()
-            self._put("features", messages.features(frame.feature_frame, frame.features, header))
+            header = Header(stamp=self._times[one.number], frame_id=self.frame_id)
+            self._put("features", messages.features(one.number, one.features, header))
             if has_taxels:
-                self._put("taxels", messages.taxels(frame.feature_frame, whole, header))
+                self._put("taxels", messages.taxels(one.number, one.taxel_sums, header))
+        self._last = now
         self._take_records(frame.records, now)
 
     def _take_records(self, records: Iterable[Any], now: Time) -> None:
@@ -160,7 +197,7 @@ class Sensor:
                 self._put("contact_end", messages.contact_end(record, self._header(record, record.frame, now)))
             elif isinstance(record, wstac.Slip):
                 self._put("slip", messages.slip(record, self._header(record, record.frame, now)))
-            elif isinstance(record, wstac.Motion):
+            elif isinstance(record, wstac.Motion) and record.direction.deg is not None:
                 self._put("motion", messages.motion(record, self._header(record, record.frame, now)))
             elif isinstance(record, wstac.Lost):
                 self._counts["dropped"] += record.frames
@@ -194,3 +231,11 @@ class Sensor:
         values = [KeyValue(key=name, value=str(value)) for name, value in facts.items()]
         name = f"{self._node.get_fully_qualified_name()}: {self.name}"
         return DiagnosticStatus(level=level, name=name, message=text, hardware_id=self.name, values=values)
+
+
+def _in_words(recording: tuple[int, str] | None) -> str:
+    """Returns how long a recording is, and what a person should know of it; nothing without one."""
+    if recording is None:
+        return ""
+    frames, doubt = recording
+    return f"{frames} {'frame' if frames == 1 else 'frames'} recorded{doubt}"
