@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import re
 import sys
 import tempfile
@@ -29,6 +30,9 @@ import mujoco_gripper  # noqa: E402
 # way of a part that slips in mm, and the fewest steps per second of a processor.
 MOST_LIGHT, MOST_SPEED, MOST_DIRECTION, MOST_SLIP, FEWEST_STEPS = 5.0, 2.0, 1.5, 15.0, 15_000
 PICTURE = ROOT / "docs/pictures/gripper.svg"
+
+LONGER = {"whisker": {"length_mm": 9, "dome_degrees": 0}}
+MIDDLE = {"whisker": {"present": "middle"}}
 
 LIGHTS = [
     ("Fla0", 100, 0),
@@ -128,13 +132,21 @@ def refusals() -> None:
     model = spec.compile()
     data = mujoco.MjData(model)
     sensor = wstac.mujoco.Sensor(model, data)
+    # Their light is not that of the whiskers that a scene has by default, though they are at the same places.
+    longer = mujoco.MjModel.from_xml_string(wstac.mujoco.attach(xml, "a", scene=LONGER).to_xml())
+    assert wstac.mujoco.Sensor(longer, mujoco.MjData(longer), scene=LONGER).skin.length_mm == 9
+    fresh = mujoco.MjSpec.from_string(xml)
     for call, said in [
         (lambda: wstac.mujoco.attach(xml, "b"), "has no body 'b', expected one of world, a"),
         (lambda: wstac.mujoco.attach("none.xml", "a"), "none.xml: no such file"),
         (lambda: wstac.mujoco.attach(spec, "a"), "has a body 'wstac' already"),
-        (lambda: wstac.mujoco.attach(xml, "a", stop_mm=5), "stop_mm is 5, expected above 0 and below 5.0"),
+        (lambda: wstac.mujoco.attach(fresh, "a", stop_mm=5), "stop_mm is 5, expected above 0 and below 5.0"),
+        (lambda: wstac.mujoco.attach(fresh, "a", scene=MIDDLE), 'scene: [whisker] present is "middle", expected "all"'),
+        (lambda: wstac.mujoco.attach(fresh, "a", pos=(0, 0)), "pos is (0, 0), expected 3 numbers"),
+        (lambda: wstac.mujoco.attach(fresh, "a", quat=(math.nan, 0, 0, 0)), "quat is (nan, 0, 0, 0), expected 4"),
         (lambda: wstac.mujoco.Sensor(model, data, "left"), "has no sensor 'left'"),
         (lambda: wstac.mujoco.Sensor(model, data, scene={"whisker": {"pitch_mm": 3}}), "are not those of scene"),
+        (lambda: wstac.mujoco.Sensor(longer, mujoco.MjData(longer)), "are not those of scene"),
         (sensor.step, "time went from 0.0 to 0.0 s, expected a step ahead"),
     ]:
         try:
@@ -143,6 +155,10 @@ def refusals() -> None:
             assert said in str(error), f"{error}, expected {said}"
         else:
             raise AssertionError(f"nothing is refused, expected {said}")
+    # What was refused has changed nothing, and a missing file is what it is everywhere.
+    wstac.mujoco.attach(fresh, "a").compile()
+    with contextlib.suppress(FileNotFoundError):
+        wstac.mujoco.attach("none.xml", "a")
     mujoco.mj_step(model, data)
     assert sensor.step() is None
     mujoco.mj_resetData(model, data)

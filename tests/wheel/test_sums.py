@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -97,6 +98,55 @@ def test_what_are_no_sums_is_refused() -> None:
         of_frames.push_sums(good)
 
 
+LIMIT = """
+import os, pathlib, resource, sys, numpy.ma, wstac
+file, good = pathlib.Path(sys.argv[1]), numpy.full(25, 1000)
+pipeline = wstac.Pipeline("GREY", size=(400, 400), fps=30, record=file)
+limit = resource.getrlimit(resource.RLIMIT_NOFILE)
+free = os.dup(0)
+os.close(free)
+# No other file can be open.
+resource.setrlimit(resource.RLIMIT_NOFILE, (free, limit[1]))
+for _ in range(2):
+    try:
+        pipeline.push_sums(good)
+    except wstac.Error as error:
+        print(pipeline.next_frame, file.exists(), error)
+resource.setrlimit(resource.RLIMIT_NOFILE, limit)
+pipeline.push_sums(good)
+pipeline.finish()
+found = wstac.read(file)
+print(found.end.frames, found.taxels.shape)
+"""
+
+
+def test_a_recording_of_sums_begins_with_them(tmp_path: Path) -> None:
+    file = tmp_path / "a.mcap"
+    made: dict[str, Any] = {"size": SIZE, "fps": 30, "record": file}
+    # Nothing is left of a pipeline without frames.
+    pipeline = wstac.Pipeline("GREY", **made)
+    assert file.exists()
+    del pipeline
+    assert not file.exists()
+    # What was lost before says neither frames nor sums.
+    with wstac.Pipeline("GREY", **made) as pipeline:
+        pipeline.lose(3)
+        pipeline.push_sums(np.full(25, 1000))
+        with pytest.raises(wstac.Error, match="a frame in a pipeline of sums"):
+            pipeline.push(np.zeros(SIZE, np.uint8))
+    found = wstac.read(file)
+    assert found.frames is None and found.frame_numbers.tolist() == [3]
+    assert found.end == pipeline.end and found.lost == pipeline.lost == [wstac.Lost(0, 3, "reported lost")]
+
+
+def test_a_recording_that_cannot_begin_begins_with_a_later_frame(tmp_path: Path) -> None:
+    run = [sys.executable, "-c", LIMIT, str(tmp_path / "a.mcap")]
+    done = subprocess.run(run, check=True, capture_output=True, text=True)
+    *refused, end = done.stdout.splitlines()
+    assert len(refused) == 2 and all(line.startswith("0 False ") and "a.mcap" in line for line in refused), done.stdout
+    assert end == "1 (1, 5, 5)"
+
+
 def pressed(skin: wstac.Skin, depth: float, frames: int = 150) -> list[NDArray[np.float64]]:
     """Presses a plate on for 0.2 s after 2 s, in steps of 1 ms, and returns the light of so many frames."""
     lights: list[NDArray[np.float64]] = []
@@ -135,11 +185,27 @@ def test_a_skin_without_light_is_dark_and_rubbing_is_bright() -> None:
     assert sum(light is not None for light in (skin.step(far, 0.0, 1e-3) for _ in range(1000))) == 30
     dark = skin.sums(np.zeros(25))
     assert dark.dtype == np.uint32 and len(set(dark.tolist())) == 1
-    for speeds in (50.0, np.full(25, 50.0)):
+    for speeds in (50.0, np.full(25, 50.0), np.float32(50), np.array(50), np.int16(50)):
         rubbed = wstac.Skin({"noise": 0})
         lights = [light for _ in range(600) if (light := rubbed.step(np.full(25, 2.0), speeds, 1e-3)) is not None]
         assert lights[-1].min() > 1e-3
         assert (rubbed.sums(lights[-1]) > dark).all()
+
+
+def test_the_readout_of_a_skin_is_zero_unless_it_is_given() -> None:
+    skin = wstac.Skin()
+    held = np.full(25, 1000)
+    for config, readout in [
+        (None, 0.0),
+        ({}, 0.0),
+        ("[trigger]\nwindow = 7", 0.0),
+        (wstac.Config({"trigger": {"window": 7}}), 0.0),
+        ({"sensor": {"readout_ms": 12}}, 12.0),
+    ]:
+        pipeline = skin.pipeline(config=config)
+        pipeline.push_sums(held)
+        pipeline.finish()
+        assert pipeline.end is not None and pipeline.end.readout_ms == readout, config
 
 
 def test_what_is_no_step_is_refused() -> None:
@@ -154,10 +220,14 @@ def test_what_is_no_step_is_refused() -> None:
     ]:
         with pytest.raises(wstac.Error, match=said):
             skin.step(*wrong)
+    for speed in (True, "fast", None):
+        with pytest.raises(TypeError, match=f"rubbing_mm_s is a {type(speed).__name__}, expected a NumPy array"):
+            skin.step(none, speed, 1e-3)  # type: ignore[arg-type]
     with pytest.raises(wstac.Error, match="light: a number is not 0 to 1e6"):
         skin.sums(np.full(25, -0.1))
     for scene, said in [
-        ({"specimen": "Saw3"}, "specimen is there, expected no touch"),
+        ({"specimen": "Saw3"}, "specimen is there; leave it out"),
+        ({"sensor": {"auto_exposure": True}}, r"\[sensor\] auto_exposure is true, expected false for a skin"),
         ({"sensor": {"readout_ms": 10}}, r"\[sensor\] readout_ms is 10, expected 0 for a skin"),
         ({"sensor": {"format": "YUYV"}}, "format is YUYV, expected one that stores green"),
         ({"whisker": {"length_mm": 0}}, "length_mm is 0"),

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
+use wstac_core::touch::motion::ReadoutTime;
 use wstac_host::config::Config as Parsed;
 
 use crate::{Error, refused, waiting};
@@ -38,6 +39,13 @@ impl Config {
         let table = table("configuration", json)?;
         let toml = toml::to_string(&table).map_err(|error| refused(format_args!("configuration: {error}")))?;
         Self::new(&toml)
+    }
+
+    /// The same with this readout in ms, if it has none of its own.
+    fn with_readout(&self, ms: f32) -> Self {
+        let mut config = self.0.clone();
+        config.sensor.readout = config.sensor.readout.or(ReadoutTime::from_ms(ms));
+        Self(config)
     }
 
     /// All of it as TOML, defaults included.

@@ -1,6 +1,6 @@
 //! A session of frames that Python pushes.
 
-use std::fs::File;
+use std::fs::{self, File};
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
@@ -34,10 +34,28 @@ pub(crate) fn row_bytes(format: &str, width: u16) -> PyResult<usize> {
 struct State {
     session: Session,
     gathered: Gathered,
-    /// The recording before its first event, which says what it has: frames or sums.
-    file: Option<(File, PathBuf, About)>,
+    waiting: Option<Waiting>,
     /// Whether it takes sums; `None` before the first.
     of_sums: Option<bool>,
+}
+
+/// A recording before its first frame, which says what it has: frames or sums.
+struct Waiting {
+    /// `None` if the recording could not be started: its file was removed.
+    file: Option<File>,
+    path: PathBuf,
+    about: About,
+    /// Frames that were lost before the first.
+    lost: u64,
+}
+
+impl Drop for Waiting {
+    fn drop(&mut self) {
+        if self.file.is_some() {
+            // Nothing was recorded in it.
+            let _ = fs::remove_file(&self.path);
+        }
+    }
 }
 
 /// Turns frames or their sums into records and features.
@@ -85,14 +103,15 @@ impl Pipeline {
             .build()
             .map_err(crate::failed_by)?;
         let frame_bytes = whole_frame(session.processor());
-        let mut file = None;
+        let mut waiting = None;
         if let Some(path) = record {
             check(&labels).map_err(refused)?;
             let names = models.iter().map(|model| model.file().about().to_owned()).collect();
-            let described = About::new(session.info(), &config.0, labels, names).map_err(crate::failed_by)?;
-            file = Some((new_file(&path).map_err(crate::failed_by)?, path, described));
+            let about = About::new(session.info(), &config.0, labels, names).map_err(crate::failed_by)?;
+            let file = Some(new_file(&path).map_err(crate::failed_by)?);
+            waiting = Some(Waiting { file, path, about, lost: 0 });
         }
-        let state = State { session, gathered: Gathered::default(), file, of_sums: None };
+        let state = State { session, gathered: Gathered::default(), waiting, of_sums: None };
         Ok(Self { state: Mutex::new(state), about, frame_bytes })
     }
 
@@ -188,15 +207,29 @@ impl State {
             }
             _ => {}
         }
-        if let Some((file, path, mut described)) = self.file.take() {
-            described.info.taxels_only = of_sums;
-            self.of_sums = Some(of_sums);
-            self.gathered.recorder = Some(Recorder::new(file, &path, &described, self.session.processor())?);
-        } else if of_sums || matches!(event, SourceEvent::Frame(_)) {
+        if let SourceEvent::Lost { frames, .. } = event {
+            self.waiting.iter_mut().for_each(|waiting| waiting.lost = waiting.lost.saturating_add(*frames));
+        } else {
+            self.start_recording(of_sums)?;
             self.of_sums = Some(of_sums);
         }
         self.gathered.push(&mut self.session, event)?;
         Ok(self.gathered.take_all())
+    }
+
+    /// Starts the recording, if there is one and it has not begun. One that cannot be started goes on waiting.
+    fn start_recording(&mut self, of_sums: bool) -> Result<(), Error> {
+        let Some(waiting) = &mut self.waiting else { return Ok(()) };
+        let file = waiting.file.take().map_or_else(|| new_file(&waiting.path), Ok)?;
+        waiting.about.info.taxels_only = of_sums;
+        let recorder = Recorder::new(file, &waiting.path, &waiting.about, self.session.processor());
+        let mut recorder = recorder.inspect_err(|_| drop(fs::remove_file(&waiting.path)))?;
+        if waiting.lost > 0 {
+            recorder.source_event(&SourceEvent::Lost { frames: waiting.lost, reason: LossReason::Reported });
+        }
+        self.gathered.recorder = Some(recorder);
+        self.waiting = None;
+        Ok(())
     }
 }
 

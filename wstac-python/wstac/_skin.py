@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._models import as_json
+from ._models import Config, as_json, native_config
 
 if TYPE_CHECKING:
     from ._pipeline import Pipeline
@@ -64,7 +64,8 @@ class Skin:
 
         Raises `Error` for numbers out of range, and for a step that is longer than a frame.
         """
-        is_one = isinstance(rubbing_mm_s, (int, float))
+        _frames.without_mask("rubbing_mm_s", rubbing_mm_s)
+        is_one = np.ndim(rubbing_mm_s) == 0 and np.asarray(rubbing_mm_s).dtype.kind in "iuf"
         speeds = np.full(25, rubbing_mm_s, np.float64) if is_one else numbers("rubbing_mm_s", rubbing_mm_s)
         return self._native.step(numbers("overlap_mm", overlap_mm), speeds, seconds)
 
@@ -73,12 +74,13 @@ class Skin:
         return self._native.sums(numbers("light", light))
 
     def pipeline(self, **options: Any) -> Pipeline:
-        """Returns a `Pipeline` for the sums of this camera, with a readout of 0 if `config` is not given."""
+        """Returns a `Pipeline` for the sums of this camera, with a readout of 0 if `config` has none."""
         from ._pipeline import Pipeline
 
+        config = native_config(options.pop("config", None)) or _wstac.Config()
         code, width, height, (numerator, denominator) = self._native.camera
-        given = {"config": {"sensor": {"readout_ms": 0}}, **options}
-        return Pipeline(code, size=(width, height), fps=f"{numerator}/{denominator}", **given)
+        options["config"] = Config._of(config.with_readout(0.0))
+        return Pipeline(code, size=(width, height), fps=f"{numerator}/{denominator}", **options)
 
     @property
     def fps(self) -> float:
@@ -93,5 +95,8 @@ class Skin:
 
     @property
     def whiskers(self) -> NDArray[np.float64]:
-        """Each whisker's place to the right and above, and how far the dome lowers its tip: float64 (25, 3) in mm."""
+        """Each whisker's place to the right and above, and how far the dome lowers its tip: float64 (25, 3) in mm.
+
+        A whisker that `present` leaves out has NaN.
+        """
         return self._whiskers

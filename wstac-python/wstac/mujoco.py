@@ -29,6 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._answers import Event
+from ._errors import NotFoundError
 from ._pipeline import Pipeline
 from ._skin import Skin
 from ._wstac import Error
@@ -61,14 +62,15 @@ def attach(
     With `stop_mm`, a plate of the sensor stops objects that are so deep in the middle whisker, such as 3: it is the
     geom NAME_stop of 1 g, whose contact and friction are MuJoCo's. `scene` is that of `Skin`.
 
-    Raises `Error` if the model has no such body, or a sensor of this name.
+    Raises `Error` if the model has no such body, or a sensor of this name, or if `scene` leaves out whiskers. The
+    model has not changed then. Raises `NotFoundError` if there is no such file.
     """
     if isinstance(model, mujoco.MjSpec):
         spec = model
     elif isinstance(model, str) and model.lstrip().startswith("<"):
         spec = mujoco.MjSpec.from_string(model)
     elif not Path(model).exists():
-        raise Error(f"{os.fspath(model)}: no such file, expected a model of MuJoCo")
+        raise NotFoundError(f"{os.fspath(model)}: no such file, expected a model of MuJoCo")
     else:
         spec = mujoco.MjSpec.from_file(os.fspath(model))
     there = spec.body(body)
@@ -78,15 +80,21 @@ def attach(
     if spec.body(name) is not None:
         raise Error(f"model: has a body {name!r} already, expected another name for the sensor")
     skin = Skin(scene)
+    if np.isnan(skin.whiskers).any():
+        raise Error('scene: [whisker] present is "middle", expected "all"')
+    if stop_mm is not None and not 0 < stop_mm < skin.length_mm:
+        raise Error(f"stop_mm is {stop_mm}, expected above 0 and below {skin.length_mm}, the length of a whisker")
+    for key, numbers, count in (("pos", pos, 3), ("quat", quat, 4)):
+        if np.shape(numbers) != (count,) or not np.isfinite(np.asarray(numbers, np.float64)).all():
+            raise Error(f"{key} is {numbers}, expected {count} numbers")
     sensor = there.add_body(name=name, pos=pos, quat=quat)
+    spec.add_numeric(name=f"{name}_whiskers", data=_whiskers(skin))
     for taxel, place in enumerate(_starts(skin)):
         # A rangefinder looks along z of its site: half a turn about x.
         sensor.add_site(name=f"{name}_{taxel}", pos=place, quat=(0, 1, 0, 0), size=(3e-4, 3e-4, 3e-4))
         kind, site = mujoco.mjtSensor.mjSENS_RANGEFINDER, mujoco.mjtObj.mjOBJ_SITE
         spec.add_sensor(name=f"{name}_{taxel}", type=kind, objtype=site, objname=f"{name}_{taxel}", intprm=(1, 0, 0))
     if stop_mm is not None:
-        if not 0 < stop_mm < skin.length_mm:
-            raise Error(f"stop_mm is {stop_mm}, expected above 0 and below {skin.length_mm}, the length of a whisker")
         half = (skin.length_mm - stop_mm) / 2e3
         side = float(np.abs(skin.whiskers[:, :2]).max()) * 1.25e-3
         box = mujoco.mjtGeom.mjGEOM_BOX
@@ -97,6 +105,11 @@ def attach(
 # The dome's outer bases are behind the middle one, and may be within the body. So rangefinders start before the middle
 # one, by so many mm that the body's surface is not seen.
 _START_MM = 0.1
+
+
+def _whiskers(skin: Skin) -> NDArray[np.float64]:
+    """Returns what a model keeps of the whiskers, in mm: their length, places and how far the dome lowers them."""
+    return np.append(skin.length_mm, skin.whiskers)
 
 
 def _starts(skin: Skin) -> NDArray[np.float64]:
@@ -145,7 +158,9 @@ class Sensor:
         self._geom = np.zeros(1, np.int32)
         self._twists = np.zeros((2, 6))
         self.reset()
-        if not np.allclose(model.site_pos[sites], _starts(self.skin), atol=1e-6):
+        kept = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{name}_whiskers")
+        # In a file of a model, numbers may have six digits.
+        if kept < 0 or not np.allclose(model.numeric(kept).data, _whiskers(self.skin), rtol=1e-5, atol=1e-5):
             raise Error(f"model: the whiskers of {name!r} are not those of scene, expected that of wstac.mujoco.attach")
         self._reach = self.skin.length_mm - self.skin.whiskers[:, 2] - _START_MM
         self._x, self._y = self.skin.whiskers[:, 0].copy(), self.skin.whiskers[:, 1].copy()

@@ -152,10 +152,10 @@ impl SceneConfig {
     /// A touch is there, or [`SceneConfig::from_table`] would fail with one.
     pub fn from_table_without_touches(subject: &str, table: toml::Table) -> Result<Self, Error> {
         let checked = of_table(table).and_then(|file| {
-            let touches = [("slide", !file.slide.is_empty()), ("touch", !file.touch.is_empty())];
+            let touches = [("[[slide]]", !file.slide.is_empty()), ("[[touch]]", !file.touch.is_empty())];
             let mut keys = touches.into_iter().filter_map(|(key, is_there)| is_there.then_some(key)).chain(file.keys());
             match keys.next() {
-                Some(key) => Err(format!("{key} is there, expected no touch: the program says what touches")),
+                Some(key) => Err(format!("{key} is there; leave it out: the program says what touches")),
                 None => check_sensor(file, Vec::new()),
             }
         });

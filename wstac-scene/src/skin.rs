@@ -340,13 +340,14 @@ impl SkinCamera {
         let sensor = &script.sensor;
         let keys = [
             ("[sensor] readout_ms", sensor.readout_ms),
-            ("[sensor] auto_exposure", f64::from(u8::from(sensor.auto_exposure))),
             ("[sensor] dropped", sensor.dropped),
             ("[light] leak_per_minute", script.light.leak_per_minute),
         ];
-        if let Some((key, found)) = keys.iter().find(|(_, value)| *value != 0.0) {
-            let message = format_args!("{key} is {found}, expected 0 for a skin");
-            return Err(Error::new(ErrorKind::Unsupported, "skin", message));
+        let key = keys.iter().find(|(_, value)| *value != 0.0);
+        let key = key.map(|(key, found)| format!("{key} is {found}, expected 0"));
+        let exposure = || sensor.auto_exposure.then(|| "[sensor] auto_exposure is true, expected false".to_owned());
+        if let Some(wrong) = key.or_else(exposure) {
+            return Err(Error::new(ErrorKind::Unsupported, "skin", format_args!("{wrong} for a skin")));
         }
         let frame_s = f64::from(sensor.rate.denominator()) / f64::from(sensor.rate.numerator());
         let open_s = frame_s * sensor.exposure;
