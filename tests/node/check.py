@@ -368,12 +368,20 @@ def check_removed(programs):
     """Options that were removed say what to use instead, as the changelog does."""
     changelog = (programs.page.parents[1] / "CHANGELOG.md").read_text()
     table = changelog.split("\n### Removed\n", 1)[1].split("\n### ", 1)[0]
-    options = re.findall(r"`wstac-node (--[a-z-]+)`", table)
-    for option in options:
-        done = subprocess.run([programs.command, "a.y4m", option], capture_output=True, text=True, timeout=PATIENCE, check=False)
-        same((done.returncode, f"wstac-node {option}: was removed; help: " in done.stderr), (2, True), f"{option}: {done.stderr!r}")
-    same(len(options), 6, "options that were removed")
-    print(f"{len(options)} options that were removed say what to use instead")
+    count = 0
+    for row in re.findall(r"^\| (`wstac-node --.*) \|$", table, re.MULTILINE):
+        what, instead = row.split(" | ")
+        # As a terminal has it: links and code are words.
+        instead = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", instead).replace("`", "")
+        for number, option in enumerate(re.findall(r"`wstac-node (--[a-z-]+)`", what)):
+            done = subprocess.run([programs.command, "a.y4m", option], capture_output=True, text=True, timeout=PATIENCE, check=False)
+            _, said, words = done.stderr.partition(f"wstac-node {option}: was removed; help: ")
+            same((done.returncode, bool(said and words.strip())), (2, True), f"{option}: {done.stderr!r}")
+            # A row says of its first option what the program says.
+            same(number > 0 or instead.startswith(words.splitlines()[0]), True, f"{option}: {words!r}, and the changelog {instead!r}")
+            count += 1
+    same(count, 6, "options that were removed")
+    print(f"{count} options that were removed say what to use instead")
 
 
 def check_page(programs):

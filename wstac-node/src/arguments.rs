@@ -46,7 +46,7 @@ pub(crate) struct Arguments {
     #[command(flatten)]
     pub(crate) camera: OpenOptions,
 
-    /// Payloads of event, contact_end, motion, features and taxels under the keys below
+    /// Payloads of event, contact_end, slip, motion, features and taxels under the keys below
     #[arg(long, value_name = "FORM", value_enum, default_value_t = Form::Json)]
     pub(crate) zenoh_encoding: Form,
 

@@ -94,6 +94,7 @@ impl Message {
         let topic = match message.kind {
             Type::Event => Topic::Event,
             Type::ContactEnd => Topic::ContactEnd,
+            Type::Slip => Topic::Slip,
             Type::TwistStamped => Topic::Motion,
             Type::Features => Topic::Features,
             Type::Taxels => Topic::Taxels,

@@ -7,11 +7,11 @@ use clap::error::{ContextKind, ContextValue};
 /// `ci/node` asks `wstac-node` for.
 const REMOVED: [(&str, &str); 6] = [
     ("--ros", "the package wstac_ros publishes sensors in ROS 2 with any middleware (docs/ROS.md)"),
-    ("--picture", "the parameter SENSOR.picture of wstac_ros (docs/ROS.md)"),
-    ("--domain", "ROS_DOMAIN_ID, which every node of ROS 2 reads (docs/ROS.md)"),
-    ("--node-name", "--ros-args -r __node:=NAME of wstac_ros (docs/ROS.md)"),
-    ("--files", "the parameter files of wstac_ros (docs/ROS.md)"),
-    ("--zenoh", "without this option, records are published under the keys of Zenoh, too"),
+    ("--picture", "set the parameter SENSOR.picture of wstac_ros (docs/ROS.md)"),
+    ("--domain", "set ROS_DOMAIN_ID, which every node of ROS 2 reads (docs/ROS.md)"),
+    ("--node-name", "start wstac_ros with --ros-args -r __node:=NAME (docs/ROS.md)"),
+    ("--files", "give wstac_ros a file of parameters (docs/ROS.md)"),
+    ("--zenoh", "leave it out: JSON is always published"),
 ];
 
 /// Returns what to use instead of a removed option, if that is what clap does not know.

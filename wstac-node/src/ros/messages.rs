@@ -46,6 +46,10 @@ impl RosMessage {
                 let cdr = begun.header(header.stamp, header.frame_id);
                 (Type::ContactEnd, cdr.u64(end.frame).u64(end.event_frame))
             }
+            Output::Slip(slip) => {
+                let cdr = begun.header(header.stamp, header.frame_id).u64(slip.frame).u64(slip.onset_frame);
+                (Type::Slip, cdr.u64(slip.held_since_frame).f64(slip.strength.into()))
+            }
             _ => return None,
         };
         Some(Self { kind, payload: cdr.finish() })

@@ -5,6 +5,7 @@
 pub(crate) enum Type {
     Event,
     ContactEnd,
+    Slip,
     TwistStamped,
     Features,
     Taxels,
@@ -26,5 +27,6 @@ mod tests {
     fn a_name_has_package_and_kind() {
         assert_eq!(Type::TwistStamped.schema(), "geometry_msgs/msg/TwistStamped");
         assert_eq!(Type::ContactEnd.schema(), "wstac_msgs/msg/ContactEnd");
+        assert_eq!(Type::Slip.schema(), "wstac_msgs/msg/Slip");
     }
 }
