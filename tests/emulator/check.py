@@ -675,7 +675,7 @@ class Check:
 
     def slow_bus(self, name, sensor=Ov7725, fps=30, readout_ms=READOUT_MS):
         """The sensor's bus has 100 kHz: the core waits for three registers after each frame, and loses none."""
-        clip, frames = self.host.rendered(SCENE.read_text(), "a slow bus", readout_ms, fps)
+        clip, frames = self.host.rendered(SCENE.read_text(), f"a slow bus at {fps} frames per second", readout_ms, fps)
         board = self.board(frames[:12], sensor, elf=self.elf if fps == 30 else f"{self.elf}.{fps}")
         board.sensor.nominal = 480 * 30 // fps
         (bus,) = (part for part in board.machine.peripherals if part.base == I2C1)
