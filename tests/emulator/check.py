@@ -1057,7 +1057,7 @@ def main():
         other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
         unknown = "says it is 0x2642, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
-        kept = r"does not keep what register 0x64 is set to \(address 0x21, found 0x1f, expected 0xfb\); help: check the supply voltage, .*"
+        kept = r"does not keep what register 0x64 is set to \(address 0x21, found 0x1f, expected 0xfb\); help: check the sensor's type, the supply voltage, .*"
         check.never("a setting that is not taken", [FORGETS], kept, stuck=0x64)
         # What only the frames show: the firmware reads back what it wrote.
         another, clock = "frames at another rate", "the sensor's clock, 24 MHz, then register 0x11"
