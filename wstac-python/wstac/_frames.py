@@ -43,7 +43,7 @@ def guess(frames: Frames, single: bool) -> str:
     raise Error(f"frames: {frames.dtype} {frames.shape} has no format of its own, expected format = {hint}")
 
 
-def without_mask(name: str, array: NDArray[Any]) -> None:
+def without_mask(name: str, array: Any) -> None:
     """Refuses a masked array: its mask would be lost."""
     if isinstance(array, np.ma.MaskedArray):
         raise Error(f"{name}: a masked array, expected an array without a mask, such as array.filled(…)")

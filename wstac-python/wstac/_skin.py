@@ -60,7 +60,7 @@ class Skin:
         Returns the mean light of the bases over the exposure of the frame that ends in this step, float64 (25,) in
         fractions of full scale, or None if none ends. An overlap is the length in mm by which the upright whisker is in
         what is there; a gap is below 0. `rubbing_mm_s` is the speed at which a surface moves sideways over the tips,
-        for all or for each. Arrays are (25,) or (5, 5), rows from above. Steps should be about 1 ms long.
+        for all or for each. Arrays are (25,) or (5, 5), rows from above. Steps should be about 0.5 ms long.
 
         Raises `Error` for numbers out of range, and for a step that is longer than a frame.
         """
