@@ -42,7 +42,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
         assert!(page.contains(part), "{part}");
     }
 
-    // What is there is not made again, and the truth may come from a table.
+    // Recordings of the folder stay, and a table may state the truth.
     let recording = folder.0.join("out/Fla0-80mm_s-0deg-1.mcap");
     let before = fs::metadata(&recording).unwrap().modified().unwrap();
     let truth = folder.file("arm.csv", "\u{feff}recording,speed,direction\r\nFla0-80mm_s-0deg-1,120,\r\n");

@@ -21,7 +21,7 @@ const MOST_NOTES: usize = 1000;
 /// A board whose port is open.
 pub(crate) struct Board {
     line: BoardLine,
-    /// What has arrived and was not handed out.
+    /// The records that have arrived and are not handed out yet.
     waiting: VecDeque<Found>,
     /// The number of the feature frame that comes next.
     next: u64,

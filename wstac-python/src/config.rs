@@ -41,7 +41,7 @@ impl Config {
         Self::new(&toml)
     }
 
-    /// The same with this readout in ms, if it has none of its own.
+    /// Returns the configuration with this readout in ms, unless it has one of its own.
     fn with_readout(&self, ms: f32) -> Self {
         let mut config = self.0.clone();
         config.sensor.readout = config.sensor.readout.or(ReadoutTime::from_ms(ms));

@@ -133,10 +133,10 @@ impl MeasuredSensor {
             let last = peaks.iter().map(|peaks| peaks[1]).max().unwrap_or_default();
             slide.frames.len() > faded_from(last, edges[1]) + FADING
         };
-        if usable.iter().filter(behind).count() < LEAST_SLIDES {
+        let faded = usable.iter().filter(behind).count();
+        if faded < LEAST_SLIDES {
             return Err(refused(format!(
-                "{} of {} go on until the light has faded (expected {LEAST_SLIDES}); help: record longer, or slide faster",
-                usable.iter().filter(behind).count(),
+                "{faded} of {} go on until the light has faded (expected {LEAST_SLIDES}); help: record longer, or slide faster",
                 usable.len()
             )));
         }

@@ -187,7 +187,7 @@ fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
     Ok(truth)
 }
 
-/// What recordings have told.
+/// The answers and the light of a sensor's recordings.
 #[derive(Default)]
 struct Characterized {
     names: Vec<String>,
