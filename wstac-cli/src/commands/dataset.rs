@@ -58,9 +58,10 @@ pub(super) struct Arguments {
     )]
     output: PathBuf,
 
-    /// Write a data set of LeRobot v3.0 to this new folder instead, described below
+    /// Write a data set of LeRobot v3.0 to this new folder
     ///
-    /// Each recording or scene is an episode. It needs ffmpeg and the Python package: pip install wstac[lerobot]
+    /// Each recording or scene is an episode, as described below. It needs ffmpeg and the Python package: pip install
+    /// wstac[lerobot]
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "input", "units", "threads", "test", "force"])]
     lerobot: Option<PathBuf>,
 
