@@ -1,6 +1,7 @@
 //! Tests what `wstac dataset` refuses. The reference's tests read its files with NumPy.
 
 use std::fs;
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Output;
 
@@ -67,4 +68,39 @@ fn every_recording_that_cannot_be_used_is_named() {
     let output = folder.0.join("set.npz");
     bad(&folder.0, &output, &[], &["a.mcap: ", "b.mcap: "]);
     assert_eq!(folder.names(), ["a.mcap", "b.mcap"]);
+}
+
+#[test]
+fn a_set_of_lerobot_needs_the_python_package_and_recordings() {
+    let folder = Folder::new("lerobot");
+    let set = folder.0.join("set");
+    let run = |python: &str, arguments: &[&str]| {
+        let mut command = program(wstac());
+        let done =
+            command.env("WSTAC_PYTHON", python).args(["dataset", "--lerobot"]).arg(&set).args(arguments).output();
+        let done = done.unwrap();
+        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+    };
+    let python = folder.file("python", "#!/bin/sh\necho 'ModuleNotFoundError: No module named wstac' >&2\nexit 1\n");
+    fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
+    for (name, why) in [(python.to_str().unwrap(), "No module named wstac"), ("/nowhere/python3", "No such file")] {
+        let (code, said) = run(name, &["a.mcap"]);
+        assert!(code == Some(2) && said.contains(why) && said.contains("help: pip install wstac[lerobot]"), "{said}");
+    }
+    let (code, said) = run("/nowhere/python3", &[]);
+    assert!(code == Some(2) && said.contains("has no recordings"), "{said}");
+    let (code, said) = run("/nowhere/python3", &["a.mcap", "--units", "0..1"]);
+    assert!(code == Some(2) && said.contains("--units"), "{said}");
+    // It becomes the package's program, with every option as one word.
+    let script = "#!/bin/sh\n[ \"$1\" = -c ] && exit 0\nprintf '%s|' \"$@\" > \"$0.said\"\nexit 7\n";
+    let python = folder.file("package", script);
+    fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
+    let (code, _) = run(python.to_str().unwrap(), &["-b.mcap", "scene:Saw3@150", "--task=-t", "--arm", "arm.toml"]);
+    assert_eq!(code, Some(2), "a source that begins with a hyphen is no option");
+    let (code, said) = run(python.to_str().unwrap(), &["a.mcap", "scene:Saw3@150", "--task=-t", "--arm", "arm.toml"]);
+    assert_eq!(code, Some(7), "{said}");
+    let said = fs::read_to_string(folder.0.join("package.said")).unwrap();
+    let expected = format!("-m|wstac.lerobot|--arm=arm.toml|--task=-t|--|{}|a.mcap|scene:Saw3@150|", set.display());
+    assert_eq!(said, expected);
+    assert!(!set.exists());
 }

@@ -39,10 +39,10 @@ class Runner:
         """Runs commands of bash."""
         subprocess.run(["bash", "-euo", "pipefail", "-c", text], cwd=self.folder, env=self.environment | more, check=True)
 
-    def python(self, text: str, name: str) -> None:
+    def python(self, text: str, name: str, *arguments: str) -> None:
         """Runs a program of Python from a file, as Dask needs it."""
         (self.folder / name).write_text(text)
-        subprocess.run([sys.executable, name], cwd=self.folder, env=self.environment, check=True)
+        subprocess.run([sys.executable, name, *arguments], cwd=self.folder, env=self.environment, check=True)
 
     def check_set(self, join: str, way: str) -> None:
         """Puts parts together, compares them with the whole set, and removes them."""
@@ -77,7 +77,7 @@ def main() -> None:
         tool.unlink()
         tool.write_text(KILLER)
         tool.chmod(0o755)
-        runner.python(dask, "parts.py")
+        runner.python(dask, "parts.py", "2000", "500")
         assert (runner.folder / "killed").exists(), "no worker was killed"
         runner.check_set(join, "Dask")
 

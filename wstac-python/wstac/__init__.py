@@ -20,7 +20,8 @@ command, such as a camera, as they come, and its frames with taxels and features
 `plot_event` and `plot_features` draw with matplotlib. `fit_speed` fits the speed law to slides. `dataset` simulates training sets, `train` trains a
 `Model`, which names textures, `learn` makes one from a few slides of each texture, `save` makes one of an estimator of
 yours, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
-`Skin` makes light of whiskers' overlaps, and `wstac.mujoco` puts a sensor on a body of a MuJoCo model.
+`Skin` makes light of whiskers' overlaps, and `wstac.mujoco` puts a sensor on a body of a MuJoCo model. `wstac.lerobot` writes
+data sets of LeRobot.
 What cannot be used raises `Error`, a `ValueError` with the words of the command;
 that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """

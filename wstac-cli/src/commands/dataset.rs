@@ -1,5 +1,6 @@
 //! `wstac dataset` makes a training set of simulated slides or recordings.
 
+mod lerobot;
 pub(super) mod progress;
 pub(super) mod random;
 pub(super) mod recorded;
@@ -8,7 +9,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use clap::builder::{PathBufValueParser, TypedValueParser};
+use clap::builder::{ArgPredicate, PathBufValueParser, TypedValueParser};
 
 use self::progress::ProgressLine;
 use super::files::{Outputs, check_ending};
@@ -23,7 +24,7 @@ use wstac_host::plural::counted;
 use wstac_train::dataset::sweep::Sweep;
 use wstac_train::dataset::{Facts, Outcome, arrays, check, each_sample};
 
-/// Make a training set of simulated slides or recordings, for NumPy
+/// Make a training set of simulated slides or recordings, for NumPy or LeRobot
 ///
 /// Every event of a recording is a sample. In a simulation, every slide is a stream with its own baseline, and its
 /// first event is a sample. Slides without an event, or with an incomplete sample, are counted and left out. Samples
@@ -47,8 +48,22 @@ pub(super) struct Arguments {
     input: Option<SampleKind>,
 
     /// Write the samples to this new file
-    #[arg(short, long, value_name = "FILE.npz")]
+    #[arg(
+        short,
+        long,
+        value_name = "FILE.npz",
+        required = false,
+        required_unless_present = "lerobot",
+        default_value_if("lerobot", ArgPredicate::IsPresent, "-")
+    )]
     output: PathBuf,
+
+    /// Write a data set of LeRobot v3.0 to this new folder
+    ///
+    /// Each recording or scene is an episode, as described below. It needs ffmpeg and the Python package: pip install
+    /// wstac[lerobot]
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "input", "units", "threads", "test", "force"])]
+    lerobot: Option<PathBuf>,
 
     /// Make only the slides or recordings of these numbers, without B
     ///
@@ -75,6 +90,10 @@ pub(super) struct Arguments {
     /// Overwrite FILE.npz
     #[arg(long)]
     force: bool,
+
+    // The last, because its heading is for all options behind it.
+    #[command(flatten)]
+    of_episodes: lerobot::Options,
 }
 
 impl Arguments {
@@ -195,6 +214,37 @@ With --input path, taxel-path or taxels:
   direction is float64. Recordings keep their arrays. With the label
   sensor in all of them, there is an array sensor, too.
 
+With --lerobot, for policies:
+  wstac dataset --lerobot set FOLDER --arm arm.toml
+  The task is the label task, or else is made of the label specimen. The
+  columns of a frame:
+    observation.images.tactile   the picture, as video
+    observation.tactile.taxels   25 fractions of full scale, row by row
+    observation.tactile.features five rows, five columns, in logarithms
+    observation.tactile.motion   x to the right and y up in mm/s; nan
+                                 where none is known (motion_known)
+    observation.tactile.slip     whether a held part began to slip
+    observation.state, action    of the arm
+    tactile.time_s               when the light came, from the first row
+    tactile.lost                 frames lost just before; they have no row
+  timestamp is frame_index / fps, as LeRobot demands.
+  ARM.toml has the tables [state] and [action], or one of them:
+    file = "{name}.csv"    # beside ARM.toml; {name} is the recording's
+                           # name without ending. Or .parquet, .mcap
+    topic = "/joint_states"    # of .mcap: JointState of ROS 2
+    columns = ["j1", "j2"] # columns or joints; by default all
+    field = "position"     # of .mcap; or "velocity", "effort"
+    time = "time"          # the column of times; of .mcap
+                           # "header.stamp" (default) or "log_time"
+    unit = "s"             # of times; or "ms", "us", "ns"
+    clock = "wall"         # times are since 1970; "driver": the clock of
+                           # the camera's driver; "start": from the
+                           # recording's first frame
+    join = "linear"        # between two rows; or "nearest"
+    within_ms = 20         # the nearest row is no farther away
+  Frames before the arm's first row and after its last have no row. A gap
+  or a missing number in between is an error.
+
 In Python:
   set = numpy.load("FILE.npz")
   X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
@@ -216,6 +266,9 @@ In parts, on many machines (docs/MANY.md):
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
+    if let Some(folder) = &arguments.lerobot {
+        return lerobot::run(arguments, folder);
+    }
     check_ending(&arguments.output, &["npz"])?;
     match arguments.source()? {
         SampleSource::Sweep(file) => simulated(arguments, file),

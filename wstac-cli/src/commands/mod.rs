@@ -87,6 +87,8 @@ Texture models of your own:
       make a model of new textures from five slides of each
   wstac dataset -o set.npz
       make a data set for other trainers; --help lists the keys
+  wstac dataset --lerobot set recordings/
+      make a data set of LeRobot, for policies of robots
   wstac model import forest.onnx -o forest.wsm
       turn a trained model into a file; wstac model --help trains one
 

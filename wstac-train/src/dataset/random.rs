@@ -21,8 +21,8 @@ use wstac_scene::specimen::Specimen;
 
 use super::path::RandomSlides;
 
-/// Largest number of slides, all of which are in memory.
-const MOST_SLIDES: i64 = 200_000;
+/// Largest number of slides. Those of a part, or all without one, are in memory.
+const MOST_SLIDES: i64 = 1_000_000;
 const MOST_SENSORS: i64 = 100_000;
 /// Largest number of the first sensor.
 const MOST_FIRST: u32 = 1_000_000_000;
@@ -162,7 +162,7 @@ mod tests {
     #[test]
     fn keys_are_checked() {
         let error = |text: &str| RandomSweep::parse("s.toml", text).unwrap_err().to_string();
-        assert_eq!(error("slides = 0"), "s.toml: slides is 0, expected 1 to 200000");
+        assert_eq!(error("slides = 0"), "s.toml: slides is 0, expected 1 to 1000000");
         assert!(
             error("speeds = [100, 150, 200]")
                 .contains("the list has 3 values, expected 2 (in: speeds = [100, 150, 200])")
