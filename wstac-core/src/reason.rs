@@ -133,7 +133,7 @@ pub(crate) mod of_direction {
         let numbered = degrees.map_err(|reason| match reason {
             Reason::NeverLit => Numbered::NeverLit,
             Reason::NoSlide(contact) => Numbered::NoSlide(contact),
-            // No direction is missing for another reason.
+            // By arrival times, the direction is missing for the reason of the speed, which a host takes.
             _ => Numbered::NoOrder,
         });
         numbered.serialize(serializer)

@@ -156,17 +156,20 @@ fn others(page: &mut String) {
         };
         share(watched.iter().filter(is_second).count(), watched.len())
     };
+    let all = [10.0, 300.0];
     let rows = [
-        (Kind::Plate, "plates that are lifted"),
-        (Kind::Slide, "slides from the side"),
-        (Kind::Press, "short presses"),
-        (Kind::Poke, "pokes"),
-        (Kind::Twist, "twists without a hold"),
-        (Kind::Row, "four of the last four kinds in a row"),
+        (Kind::Plate, all, "plates that are lifted"),
+        (Kind::Slide, all, "slides from the side"),
+        (Kind::Along, [15.0, 30.0], "slides along rows or columns at 15 to 30 mm/s"),
+        (Kind::Along, [5.0, 15.0], "at 5 to 15 mm/s"),
+        (Kind::Press, all, "short presses"),
+        (Kind::Poke, all, "pokes"),
+        (Kind::Twist, all, "twists without a hold"),
+        (Kind::Row, all, "four of plain slides, short presses, pokes and twists in a row"),
     ];
     let said: Vec<String> = rows
         .into_iter()
-        .map(|(kind, name)| format!("{} {} %", name, wrong(&watched(kind, Fault::None, [10.0, 300.0], OTHERS))))
+        .map(|(kind, speeds, name)| format!("{} {} %", name, wrong(&watched(kind, Fault::None, speeds, OTHERS))))
         .collect();
     let _ = writeln!(
         page,

@@ -48,6 +48,8 @@ pub(crate) enum Kind {
     /// A held part slips off the sensor; then another is held and slips, or a body slides or is pressed on.
     Two,
     Off,
+    /// A part that comes along rows or columns, give or take 3°.
+    Along,
 }
 
 /// A disturbance of a hold.
@@ -129,7 +131,7 @@ impl Draw {
     }
 
     fn touch(&mut self, kind: Kind, fault: Fault, speed: f64) -> Touch {
-        let is_held = !matches!(kind, Kind::Slide | Kind::Press | Kind::Poke | Kind::Twist | Kind::Row);
+        let is_held = !matches!(kind, Kind::Slide | Kind::Along | Kind::Press | Kind::Poke | Kind::Twist | Kind::Row);
         let hold_s = if is_held { self.log_between(0.3, 60.0) } else { self.between(0.02, 0.3) };
         let [slowest, fastest] = if fault == Fault::Slow { [8.0, 30.0] } else { [30.0, 400.0] };
         let (approach_mm_s, direction_deg) = (self.log_between(slowest, fastest), self.between(0.0, 360.0));
@@ -159,6 +161,11 @@ impl Draw {
             Kind::Slide => {
                 let offset_mm = self.between(-6.0, 6.0);
                 Touch::Slide(Slide { offset_mm, ..Slide::new(self.body(), speed, direction_deg) })
+            }
+            Kind::Along => {
+                let along_deg = 90.0 * (direction_deg / 90.0).floor() + self.between(-3.0, 3.0);
+                let is_flat = self.one_in(3.0);
+                Touch::Slide(Slide::new(self.part(is_flat), speed, along_deg.rem_euclid(360.0)))
             }
             Kind::Twist => Touch::Twist(Twist {
                 specimen: Specimen { body: Body::Block, width_mm: self.between(10.0, 60.0), ..self.part(false) },

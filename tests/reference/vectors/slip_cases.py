@@ -65,6 +65,16 @@ class Stream:
         return self
 
 
+def rows(name: str, glow: float) -> Stream:
+    """A slow slide: row by row with a rest between; the rows that are touched glow."""
+    made = Stream(name, noise=1)
+    for row in range(5):
+        for number in range(14):
+            light = lambda taxel: 500.0 * (number < 4 and taxel // 5 == row) + glow * made.below(2) * (taxel // 5 < row)
+            made.add([light(taxel) for taxel in range(TAXELS)])
+    return made.dark(14)
+
+
 def any_stream(name: str, frames: int) -> Stream:
     """What comes by chance."""
     made = Stream(name, noise=1)
@@ -131,6 +141,14 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
     grown = new("grown").flash(4.0).dark(16).slip(6, 0.3)
     grown.noise = 6
     grown.dark(480)
+    rod = new("rod", noise=1)
+    for count in (3, 2, 3):
+        for _ in range(2):
+            rod.add([900.0 * (taxel // 5 == 2) for taxel in range(TAXELS)])
+        rod.dark(16)
+        for _ in range(9):
+            rod.add([200.0 * rod.below(2) * (taxel // 5 in (2, count)) for taxel in range(TAXELS)])
+        rod.dark(14)
     off = lambda name: new(name).flash().dark(16).slip(9, 3.0).dark(14)
     cases = {
         "slip": new("slip").flash().dark(20).slip(12, 3.0).dark(20).slip(9, 3.0).dark(14).flash().dark(20),
@@ -148,6 +166,10 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
         "again": off("again").again(9, 20.0).dark(14).again(12, 0.4).dark(14).again(12, 3.0).dark(40),
         "again-15": off("again-15").again(9, 20.0).dark(14).again(12, 0.4).dark(14),
         "fallen": fallen,
+        # Two slow slides from below, one with a texture, and a rod that slips along itself and then across.
+        "row-by-row": rows("row-by-row", 0.0),
+        "textured-row-by-row": rows("textured-row-by-row", 60.0),
+        "rod": rod,
         "steep": steep.dark(9),
         "grown": grown,
         "one-whisker": one.flash().dark(14).slip(6, 2.0),

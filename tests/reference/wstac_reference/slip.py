@@ -246,6 +246,10 @@ class SlipDetector:
         age = frame - flash.first
         is_other = self.may_be_gone and self.comes_from_side()
         if self.is_slip(age, light, last) and not is_other:
+            if self.arrives():
+                self.last_energy = flash.most(2)
+                self.turn("other")
+                return None
             return self.slip(frame)
         if 16 * energy(light) < flash.most(2) or age >= self.longest:
             self.last_energy = flash.most(2)
@@ -258,6 +262,13 @@ class SlipDetector:
         lit = [taxel for taxel in range(TAXELS) if self.pattern[taxel] >= LIT]
         bright = [taxel for taxel in lit if sums[taxel] > 0 and 100 * sums[taxel] ** 2 > self.noise * (age + 1)]
         return 2 * len(bright) >= len(lit)
+
+    def arrives(self) -> bool:
+        """Whether one row or column was pressed, and others have most of the light."""
+        lit = [taxel for taxel in range(TAXELS) if self.pattern[taxel] >= LIT]
+        bright = [max(0, one) for one in self.flash.light()]
+        in_line = min(len({taxel // COLUMNS for taxel in lit}), len({taxel % COLUMNS for taxel in lit})) == 1
+        return in_line and sum(bright) > 2 * sum(bright[taxel] for taxel in lit)
 
     def is_slip(self, age: int, light: list[int], last: int) -> bool:
         sums, flash = self.flash.light(), self.flash

@@ -373,6 +373,22 @@ impl SlipDetector {
         2 * lit.filter(|&(&light, _)| light > 0 && 100 * i64::from(light) * i64::from(light) > limit).count() >= all
     }
 
+    /// Returns whether the press has lit one row or column only, and most of the light since is of others: a slow slide
+    /// arrives row by row, and the first one looked like a press.
+    fn arrives(&self) -> bool {
+        let (mut rows, mut columns, mut lit, mut others) = (0_u8, 0_u8, 0_i64, 0_i64);
+        for (taxel, (&light, &part)) in self.light.iter().zip(&self.pattern).enumerate() {
+            let light = i64::from(light.max(0));
+            if part >= 32 {
+                (rows, columns) = (rows | 1 << (taxel / COLUMNS), columns | 1 << (taxel % COLUMNS));
+                lit += light;
+            } else {
+                others += light;
+            }
+        }
+        (rows.is_power_of_two() || columns.is_power_of_two()) && others > lit
+    }
+
     /// Returns whether the light came from one side: its mean time rises along the sensor by more than that of a slide
     /// at 400 mm/s.
     fn is_from_side(&self) -> bool {
@@ -432,6 +448,10 @@ impl SlipDetector {
         let falls = 3 * light.energy < last;
         let is_other = self.may_be_gone && self.is_from_side();
         if is_lit && !falls && (is_more || is_weak || is_late) && self.has_most_lit(age) && !is_other {
+            if self.arrives() {
+                self.turn(State::Other);
+                return None;
+            }
             return Some(self.slip(frame));
         }
         if 16 * light.energy < now.energy || age >= self.time(LONGEST) {

@@ -118,6 +118,25 @@ fn an_end_that_the_board_does_not_tell_is_known_from_what_it_told() {
 }
 
 #[test]
+fn a_slide_without_a_velocity_has_one_reason_for_speed_and_direction() {
+    for reason in [Reason::Turning, Reason::SpeedChanges, Reason::NoSlide(Contact::Press)] {
+        let Message::Event(mut answers) = event(0) else { unreachable!() };
+        answers.contact = Some(if let Reason::NoSlide(contact) = reason { contact } else { Contact::Slide });
+        (answers.speed, answers.direction) = (Err(reason), Direction::by_arrival(Err(reason)));
+        answers.reliable = false;
+        let (found, _) = reports(OutputOptions::default(), &[Message::Event(answers)]);
+        let Some(Report::Output(Output::Event(event))) = found.last() else { panic!("{found:?}") };
+        assert_eq!((event.speed.err(), event.direction.degrees.err()), (Some(reason), Some(reason)));
+    }
+    let Message::Event(mut answers) = event(0) else { unreachable!() };
+    answers.direction = Direction::by_centroids(Err(Reason::NoOrder), 0);
+    (answers.speed, answers.reliable) = (Err(Reason::NeverValid), false);
+    let (found, _) = reports(OutputOptions::default(), &[Message::Event(answers)]);
+    let Some(Report::Output(Output::Event(event))) = found.last() else { panic!("{found:?}") };
+    assert_eq!(event.direction.degrees, Err(Reason::NoOrder));
+}
+
+#[test]
 fn a_sample_is_whole_and_of_its_event_or_none() {
     let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     let part = |frame, first| Message::SamplePart { frame, first, features: [[i16::from(first) * 32; 10]; 10] };

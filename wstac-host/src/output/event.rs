@@ -180,7 +180,7 @@ impl TactileEvent {
             lit_span: None,
             speed: answers.speed,
             speed_at_most: bound(answers.speed, Speed::new),
-            direction: answers.direction,
+            direction: direction_of_board(answers),
             basis: answers.basis,
             extent: answers.extent,
             acceleration: None,
@@ -213,6 +213,16 @@ impl TactileEvent {
 fn period(event: &Event<'_>, answer: &Answer, motion: MotionConfig) -> Option<Measured> {
     let velocity = answer.velocity().filter(|_| answer.reliable && answer.basis.is_some())?;
     path_sample::period(event, &velocity, motion)
+}
+
+/// Returns the direction that a board has sent. By arrival times it is missing for the reason of the speed, which the
+/// link has no number for.
+#[cfg(feature = "board")]
+fn direction_of_board(answers: &wstac_core::wire::Answers<'_>) -> Direction {
+    match (answers.direction, answers.speed) {
+        (Direction { degrees: Err(_), confidence: None, .. }, Err(reason)) => Direction::by_arrival(Err(reason)),
+        (direction, _) => direction,
+    }
 }
 
 /// Returns why answers of a board are not reliable. A board before version 0.4 does not say; by arrival times, the
