@@ -2,12 +2,12 @@
 
 use wstac_tests::command::{run, said};
 
-/// Returns the rows of the table "Removed" of the changelog's newest section: what was removed, and what to use
+/// Returns the rows of the table "From 0.3" of the changelog's newest section: what was removed, and what to use
 /// instead.
 fn rows() -> Vec<(&'static str, &'static str)> {
     let changelog = include_str!("../../CHANGELOG.md");
     let newest = changelog.split("\n## ").nth(1).unwrap();
-    let table = newest.split("\n### ").find(|section| section.starts_with("Removed\n")).unwrap();
+    let table = newest.split("\n### ").find(|section| section.starts_with("From 0.3\n")).unwrap();
     let rows = table.lines().filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |")?.split_once(" | "));
     rows.filter(|(what, _)| *what != "what" && !what.starts_with("---")).collect()
 }
