@@ -376,7 +376,7 @@ fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
 pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live.txt"));
     let slides = each(SLIDES, |number| follow(Kind::Slide, number));
-    let bounds = [10.0, 15.0, 30.0, 60.0, 100.0, 200.0, 300.0, 400.0, 600.0];
+    let bounds = [10.0, 30.0, 100.0, 300.0, 600.0];
     let within = |low: f64, high: f64| {
         let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
         (format!("{low} to {high} mm/s"), rows)

@@ -1,5 +1,9 @@
 //! Tests that `wstac` says what to use instead of a command or an option that was removed.
 
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+
 use wstac_tests::command::{run, said};
 
 /// Returns the rows of the table "From 0.3" of the changelog's newest section: what was removed, and what to use
@@ -33,6 +37,91 @@ fn every_removed_command_and_option_says_what_to_use_instead() {
             assert!(said(&done).contains(code), "{line}: {} lacks {code}", said(&done));
         }
     }
+}
+
+/// Appends the texts of the files in a folder that have names of users: code, headers, messages, configurations.
+fn append_sources(folder: &Path, all: &mut String) {
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let (path, name) = (entry.path(), entry.file_name());
+        let ends = ["rs", "py", "h", "toml"].iter().any(|end| path.extension().is_some_and(|found| found == *end));
+        if entry.file_type().unwrap().is_dir() {
+            if name != "target" && !name.to_string_lossy().starts_with('.') {
+                append_sources(&path, all);
+            }
+        } else if ends {
+            *all += &fs::read_to_string(&path).unwrap_or_default();
+        }
+    }
+}
+
+/// Returns the words of all crates and of the packages for Python, C and ROS.
+fn names() -> HashSet<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut all = String::new();
+    for entry in fs::read_dir(root).unwrap().map(Result::unwrap) {
+        if entry.file_name().to_string_lossy().starts_with("wstac-") {
+            append_sources(&entry.path(), &mut all);
+        }
+    }
+    words(&all).map(str::to_owned).collect()
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|letter: char| !letter.is_alphanumeric() && letter != '_').filter(|word| !word.is_empty())
+}
+
+#[test]
+fn everything_to_use_instead_is_there() {
+    let (names, root) = (names(), Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap());
+    let mut asked = 0;
+    for (what, instead) in rows() {
+        for used in code(instead) {
+            asked += 1;
+            if let Some(arguments) = used.strip_prefix("wstac ") {
+                let (command, options) = arguments.split_once(' ').unwrap_or((arguments, ""));
+                let help = said(&run(&["help", command]));
+                assert!(help.contains("Usage:"), "{what}: {used}: {help}");
+                for option in options.split(' ').filter(|option| option.starts_with("--")) {
+                    assert!(help.contains(&format!("{option} ")), "{what}: {used}: no {option}");
+                }
+            } else if used.starts_with("ci/") {
+                assert!(root.join(used.split(' ').next().unwrap()).is_file(), "{what}: {used}");
+            } else if !used.starts_with("numpy.") {
+                // Of a path, its last part; of a call, its name.
+                let name = used.split('(').next().unwrap().rsplit("::").next().unwrap();
+                for word in words(name).filter(|word| !word.chars().all(char::is_numeric)) {
+                    assert!(names.contains(word), "{what}: {used}: {word} is nowhere");
+                }
+            }
+        }
+    }
+    assert!(asked > 40, "{asked}");
+}
+
+/// The last part of a path into a crate, which that crate defines no more.
+#[test]
+fn items_that_were_removed_are_gone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut asked = 0;
+    for (what, _) in rows().into_iter().filter(|(what, _)| !what.contains("for one release")) {
+        for item in code(what) {
+            let Some((name, path)) = item.split_once("::") else { continue };
+            let folder = root.join(name.replace('_', "-")).join("src");
+            if !name.starts_with("wstac_") || !folder.is_dir() {
+                continue;
+            }
+            asked += 1;
+            let (module, last) = path.rsplit_once("::").unwrap_or(("", path));
+            let file = folder.join(module.replace("::", "/"));
+            let places = [file.with_extension("rs"), file.join("mod.rs"), folder.join("lib.rs")];
+            let place = places.iter().skip(usize::from(module.is_empty())).find(|place| place.is_file());
+            let text = place.map_or_else(String::new, |place| fs::read_to_string(place).unwrap());
+            for kind in ["mod", "fn", "struct", "enum", "type", "trait", "const"] {
+                assert!(!text.contains(&format!("pub {kind} {last}")), "{item} is there");
+            }
+        }
+    }
+    assert!(asked > 8, "{asked}");
 }
 
 #[test]

@@ -50,7 +50,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "FILE.npz")]
     output: PathBuf,
 
-    /// Make only the slides or recordings of these numbers, without B
+    /// Make only the slides or recordings from number A on, and below number B
     ///
     /// The first one has number 0. Parts of a set, put together in order, are the whole set.
     #[arg(long, value_name = "A..B", value_parser = units::range)]
