@@ -179,10 +179,8 @@ fn kinds(page: &mut String) {
         (Kind::Poke, "poke", Contact::Poke),
         (Kind::Hold, "hold", Contact::Press),
     ];
-    let _ = writeln!(
-        page,
-        "| touch | seen | events | right, % of seen (goal: at least 99) |\n| --- | --- | --- | --- |"
-    );
+    let _ =
+        writeln!(page, "| touch | seen | events | right, % of seen (goal: at least 99) |\n| --- | --- | --- | --- |");
     for (kind, name, right) in expected {
         let answered = answers(kind, OTHERS);
         let contacts: Vec<Contact> = answered.iter().filter_map(|one| Some(one.motion?.contact)).collect();

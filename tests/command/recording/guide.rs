@@ -57,20 +57,6 @@ fn a_slide_that_was_not_as_planned_is_named() {
     assert!(text.contains("°, planned 340°"), "{text}");
 }
 
-/// The light of a slow slide goes on when 70 frames are there, and its answer came before, as in `wstac run`.
-#[test]
-fn a_slow_slide_is_as_reliable_as_its_replay() {
-    let folder = folder("recording-guide-slow");
-    let scene = "specimen = \"Saw3\"\nspeed = 14\ndirection = 20\n[sensor]\nsize = [240, 180]\nreadout_ms = 0\n";
-    fs::write(folder.0.join("s.toml"), scene).unwrap();
-    fs::write(folder.0.join("plan.toml"), "specimens = [\"Saw3\"]\nspeeds = [14]\ncount = 1\n").unwrap();
-    let text = said(&guided(&folder, "\n"));
-    let file = folder.0.join("files/Saw3-14mm_s-1.mcap").display().to_string();
-    let replayed = String::from_utf8_lossy(&run(&["run", &file]).stdout).into_owned();
-    assert!(replayed.contains("mm/s") && !replayed.contains("not reliable"), "{replayed}");
-    assert!(text.contains("1 slide recorded now") && !text.contains("not reliable"), "{text}");
-}
-
 #[test]
 fn a_person_is_led_through_a_plan() {
     let folder = folder("recording-guide");

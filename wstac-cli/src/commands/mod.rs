@@ -232,13 +232,11 @@ fn shown_arguments() -> impl Iterator<Item = String> {
 /// Suggests the command with the nearest name, if there is one. clap knows no letters that changed places, as in `rnu`.
 fn with_suggestion(mut error: clap::Error) -> clap::Error {
     let [given, topic] = [1, 2].map(|place| shown_arguments().nth(place).unwrap_or_default());
-    let is_unknown =
-        |given: &str| matches!(error.get(ContextKind::InvalidSubcommand), Some(ContextValue::String(name)) if name == given);
-    if given == "help" && is_unknown(&topic) {
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    if given == "help" && *unknown == topic {
         return topics::unknown(&topic);
     }
-    let is_first = is_unknown(&given);
-    if is_first && error.get(ContextKind::SuggestedSubcommand).is_none() {
+    if *unknown == given && error.get(ContextKind::SuggestedSubcommand).is_none() {
         let command = Arguments::command();
         let names = command.get_subcommands().map(clap::Command::get_name);
         if let Some(name) = nearest(&given, names) {

@@ -67,8 +67,7 @@ pub(super) fn unknown(name: &str) -> clap::Error {
     let commands = super::Arguments::command();
     let meant = nearest(name, commands.get_subcommands().map(clap::Command::get_name));
     let meant = meant.map_or_else(String::new, |meant| format!("; did you mean {meant}?"));
-    let message =
-        format_args!("help about {name:?}, expected a command of wstac --help, or a topic: {names}{meant}");
+    let message = format_args!("help about {name:?}, expected a command of wstac --help, or a topic: {names}{meant}");
     super::wrong_arguments(clap::error::ErrorKind::InvalidSubcommand, message)
 }
 

@@ -245,19 +245,15 @@ impl Session<'_> {
     fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<SlideOutcome>, Error> {
         // A recording has the whole sample of its event.
         let wanted = OutputOptions { features: true, samples: true, ..OutputOptions::default() };
-        let processor = |wanted| {
-            let processor = Processor::new(&self.info, &self.config, wanted)?;
-            Ok::<_, Error>(processor.with_textures(Textures::new(self.models)?))
-        };
-        // Answers come as wstac run gives them: the whole sample of a slow slide may end before its light.
-        let (mut processor, mut judge) = (processor(wanted)?, processor(OutputOptions::default())?);
+        let processor = Processor::new(&self.info, &self.config, wanted)?;
+        let mut processor = processor.with_textures(Textures::new(self.models)?);
         let mut labels = self.labels.clone();
         labels.extend(slide.labels.clone());
         let models = self.models.iter().map(|file| file.about().to_owned()).collect();
         let about = About::new(&self.kept, &self.config, labels, models)?;
         let file = Outputs::default().create_at_once(part)?;
         let mut recorder = Recorder::compressed(file, part, &about, &processor, self.compression)?;
-        let outcome = self.watch(slide, [&mut processor, &mut judge], &mut recorder);
+        let outcome = self.watch(slide, &mut processor, &mut recorder);
         // Even if the source failed, the file of what came before is complete.
         let written = recorder.finish();
         if outcome.is_err() && written.is_ok() {
@@ -275,7 +271,7 @@ impl Session<'_> {
     fn watch(
         &mut self,
         slide: &PlannedSlide,
-        [processor, judge]: [&mut Processor; 2],
+        processor: &mut Processor,
         recorder: &mut Recorder,
     ) -> Result<Option<SlideOutcome>, Error> {
         let mut asked = false;
@@ -287,22 +283,18 @@ impl Session<'_> {
             recorder.source_event(&item);
             let (mut found, mut was_disturbed) = (None, false);
             let shown = &mut self.shown;
-            judge.process(&item, |output| {
-                if let Output::Event(event) = &output {
-                    shown.show(&output);
-                    differences(event, &slide.labels).into_iter().for_each(note);
-                }
-                Ok::<(), Error>(())
-            })?;
             let goes_on = processor.process(&item, |output| {
                 recorder.output(&output, &text_of(&output));
                 match &output {
-                    Output::Event(_) => found = Some(SlideOutcome::Recorded),
+                    Output::Event(event) => {
+                        found = Some(SlideOutcome::Recorded);
+                        differences(event, &slide.labels).into_iter().for_each(note);
+                    }
                     Output::Interrupted(_) => found = Some(SlideOutcome::Again("too many frames were lost")),
                     Output::BaselineDisturbed { .. } => was_disturbed = true,
                     _ => {}
                 }
-                if matches!(output, Output::Fault(_)) {
+                if matches!(output, Output::Event(_) | Output::Fault(_)) {
                     shown.show(&output);
                 }
                 Ok::<(), Error>(())
