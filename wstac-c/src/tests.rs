@@ -245,7 +245,7 @@ fn zeros() -> WstacOptions {
 #[test]
 fn a_configuration_may_be_a_text() {
     let frames = described(400, 400, c"GREY", 0);
-    let options = |text: &std::ffi::CStr| WstacOptions { config_text: text.as_ptr(), ..zeros() };
+    let options = |text: &CStr| WstacOptions { config_text: text.as_ptr(), ..zeros() };
     let wrong = options(c"[trigger]\nwindow = 99\n");
     let (status, message) = opened(&frames, &raw const wrong).unwrap_err();
     assert!(status == WstacStatus::Config && message.contains("window"), "{message}");
