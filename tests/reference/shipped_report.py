@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from report import fixed, interval_of, interval_words, paragraph, percent, table
+from report import fixed, interval_of, interval_words, paragraph, table
 from runs import Runs
 from texture_report import LABELS
 
