@@ -242,9 +242,8 @@ struct OfObject {
     wrong: usize,
     /// Whether the first one was wrong; `None` if there was none.
     first: Option<bool>,
-    /// Whether the first one came within three frames after the last whisker's light, and by two frames after the
-    /// touch.
-    in_time: [bool; 2],
+    /// Whether the first one came within three frames after the last whisker's light.
+    in_time: bool,
 }
 
 /// Returns the frame in which the last whisker that the touch lights exceeds a quarter of its peak.
@@ -289,7 +288,7 @@ fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u6
         of.wrong += usize::from(!is_right);
         if of.first.is_none() {
             of.first = Some(!is_right);
-            of.in_time = [frame as f64 <= last + 3.0 * added, after <= LATEST];
+            of.in_time = frame as f64 <= last + 3.0 * added;
         }
     }
     of
@@ -298,22 +297,21 @@ fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u6
 /// Returns the table of live motion by kind of object.
 pub(crate) fn objects(seed: u64, count: u64) -> String {
     let mut page = String::from(
-        "| object | first velocity: answered, % of touches | within 3 frames of the last whisker | by 2 frames after the touch \
+        "| object | first velocity: answered, % of touches | within 3 frames of the last whisker \
          | wrong, % of answered | all velocities: % of frames | wrong, % |\n\
-         | --- | --- | --- | --- | --- | --- | --- |\n",
+         | --- | --- | --- | --- | --- | --- |\n",
     );
     for (name, kind) in OBJECTS {
         let all = each(count, |number| follow_object(kind, PLAIN, seed, number));
         let first: Vec<bool> = all.iter().filter_map(|one| one.first).collect();
         let sum = |of: &dyn Fn(&OfObject) -> usize| all.iter().map(of).sum::<usize>();
         let said = sum(&|one| one.said);
-        let in_time = [0, 1].map(|way| all.iter().filter(|one| one.in_time[way]).count());
+        let in_time = all.iter().filter(|one| one.in_time).count();
         let _ = writeln!(
             page,
-            "| {name} | {} | {} | {} | {} | {} | {} |",
+            "| {name} | {} | {} | {} | {} | {} |",
             share(first.len(), all.len()),
-            share(in_time[0], all.len()),
-            share(in_time[1], all.len()),
+            share(in_time, all.len()),
             share(first.iter().filter(|is_wrong| **is_wrong).count(), first.len()),
             share(said, sum(&|one| one.frames)),
             share(sum(&|one| one.wrong), said),
@@ -378,7 +376,7 @@ fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
 pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live.txt"));
     let slides = each(SLIDES, |number| follow(Kind::Slide, number));
-    let bounds = [10.0, 15.0, 30.0, 60.0, 100.0, 200.0, 300.0, 400.0, 600.0];
+    let bounds = [10.0, 30.0, 100.0, 300.0, 600.0];
     let within = |low: f64, high: f64| {
         let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
         (format!("{low} to {high} mm/s"), rows)

@@ -5,20 +5,41 @@
 //
 // Pictures of the page go to FOLDER, if it is given. `ci/pages browser` installs what this needs.
 
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+
 import { chromium } from 'playwright-core';
 
 import {
-  LIMIT_MS, MODEL, bytesOf, differences, ended, eventsOf, failed, more, open, say, serve, statusOf, wstac,
+  LIMIT_MS, MODEL, bytesOf, differences, ended, eventsOf, failed, more as given, open, recordsOf, say, serve, statusOf, wstac,
 } from './common.mjs';
 import { tools } from './tools.mjs';
 
-if (!wstac || more.length > 0) {
+if (!wstac || given.length > 0) {
   console.error('usage: node check.mjs WSTAC [FOLDER]');
   process.exit(2);
 }
 const SCENE = 'scene:Saw3@150,90deg,seed=7', OTHER = 'scene:Fla0@100,0deg,seed=1';
 // The whole page, in bytes: with less, a part of it was not counted.
 const LEAST_BYTES = 30_000, MOST_BYTES = 200_000;
+
+/** Returns whether a page is wider than its window. */
+async function tooWide(page) {
+  const [found, width] = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth]);
+  return found > width ? [`the page is ${found} pixels wide, expected ${width}`] : [];
+}
+
+/** Returns whether pictures of the whole page make it or its traces larger. */
+async function grown(page) {
+  const tall = async () => {
+    await page.screenshot({ fullPage: true });
+    return page.evaluate(() => [document.documentElement.scrollHeight, ...[...document.querySelectorAll('.plot')].map(({ height }) => height)]);
+  };
+  const [before, after] = [await tall(), (await tall(), await tall())];
+  const grows = String(before) !== String(after) || after.slice(1).some((height) => height > 900);
+  return grows ? [`the page and its traces are ${after} pixels high, expected ${before}`] : [];
+}
 
 const begun = Date.now();
 const browser = await chromium.launch({ executablePath: '/usr/bin/chromium', args: ['--no-sandbox'] });
@@ -34,21 +55,16 @@ say('an event is what wstac run says', await differences(wide.page.locator('.sen
 for (const [name, { page, errors }] of Object.entries({ wide, phone })) {
   const bytes = await bytesOf(page);
   const problems = errors.map((error) => `the console says ${error}`);
-  const [found, width] = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth]);
-  if (found > width) problems.push(`the page is ${found} pixels wide, expected ${width}`);
+  problems.push(...(await tooWide(page)));
+  // Of white and black, in every channel.
+  const [light] = await page.evaluate(() => getComputedStyle(document.body).backgroundColor.match(/[0-9]+/g).map(Number));
+  if (name === 'wide' ? light < 200 : light > 60) problems.push(`the background has a brightness of ${light} of 255`);
   const isRight = bytes >= LEAST_BYTES && bytes <= MOST_BYTES;
   if (!isRight) problems.push(`the page has ${bytes} bytes, expected ${LEAST_BYTES} to ${MOST_BYTES}`);
   say(`${name}: ${bytes} bytes`, problems);
 }
 
-// A picture of the whole page: no drawing makes the page larger.
-const tall = async () => {
-  await wide.page.screenshot({ fullPage: true });
-  return wide.page.evaluate(() => [document.documentElement.scrollHeight, document.querySelector('.plot').height]);
-};
-const [before, after] = [await tall(), (await tall(), await tall())];
-const grows = String(before) !== String(after) || after[1] > 900;
-say('a picture of the whole page', grows ? [`the page and its traces are ${after} pixels high, expected ${before}`] : []);
+say('a picture of the whole page', [...(await grown(wide.page)), ...(await grown(phone.page))]);
 
 const host = new URL(address).host;
 const statuses = {
@@ -81,11 +97,36 @@ say('a scene waits for a page', [told.startsWith('by the ') ? '' : `more is ${to
 await server.stop();
 
 server = await serve(`cam:left=${SCENE}`, `cam:right=${OTHER}`, ...MODEL, '--listen', '127.0.0.1:0');
-const two = await open(browser, server.address, 1440, 900, 'light');
-await ended(two.page, 2);
-const [left, right] = [0, 1].map((number) => two.page.locator('.sensor').nth(number));
-say('two sensors', [...(await differences(left, event)), ...(await differences(right, eventsOf(OTHER)[0]))]);
+const two = await Promise.all([open(browser, server.address, 1440, 900, 'dark'), open(browser, server.address, 360, 740, 'light')]);
+for (const { page } of two) {
+  await ended(page, 2);
+  const [left, right] = [0, 1].map((number) => page.locator('.sensor').nth(number));
+  const answers = [...(await differences(left, event)), ...(await differences(right, eventsOf(OTHER)[0]))];
+  say(`two sensors, ${page.viewportSize().width} pixels`, [...answers, ...(await tooWide(page)), ...(await grown(page))]);
+}
 await server.stop();
+
+// A part that is held slips, and a ball has a place and a width.
+const home = mkdtempSync(path.join(tmpdir(), 'wstac-answers-'));
+const scene = (name, touch) => {
+  const file = path.join(home, `${name}.toml`);
+  writeFileSync(file, `seed = 3\n[sensor]\nsize = [640, 480]\n[[touch]]\nkind = "slide"\n${touch}\n`);
+  return `scene:${file}`;
+};
+const held = scene('held', 'specimen = "Sin2"\nhold = 2\nspeed = 60\ndirection = 270');
+const ball = scene('ball', 'shape = "ball"\ndiameter = 14\nspeed = 120\ndirection = 20\noffset = 2');
+server = await serve(`held=${held}`, `ball=${ball}`, '--listen', '127.0.0.1:0');
+const small = await open(browser, server.address, 360, 740, 'light');
+await ended(small.page, 2);
+const [slip] = recordsOf(held).filter(({ kind }) => kind === 'slip');
+const answer = recordsOf(ball).find(({ kind }) => kind === 'event');
+const words = await small.page.locator('tr[data-kind=slip] .words').textContent();
+const more = await small.page.locator('.sensor').nth(1).locator('tr[data-kind=event] td').last().textContent();
+const lacks = [[words, `slip since frame ${slip.onset_frame}`], [more, `by the ${answer.basis}`], [more, `${answer.width_mm.value.toFixed(1)} ± `]];
+lacks.push([more, `${Math.abs(answer.place_mm.value).toFixed(1)} ± `]);
+say('slip, basis, width and place', lacks.filter(([text, part]) => !text.includes(part)).map(([text, part]) => `"${text}" lacks ${part}`));
+await server.stop();
+rmSync(home, { recursive: true });
 
 // Keys and buttons pause a scene and go back and forth in it, and what was shown is shown again.
 server = await serve(SCENE, ...MODEL, '--listen', '127.0.0.1:0');

@@ -26,11 +26,12 @@ export function say(name, problems) {
 /** Runs wstac, and returns what it prints. */
 export const run = (...options) => execFileSync(wstac, options, { encoding: 'utf8', stdio: ['ignore', 'pipe', 'pipe'] });
 
-/** Returns the events of a source, as `wstac run` prints them. */
-export function eventsOf(source, ...options) {
-  const lines = run('run', source, '--json', ...MODEL, ...options).trim().split('\n');
-  return lines.map((line) => JSON.parse(line)).filter(({ kind }) => kind === 'event');
-}
+/** Returns the records of a source, as `wstac run` prints them. */
+export const recordsOf = (source, ...options) =>
+  run('run', source, '--json', ...options).trim().split('\n').map((line) => JSON.parse(line));
+
+/** Returns the events of a source, with their textures. */
+export const eventsOf = (source, ...options) => recordsOf(source, ...MODEL, ...options).filter(({ kind }) => kind === 'event');
 
 /** Starts a server. Returns it with its address. */
 export async function serve(...options) {

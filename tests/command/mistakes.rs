@@ -17,6 +17,16 @@ fn a_command_with_a_typo_is_suggested() {
 }
 
 #[test]
+fn help_about_what_there_is_not_lists_the_topics() {
+    for (given, expected) in [("nothing", "a topic: sources, answers, config, json\n"), ("rnu", "; did you mean run?")]
+    {
+        let done = run(&["help", given]);
+        assert_eq!(done.status.code(), Some(2));
+        assert!(said(&done).contains(expected), "{given}: {}", said(&done));
+    }
+}
+
+#[test]
 fn names_without_their_prefix_are_explained() {
     for (arguments, meant) in [
         (&["run", "Saw3@150"][..], "a simulated slide is scene:Saw3@150"),

@@ -46,7 +46,7 @@ fn a_model_of_own_names_is_evaluated_on_recordings_and_on_their_data_set() {
     let other = folder.0.join("other.npz");
     good(&["dataset", text(&others), "--input", "taxel-path", "-o", text(&other)]);
     let found = good(&["model", "eval", text(&model), text(&other)]);
-    assert!(found.contains("1 sample, without truth"), "{found}");
+    assert!(found.contains("1 sample, without truth: array y_specimen has none of the model's labels"), "{found}");
     let missing = refusal(&["model", "eval", "builtin:path-svm", text(&set)]);
     assert!(missing.contains("array X_path: is missing, found X_taxel_path"), "{missing}");
     assert!(missing.contains("help: wstac dataset --input path makes a set with it"), "{missing}");

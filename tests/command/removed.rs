@@ -1,13 +1,17 @@
 //! Tests that `wstac` says what to use instead of a command or an option that was removed.
 
-use wstac_tests::command::{run, said};
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
 
-/// Returns the rows of the table "Removed" of the changelog's newest section: what was removed, and what to use
+use wstac_tests::command::{good, run, said};
+
+/// Returns the rows of the table "From 0.3" of the changelog's newest section: what was removed, and what to use
 /// instead.
 fn rows() -> Vec<(&'static str, &'static str)> {
     let changelog = include_str!("../../CHANGELOG.md");
     let newest = changelog.split("\n## ").nth(1).unwrap();
-    let table = newest.split("\n### ").find(|section| section.starts_with("Removed\n")).unwrap();
+    let table = newest.split("\n### ").find(|section| section.starts_with("From 0.3\n")).unwrap();
     let rows = table.lines().filter_map(|line| line.strip_prefix("| ")?.strip_suffix(" |")?.split_once(" | "));
     rows.filter(|(what, _)| *what != "what" && !what.starts_with("---")).collect()
 }
@@ -33,6 +37,92 @@ fn every_removed_command_and_option_says_what_to_use_instead() {
             assert!(said(&done).contains(code), "{line}: {} lacks {code}", said(&done));
         }
     }
+}
+
+/// Appends the texts of the files in a folder that have names of users: code, headers, messages, configurations.
+fn append_sources(folder: &Path, all: &mut String) {
+    for entry in fs::read_dir(folder).unwrap().map(Result::unwrap) {
+        let (path, name) = (entry.path(), entry.file_name());
+        let ends = ["rs", "py", "h", "toml"].iter().any(|end| path.extension().is_some_and(|found| found == *end));
+        if entry.file_type().unwrap().is_dir() {
+            if name != "target" && !name.to_string_lossy().starts_with('.') {
+                append_sources(&path, all);
+            }
+        } else if ends {
+            *all += &fs::read_to_string(&path).unwrap_or_default();
+        }
+    }
+}
+
+/// Returns the words of all crates and of the packages for Python, C and ROS.
+fn names() -> HashSet<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut all = String::new();
+    for entry in fs::read_dir(root).unwrap().map(Result::unwrap) {
+        if entry.file_name().to_string_lossy().starts_with("wstac-") {
+            append_sources(&entry.path(), &mut all);
+        }
+    }
+    words(&all).map(str::to_owned).collect()
+}
+
+fn words(text: &str) -> impl Iterator<Item = &str> {
+    text.split(|letter: char| !letter.is_alphanumeric() && letter != '_').filter(|word| !word.is_empty())
+}
+
+#[test]
+fn everything_to_use_instead_is_there() {
+    let (names, root) = (names(), Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap());
+    let mut asked = 0;
+    for (what, instead) in rows() {
+        for used in code(instead) {
+            asked += 1;
+            if let Some(arguments) = used.strip_prefix("wstac ") {
+                let (command, options) = arguments.split_once(' ').unwrap_or((arguments, ""));
+                let help = good(&["help", command]);
+                assert!(help.contains("Usage:"), "{what}: {used}: {help}");
+                for option in options.split(' ').filter(|option| option.starts_with("--")) {
+                    assert!(help.split_whitespace().any(|word| word == option), "{what}: {used}: no {option}");
+                }
+            } else if used.starts_with("ci/") {
+                assert!(root.join(used.split(' ').next().unwrap()).is_file(), "{what}: {used}");
+            } else if !used.starts_with("numpy.") {
+                // Of a path, its last part; of a call, its name.
+                let name = used.split('(').next().unwrap().rsplit("::").next().unwrap();
+                for word in words(name).filter(|word| !word.chars().all(char::is_numeric)) {
+                    assert!(names.contains(word), "{what}: {used}: {word} is nowhere");
+                }
+            }
+        }
+    }
+    assert!(asked > 40, "{asked}");
+}
+
+/// The last part of a path into a crate, which that crate defines no more.
+#[test]
+fn items_that_were_removed_are_gone() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap();
+    let mut asked = 0;
+    for (what, _) in rows().into_iter().filter(|(what, _)| !what.contains("for one release")) {
+        for item in code(what) {
+            let Some((name, path)) = item.split_once("::") else { continue };
+            let folder = root.join(name.replace('_', "-")).join("src");
+            if !name.starts_with("wstac_") || !folder.is_dir() {
+                continue;
+            }
+            asked += 1;
+            let (module, last) = path.rsplit_once("::").unwrap_or(("", path));
+            // A module that is gone has nothing.
+            let file = folder.join(if module.is_empty() { "lib".into() } else { module.replace("::", "/") });
+            let places = [file.with_extension("rs"), file.join("mod.rs")];
+            let place = places.iter().find(|place| place.is_file());
+            let text = place.map_or_else(String::new, |place| fs::read_to_string(place).unwrap());
+            let public: Vec<_> = words(&text).collect();
+            let is_there = public.windows(3).any(|three| three[0] == "pub" && three[2] == last);
+            assert!(!is_there, "{item} is there");
+        }
+    }
+    assert!(asked > 8, "{asked}");
 }
 
 #[test]

@@ -367,7 +367,7 @@ def check_config(programs):
 def check_removed(programs):
     """Options that were removed say what to use instead, as the changelog does."""
     changelog = (programs.page.parents[1] / "CHANGELOG.md").read_text()
-    table = changelog.split("\n### Removed\n", 1)[1].split("\n### ", 1)[0]
+    table = changelog.split("\n### From 0.3\n", 1)[1].split("\n### ", 1)[0]
     count = 0
     for row in re.findall(r"^\| (`wstac-node --.*) \|$", table, re.MULTILINE):
         what, instead = row.split(" | ")

@@ -82,6 +82,8 @@ class Messages(unittest.TestCase):
         names = re.findall(r'\w+ = "(.*?)"', part("wstac-host/src/reasons.rs", "FaultKind:", "\n}"))
         self.assert_there(names, 10)
         self.assertEqual(set(names) - set(on_page()), set())
+        topic = (ROOT / "wstac-cli/src/commands/topics/sources.txt").read_text(encoding="utf-8")
+        self.assertEqual(set(names) - set(re.findall(r"^    ([\w-]+)  ", topic, re.MULTILINE)), set())
         board = part("wstac-host/src/monitor/board.rs", "fn fault_in_words", "\n}\n")
         self.assert_there([words(found) for found in LITERAL.findall(board)], 9)
 

@@ -226,7 +226,7 @@ def main() -> None:
     before = {part.split("\n", 1)[0].lower(): f"## {part.rstrip()}\n" for part in page.read_text().split("\n## ")[1:]}
     parts = [part for kind in KINDS if (part := found.get(kind, before.get(kind)))]
     text = (HERE / "head.txt").read_text()
-    page.write_text("\n".join([text, *parts]).rstrip() + "\n")
+    page.write_text("\n".join([text, *parts]).rstrip() + "\n\n`ci/measure peers` writes this page.\n")
 
 
 if __name__ == "__main__":

@@ -138,8 +138,7 @@ def peers(library, plain, sizes):
         for times in (cached, turn):
             times[read] = min(times[read], times.pop(AHEAD))
         for label in cached:
-            pairs = [[times[label], times[read] / times[label]] for times in (cached, turn)]
-            rows.append([name, label, off.get(label), *pairs])
+            rows.append([name, label, off.get(label), cached[label], turn[label]])
     return rows
 
 
@@ -156,12 +155,11 @@ def others(library):
 
 def table(library, plain):
     """Returns lines of Markdown."""
-    head = "µs | of the read's speed"
-    yield f"| format | method | units off | one frame, cached: {head} | all frames in turn: {head} |"
-    yield "| --- | --- |" + " ---: |" * 5
+    yield "| format | method | units off | one frame, cached: µs | all frames in turn: µs |"
+    yield "| --- | --- |" + " ---: |" * 3
     sizes = []
-    for name, label, off, *pair in peers(library, plain, sizes):
-        cells = [f"{time:.3g} | {read:.0%}" for time, read in pair]
+    for name, label, off, *times in peers(library, plain, sizes):
+        cells = [f"{time:.3g}" for time in times]
         units = "" if off is None else f"{off:.2g}"
         yield f"| {name} | {label} | {units} | {' | '.join(cells)} |"
     yield ""

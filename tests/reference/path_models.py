@@ -124,29 +124,13 @@ CANDIDATES = (
 
 @dataclass(frozen=True)
 class Judged:
-    """A model file and its answers for the slides that test. `right`, `known`, `named` and `confidence` are (n,).
-
-    A slide that is said to be unknown is not right; `named` is whether its class is right all the same.
-    """
+    """A model file and whether each slide that tests is named right; one that is said to be unknown is not."""
 
     input: Input
     candidate: Candidate
     size: int
     right: np.ndarray
-    known: np.ndarray
-    named: np.ndarray
-    confidence: np.ndarray
     alike: int
-    rejected: np.ndarray
-    """Of unknown textures, whether each slide is said to be unknown."""
-
-    @property
-    def calibration_error(self) -> float:
-        """The expected calibration error of the answers that are given, over 15 ranges of confidence."""
-        confidence, named = self.confidence[self.known], self.named[self.known]
-        places = np.minimum((confidence * 15).astype(int), 14)
-        sums = [abs((confidence - named)[places == place].sum()) for place in range(15)]
-        return float(sum(sums) / len(confidence))
 
 
 @dataclass(frozen=True)
@@ -195,8 +179,7 @@ def judged(wanted: Input, candidate: Candidate, sets: Sets, folder: Path, keep: 
     known = np.array(found["known"]) & sets.test.measured
     unknown = ~np.array(evaluated(path, sets.unknown)["known"])[sets.unknown.measured]
     print(f"{path}: {100 * (named & known).mean():.2f} %, unknown {100 * unknown.mean():.1f} %", file=sys.stderr, flush=True)
-    confidence = np.array(found["confidence"])
-    return Judged(wanted, candidate, path.stat().st_size, named & known, known, named, confidence, alike, unknown)
+    return Judged(wanted, candidate, path.stat().st_size, named & known, alike)
 
 
 def trained(wanted: Input, candidate: Candidate, sets: Sets, path: Path) -> int:
@@ -257,7 +240,7 @@ def interval(right: np.ndarray) -> str:
     n, share, z = len(right), float(right.mean()), 1.96
     middle = (share + z * z / (2 * n)) / (1 + z * z / n)
     half = z / (1 + z * z / n) * np.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
-    return f"{100 * share:.1f} ({100 * (middle - half):.1f} … {100 * (middle + half):.1f})"
+    return f"{100 * share:.1f} ({100 * (middle - half):.1f}…{100 * (middle + half):.1f})"
 
 
 def name_of(model: Judged) -> str:
@@ -275,7 +258,7 @@ def learned_table(found: dict[tuple[str, str], Learned]) -> str:
             f"`{base}`",
             textures,
             str(len(result.right)),
-            f"{100 * mean:.1f} ({100 * (mean - half):.1f} … {min(100.0, 100 * (mean + half)):.1f})",
+            f"{100 * mean:.1f} ({100 * (mean - half):.1f}…{min(100.0, 100 * (mean + half)):.1f})",
             f"{100 * result.right.min():.1f}",
             f"{100 * result.known.mean():.1f}",
             f"{100 * result.others.mean():.1f}",
@@ -295,16 +278,12 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
             str(model.size),
             interval(model.right),
             interval(model.right[early]),
-            f"{model.calibration_error:.4f}",
-            f"{100 * model.rejected.mean():.1f}",
-            f"{100 * (1 - model.known.mean()):.1f}",
             f"{model.alike} of {len(model.right)}",
         ]
         for model in models
     ]
     head = [
-        "file", "bytes", "accuracy, %", "at 50 to 200 mm/s, %", "calibration error", "unknown textures found, %",
-        "trained textures refused, %", "equal to the trained model"
+        "file", "bytes", "accuracy, %", "at 50 to 200 mm/s, %", "equal to the trained model"
     ]
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
@@ -317,7 +296,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         f" and tested on {len(test.measured)} slides of 1000 others.",
         "Directions are any, speeds 50 to 300 mm/s with an even logarithm, lengths 60 to 120 mm,"
         " and each slide has its own gain of all light, 0.6 to 1.4.",
-        "[docs/ANSWERS.md](../../../docs/ANSWERS.md#textures) explains the columns, and has the accuracy under other conditions.",
+        "[docs/ANSWERS.md](../../../docs/ANSWERS.md#textures) has unknown textures, confidence, and other conditions.",
         "Intervals are Wilson's, 95 %; `wstac model inspect FILE` says how each was trained:",
     )
     learning = paragraph(
@@ -339,7 +318,7 @@ Do not edit them.
 
 {training}
 
-{table(head, rows, range(1, 8))}
+{table(head, rows, range(1, 5))}
 
 ## New textures from five slides each
 

@@ -41,8 +41,8 @@ def percent(share: float, digits: int = 1, sign: bool = False) -> str:
 
 
 def interval_words(interval: Interval, digits: int) -> str:
-    """Formats an interval as `low … high`."""
-    return f"{fixed(interval.low, digits)} … {fixed(interval.high, digits)}"
+    """Formats an interval as `low…high`."""
+    return f"{fixed(interval.low, digits)}…{fixed(interval.high, digits)}"
 
 
 def relative_error(found: float, wanted: float) -> float:

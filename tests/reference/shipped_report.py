@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from report import fixed, interval_of, interval_words, paragraph, percent, table
+from report import fixed, interval_of, interval_words, paragraph, table
 from runs import Runs
 from texture_report import LABELS
 
@@ -60,16 +60,6 @@ def options_words(words: str, options: Sequence[str]) -> str:
     return f"`{words}`" + (f", `{' '.join(options)}`" if options else "")
 
 
-def speeds_table(models: Sequence[Judged], test: Runs) -> str:
-    """Returns a table of accuracies by speed."""
-    rows = []
-    for speed in np.unique(test.slides.speed)[::2]:
-        mask = test.slides.speed == speed
-        right = [float(np.mean(model.specimens[mask] == test.slides.specimen[mask])) for model in models]
-        rows.append([f"{speed:g} mm/s", str(int(mask.sum())), *(percent(share) for share in right)])
-    return table(["speed", "slides", *(f"`{model.kind}.wsm`" for model in models)], rows, range(5))
-
-
 def page(
     models: Sequence[Judged],
     test: Runs,
@@ -100,8 +90,4 @@ Do not edit them.
 {trained}
 
 {models_table(models, test)}
-
-Specimen accuracy by speed; directions differ by less:
-
-{speeds_table(models, test)}
 """

@@ -45,6 +45,16 @@ def crates(rust: str) -> None:
         say(f"package: {crate.name}, {crate.stat().st_size} bytes, built from itself by Rust {rust}")
 
 
+def publishing() -> None:
+    """Asks cargo whether it would publish all crates, in their order; nothing is uploaded."""
+    dry = ("cargo", "publish", "--workspace", "--dry-run", "--no-verify", "--locked", "--allow-dirty")
+    said = subprocess.run(dry, check=False, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    ready = re.findall(r"Uploading wstac-([a-z]+) ", said.stdout)
+    if said.returncode or not set(CRATES) <= set(ready):
+        fail(f"cargo publish --dry-run would publish {', '.join(ready) or 'nothing'}, expected {', '.join(CRATES)}:\n{said.stdout}")
+    say(f"package: cargo would publish {', '.join(ready)}")
+
+
 def cargo_install(command: Path, at: Path) -> None:
     run("cargo", "install", "--quiet", "--locked", "--path", "wstac-cli", "--root", at / "install", quiet=True)
     installed, expected = (run(program, "--version").strip() for program in (at / "install/bin/wstac", command))
@@ -119,6 +129,7 @@ def main() -> None:
         where = Path("/var/tmp")
     with folder(where, "package-") as at:
         crates(oldest_rust())
+        publishing()
         command = wstac()
         cargo_install(command, at)
         installed(debian_package(command), at)

@@ -128,6 +128,10 @@ class Tried:
             with ZipFile(wheel) as archive:
                 if "wstac/licenses/dependencies.txt" not in archive.namelist():
                     fail(f"{wheel} has no licenses of its dependencies")
+        # What the index of Python refuses: a page that it cannot show, or metadata that it does not know.
+        twine = Path(run("ci/tool", "python", "release").strip()).with_name("twine")
+        run(twine, "check", "--strict", *wheels, quiet=True, why="twine refuses a wheel")
+        say("release: twine accepts the wheels")
         root.copy(self.numpy("x86_64"), to="/tmp")
         compilers = subprocess.run(root.command("sh", "-c", "command -v cc rustc cargo"), check=False, capture_output=True, text=True)
         if compilers.stdout:

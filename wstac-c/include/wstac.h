@@ -121,6 +121,8 @@ typedef struct WstacOptions {
   WstacBool at_once;
   /// The sensor to read of a recording of several. Null: the recording has one.
   const char *sensor;
+  /// Content of a configuration file, in UTF-8, instead of `config`. Null: none.
+  const char *config_text;
 } WstacOptions;
 
 /// Describes frames that a program pushes.

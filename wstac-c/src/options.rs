@@ -54,6 +54,8 @@ pub struct WstacOptions {
     pub at_once: WstacBool,
     /// The sensor to read of a recording of several. Null: the recording has one.
     pub sensor: *const c_char,
+    /// Content of a configuration file, in UTF-8, instead of `config`. Null: none.
+    pub config_text: *const c_char,
 }
 
 /// Describes frames that a program pushes.
@@ -102,12 +104,23 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         let open = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
         return Ok(Options { config: None, models: Vec::new(), open, features: false, motion: false, at_once: false });
     };
-    let config = if options.config.is_null() {
-        None
-    } else {
-        // SAFETY: the caller's.
-        let path = unsafe { path("config", options.config) }?;
-        Some(Config::read(Path::new(path)).map_err(|error| failed_by(WstacStatus::Config, &error))?)
+    let wrong = |error| failed_by(WstacStatus::Config, &error);
+    let config = match (options.config.is_null(), options.config_text.is_null()) {
+        (true, true) => None,
+        (false, true) => {
+            // SAFETY: the caller's.
+            let path = unsafe { path("config", options.config) }?;
+            Some(Config::read(Path::new(path)).map_err(wrong)?)
+        }
+        (true, false) => {
+            // SAFETY: the caller's.
+            let text = unsafe { text("config_text", options.config_text) }?;
+            Some(Config::parse(text).map_err(wrong)?)
+        }
+        (false, false) => {
+            let message = "config and config_text are both given, expected one of them";
+            return Err(failed(WstacStatus::Option, message));
+        }
     };
     let features = choice("features", options.features)?;
     // SAFETY: the caller's.

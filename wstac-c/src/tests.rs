@@ -242,6 +242,25 @@ fn zeros() -> WstacOptions {
     unsafe { std::mem::zeroed() }
 }
 
+#[test]
+fn a_configuration_may_be_a_text() {
+    let frames = described(400, 400, c"GREY", 0);
+    let options = |text: &CStr| WstacOptions { config_text: text.as_ptr(), ..zeros() };
+    let wrong = options(c"[trigger]\nwindow = 99\n");
+    let (status, message) = opened(&frames, &raw const wrong).unwrap_err();
+    assert!(status == WstacStatus::Config && message.contains("window"), "{message}");
+    let stated = options(c"[sensor]\nreadout_ms = 7\n");
+    let handle = opened(&frames, &raw const stated).unwrap();
+    // SAFETY: the handle is open, and not used after it is closed.
+    let readout_ms = unsafe { wstac_readout_ms(handle) };
+    assert!((readout_ms - 7.0).abs() < 1e-3, "{readout_ms}");
+    // SAFETY: as above.
+    unsafe { wstac_close(handle) };
+    let both = WstacOptions { config: c"my.toml".as_ptr(), ..options(c"") };
+    let (status, message) = opened(&frames, &raw const both).unwrap_err();
+    assert!(status == WstacStatus::Option && message.contains("expected one of them"), "{message}");
+}
+
 /// C programs can have any byte in a `bool`.
 #[test]
 fn a_choice_that_is_no_bool_is_refused() {

@@ -3,7 +3,7 @@
 use clap::Error;
 use clap::error::{ContextKind, ContextValue};
 
-/// Options that were removed, and what to use instead. The table "Removed" of CHANGELOG.md has the same rows, which
+/// Options that were removed, and what to use instead. The table "From 0.3" of CHANGELOG.md has the same rows, which
 /// `ci/node` asks `wstac-node` for.
 const REMOVED: [(&str, &str); 6] = [
     ("--ros", "the package wstac_ros publishes sensors in ROS 2 with any middleware (docs/ROS.md)"),

@@ -354,9 +354,8 @@ impl Tally {
         };
         let within =
             |of: usize, column: &str| bold(column, self.within[of].map(|count| share(count, self.reliable)).join("/"));
-        let reason = self.refused.iter().max_by_key(|(_, count)| **count);
         format!(
-            "{}{} | {} ≤{} | {} | {} | {}, {} | {} |",
+            "{}{} | {} ≤{} | {} | {} | {}, {} |",
             of("reliable", self.reliable),
             goal.reliable.map_or_else(String::new, |least| format!(" ≥{least}")),
             of("wrong", self.wrong),
@@ -365,15 +364,13 @@ impl Tally {
             error(1, "direction"),
             within(0, "speed sd"),
             within(1, "direction sd"),
-            reason.map_or("–", |(reason, _)| reason),
         )
     }
 }
 
 const PAGE_HEAD: &str = "\
-| touch | reliable, % | wrong, % | speed error, %: median/p95 | direction error, °: median/p95 | within 1/2 sd, %: speed, direction | \
-most frequent doubt |
-| --- | --- | --- | --- | --- | --- | --- |";
+| touch | reliable, % | wrong, % | speed error, %: median/p95 | direction error, °: median/p95 | within 1/2 sd, %: speed, direction |
+| --- | --- | --- | --- | --- | --- |";
 /// Bounds of the speeds of the table by speed, in mm/s, and its touches of each kind and speed.
 const DECADES: [[f64; 2]; 4] = [[10.0, 30.0], [30.0, 100.0], [100.0, 300.0], [300.0, 600.0]];
 const OF_DECADE: u64 = 300;

@@ -30,7 +30,7 @@ use wstac_host::visible::OneLine;
 #[command(after_long_help = HELP)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
-    /// Serial device or tcp:HOST:PORT, as for wstac monitor
+    /// Serial device or tcp:HOST:PORT, as for wstac run
     port: OsString,
 
     /// Set layout, floor and trigger of this configuration

@@ -233,10 +233,12 @@ fn shown_arguments() -> impl Iterator<Item = String> {
 
 /// Suggests the command with the nearest name, if there is one. clap knows no letters that changed places, as in `rnu`.
 fn with_suggestion(mut error: clap::Error) -> clap::Error {
-    let given = shown_arguments().nth(1).unwrap_or_default();
-    let is_first =
-        matches!(error.get(ContextKind::InvalidSubcommand), Some(ContextValue::String(name)) if *name == given);
-    if is_first && error.get(ContextKind::SuggestedSubcommand).is_none() {
+    let [given, topic] = [1, 2].map(|place| shown_arguments().nth(place).unwrap_or_default());
+    let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) else { return error };
+    if given == "help" && *unknown == topic {
+        return topics::unknown(&topic);
+    }
+    if *unknown == given && error.get(ContextKind::SuggestedSubcommand).is_none() {
         let command = Arguments::command();
         let names = command.get_subcommands().map(clap::Command::get_name);
         if let Some(name) = nearest(&given, names) {

@@ -4,7 +4,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 /// A command line that was removed, up to the command or option that is gone, and what to use instead.
 ///
-/// The table "Removed" of CHANGELOG.md has the same rows, which a test asks `wstac` for.
+/// The table "From 0.3" of CHANGELOG.md has the same rows, which a test asks `wstac` for.
 const REMOVED: &[(&str, &str)] = &[
     (
         "wstac fit-speed",

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::sync::LazyLock;
 
-use clap::Subcommand;
+use clap::{CommandFactory, Subcommand};
 use serde_json::Value;
 
 use super::output::{Stop, stdout};
 use wstac_host::config::DEFAULT_CONFIGURATION;
 use wstac_host::record::RECORD_SCHEMA;
+use wstac_host::suggest::nearest;
 
 /// What `wstac help` prints of a topic: its text alone.
 const ALONE: &str = "{after-help}";
@@ -56,6 +57,18 @@ impl Topic {
 
 pub(super) fn run(topic: Topic) -> Result<(), Stop> {
     Ok(stdout().write_all(topic.text().as_bytes())?)
+}
+
+/// Returns the error about a topic that there is not.
+pub(super) fn unknown(name: &str) -> clap::Error {
+    let all = Topic::augment_subcommands(clap::Command::new("topics"));
+    let names: Vec<_> = all.get_subcommands().map(clap::Command::get_name).collect();
+    let names = names.join(", ");
+    let commands = super::Arguments::command();
+    let meant = nearest(name, commands.get_subcommands().map(clap::Command::get_name));
+    let meant = meant.map_or_else(String::new, |meant| format!("; did you mean {meant}?"));
+    let message = format_args!("help about {name:?}, expected a command of wstac --help, or a topic: {names}{meant}");
+    super::wrong_arguments(clap::error::ErrorKind::InvalidSubcommand, message)
 }
 
 /// Returns the configuration's keys with these names, each with its comment, below its table.

@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
+use super::dataset::progress::while_working;
 use super::dataset::{not_a_source, pool, random, recorded};
 use super::files::{Outputs, check_ending};
 use super::model_arguments::{Classes, SampleKind};
@@ -138,7 +139,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     // Nothing is written until the model is there.
     finishing(Ending::AtOnce);
     note("training and testing the model");
-    let trained = threads.install(|| train(set, &options))?;
+    let trained = while_working("training and testing", || threads.install(|| train(set, &options)))?;
     if trained.left_out > 0 {
         let slides = counted(trained.left_out, "slide");
         note(format_args!("left out of the training: {slides} without a velocity, or with too little of the path"));

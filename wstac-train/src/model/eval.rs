@@ -328,6 +328,20 @@ pub(crate) fn label_arrays(task: Task) -> &'static [&'static str] {
     }
 }
 
+/// Returns why a data set has no truth about a model's answers.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn why_without_truth(model: &Model, path: &Path) -> Result<String, Error> {
+    let npz = Npz::open(path)?;
+    let arrays = label_arrays(model.task());
+    let found = arrays.iter().find(|array| npz.names().any(|name| name == **array));
+    Ok(found.map_or_else(
+        || format!("there is no array {}", arrays.join(" or ")),
+        |array| format!("array {array} has none of the model's labels"),
+    ))
+}
+
 /// Reads the true labels from the first array that fits the model's task.
 pub(super) fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Result<Option<Truth>, Error> {
     let has = |array: &str| npz.names().any(|name| name == array);

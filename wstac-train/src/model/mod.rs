@@ -157,6 +157,11 @@ fn trained(bytes: Vec<u8>, wanted: &Import) -> Result<(Trained, Origin), String>
         ));
     }
     model.speeds = wanted.speeds;
+    let is_numbered = model.labels.iter().all(|name| name.parse::<i64>().is_ok());
+    if wanted.labels.is_none() && model.task == Task::Other && is_numbered {
+        let count = model.labels.len();
+        model.remarks.push(format!("the classes are numbers: --labels A,B,… gives these {count} names, in this order"));
+    }
     check_labels(&model)?;
     Ok((model, origin))
 }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::io::{IsTerminal, Write};
+use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
 use crate::commands::output::note;
@@ -66,4 +67,30 @@ impl Drop for ProgressLine {
             let _ = write!(std::io::stderr(), "\r\x1b[K");
         }
     }
+}
+
+/// Does one long piece of work, and says every second on a terminal, otherwise every minute, that it goes on.
+pub(in crate::commands) fn while_working<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let is_terminal = std::io::stderr().is_terminal();
+    let between = if is_terminal { Duration::from_secs(1) } else { BETWEEN_LINES };
+    let started = Instant::now();
+    let (done, waits) = channel::<()>();
+    std::thread::scope(|scope| {
+        scope.spawn(move || {
+            while waits.recv_timeout(between) == Err(RecvTimeoutError::Timeout) {
+                let seconds = started.elapsed().as_secs();
+                if is_terminal {
+                    let _ = write!(std::io::stderr(), "\r{what}: {seconds} s\x1b[K");
+                } else {
+                    note(format_args!("{what}: {seconds} s"));
+                }
+            }
+            if is_terminal {
+                let _ = write!(std::io::stderr(), "\r\x1b[K");
+            }
+        });
+        let result = work();
+        drop(done);
+        result
+    })
 }

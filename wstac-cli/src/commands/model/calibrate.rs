@@ -7,9 +7,10 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::plural::counted;
 use wstac_train::model::calibrate::{
-    LabeledSamples, Projection, Settings, calibrate_with, inputs_of, sensors_in_common, without,
+    Calibrated, LabeledSamples, Projection, Settings, calibrate_with, inputs_of, sensors_in_common, without,
 };
 
+use super::super::dataset::progress::while_working;
 use super::super::files::{Outputs, is_same};
 use super::super::output::{Stop, note};
 
@@ -89,6 +90,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let inputs = [&arguments.model, &arguments.train];
     let outputs = Outputs::new(arguments.force).reading(inputs).reading(&arguments.held).reading(&arguments.projection);
     outputs.check([output])?;
+    let found = while_working("calibrating", || calibrated(arguments))?;
+    let bytes: Vec<u8> = found.words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    outputs.write(output, &bytes)?;
+    let quality = found.held_out;
+    let known = quality.known.map_or_else(
+        || "does not tell what is unknown".to_owned(),
+        |known| format!("{:.1} % of them are known in {}", 100.0 * known, counted(found.dimensions, "dimension")),
+    );
+    note(format_args!(
+        "{}: {} bytes; {} held out: {:.1} % right, confidence off by {:.4} on average; {known}",
+        output.display(),
+        bytes.len(),
+        counted(quality.samples, "sample"),
+        100.0 * quality.accuracy,
+        quality.calibration_error
+    ));
+    Ok(())
+}
+
+/// Reads the data sets, and calibrates the model.
+fn calibrated(arguments: &Arguments) -> Result<Calibrated, Error> {
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
     let held_path = arguments.held.as_ref().unwrap_or(&arguments.train);
@@ -118,22 +140,5 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         None
     };
     let plain = without(file.words()).map_err(wrong(&arguments.model))?;
-    let found = calibrate_with(&plain, projection.as_ref(), &train, &held, settings);
-    let found = found.map_err(wrong(held_path))?;
-    let bytes: Vec<u8> = found.words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    outputs.write(output, &bytes)?;
-    let quality = found.held_out;
-    let known = quality.known.map_or_else(
-        || "does not tell what is unknown".to_owned(),
-        |known| format!("{:.1} % of them are known in {}", 100.0 * known, counted(found.dimensions, "dimension")),
-    );
-    note(format_args!(
-        "{}: {} bytes; {} held out: {:.1} % right, confidence off by {:.4} on average; {known}",
-        output.display(),
-        bytes.len(),
-        counted(quality.samples, "sample"),
-        100.0 * quality.accuracy,
-        quality.calibration_error
-    ));
-    Ok(())
+    calibrate_with(&plain, projection.as_ref(), &train, &held, settings).map_err(wrong(held_path))
 }

@@ -11,7 +11,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::plural::counted;
 use wstac_host::texture::confidence_of;
 use wstac_host::visible::OneLine;
-use wstac_train::model::eval::{Answers, Truth, answers, answers_of_recordings};
+use wstac_train::model::eval::{Answers, Truth, answers, answers_of_recordings, why_without_truth};
 
 /// Measure a model's accuracy and confusions on data or recordings
 ///
@@ -107,7 +107,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         }
         confusions(&mut out, &answers, truth)?;
     } else {
-        writeln!(out, "{samples}, without truth")?;
+        writeln!(out, "{samples}, without truth: {}", why_without_truth(&model, data)?)?;
         let given = |class: usize| {
             let of_class = answers.predictions.iter().enumerate().filter(|(_, answer)| usize::from(**answer) == class);
             of_class.filter(|(row, _)| answers.is_answered(*row)).count()

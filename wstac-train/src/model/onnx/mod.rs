@@ -67,7 +67,10 @@ pub(super) fn read(bytes: &[u8], labels: Option<Vec<String>>) -> Result<(Trained
     let mut remarks = Vec::new();
     let classes = path::labels(&graph, found.first().copied(), answer, &mut remarks)?;
     let labels = match labels {
-        Some(labels) if labels.len() == classes.len() => labels,
+        Some(labels) if labels.len() == classes.len() => {
+            remarks.extend(renamed(&classes, &labels));
+            labels
+        }
         Some(labels) => return Err(format!("has {} classes, and --labels names {}", classes.len(), labels.len())),
         None => classes,
     };
@@ -172,6 +175,13 @@ fn finite(node: &Node, name: &str, mut list: impl Iterator<Item = f64>) -> Resul
 
 fn integers<'m>(node: &'m Node, name: &str) -> &'m [i64] {
     attribute(node, name).map_or(&[], |attribute| &attribute.ints)
+}
+
+/// Returns what other names than the file's own are given to its classes; `None` if it numbers them.
+fn renamed(own: &[String], given: &[String]) -> Option<String> {
+    let pairs = own.iter().zip(given).filter(|(own, given)| own != given && own.parse::<i64>().is_err());
+    let pairs: Vec<String> = pairs.map(|(own, given)| format!("{own} to {given}")).collect();
+    (!pairs.is_empty()).then(|| format!("--labels renames {}", pairs.join(", ")))
 }
 
 /// Returns the labels, text or integers.

@@ -618,6 +618,25 @@ fn a_forest_is_read_with_its_labels() {
     }
 }
 
+#[test]
+fn other_names_and_numbers_of_classes_are_remarked() {
+    let remarks = |labels: &[u8], given: Option<[&str; 2]>| {
+        let mut attributes = forest("BRANCH_LT", -1.0);
+        *attributes.last_mut().unwrap() = labels.to_vec();
+        let bytes = model(&[node("TreeEnsembleClassifier", "X", "label", &attributes)]);
+        let labels = given.map(|names| names.map(str::to_owned).to_vec());
+        crate::model::trained(bytes, &crate::model::Import { labels, ..Default::default() }).unwrap().0.remarks
+    };
+    let [named, numbered] =
+        [texts_of("classlabels_strings", &["Saw", "Tri"]), integers_of("classlabels_int64s", &[1, 0])];
+    assert_eq!(remarks(&named, Some(["Tri", "Saw"])), ["--labels renames Saw to Tri, Tri to Saw"]);
+    assert_eq!(remarks(&named, Some(["Saw", "Tri"])), [""; 0]);
+    assert_eq!(remarks(&named, None), [""; 0]);
+    assert_eq!(remarks(&numbered, Some(["Saw", "Tri"])), [""; 0]);
+    let hint = "the classes are numbers: --labels A,B,… gives these 2 names, in this order";
+    assert_eq!(remarks(&numbered, None), [hint]);
+}
+
 /// Encodes boosted trees behind a selection, and weighted sums behind scaling, of ten inputs.
 fn others() -> [Vec<u8>; 2] {
     let mut lists = forest("BRANCH_GT", 1.0);
