@@ -3,8 +3,8 @@
  *
  *     camera FRAMES [PERIOD_US [FAULT=FRAME…]]
  *
- * FAULT is none (no frame in time), short or long (a byte), format, size, back (the time before) or missing. The program ends with the file,
- * with an error if a buffer was not given back, or given back twice.
+ * FAULT is none (no frame in time), short or long (a byte), format, size, back (an earlier time), missing, or reset (the clock begins again).
+ * The program ends with the file, and with an error if a buffer was not given back, or given back twice.
  */
 #include "esp_camera.h"
 
@@ -17,7 +17,7 @@ void app_main(void);
 
 static int file, argument_count;
 static char **arguments;
-static long period_us = 33333, number;
+static long period_us = 33333, number, reset;
 static camera_config_t settings;
 static uint8_t bytes[320 * 240];
 static camera_fb_t frame;
@@ -77,7 +77,9 @@ camera_fb_t *esp_camera_fb_get(void)
     } while (has("missing"));
     if (has("none"))
         return NULL;
-    time_us = 5000000 + (int64_t)period_us * (has("back") ? number - 2 : number);
+    if (has("reset"))
+        reset = number;
+    time_us = 5000000 + (int64_t)period_us * (has("back") ? number - 2 : number - reset);
     frame.buf = bytes;
     frame.len = sizeof bytes - has("short") + has("long");
     frame.width = has("size") ? 240 : 320;

@@ -15,7 +15,7 @@ WstacFwStatus wstac_esp32_init(WstacEsp32 *sensor, const WstacFwOptions *options
     sensor->options = *options;
     sensor->report = report;
     sensor->used = sensor->lost = sensor->surplus = 0;
-    sensor->has_time = false;
+    sensor->has_time = sensor->is_back = false;
     sensor->time_us = sensor->behind = 0;
     return wstac_fw_init(&sensor->pipeline, sizeof sensor->pipeline, options);
 }
@@ -45,20 +45,22 @@ static int64_t periods(WstacEsp32 *sensor, int64_t time_us)
 
 WstacFwStatus wstac_esp32_take(WstacEsp32 *sensor, const uint8_t *bytes, size_t length, int64_t time_us)
 {
-    int64_t count = 1;
+    int64_t count;
     WstacFwStatus status;
     if (sensor == NULL || bytes == NULL)
         return WSTAC_FW_STATUS_NULL;
-    if (sensor->has_time && time_us <= sensor->time_us) {
-        /* A clock that was set back. Later frames go by its new time; this one is lost. */
-        sensor->time_us = time_us;
-        sensor->behind = 0;
-        sensor->lost++;
-        sensor->report(&sensor->pipeline, wstac_fw_push_lost(&sensor->pipeline, 1));
+    if (!sensor->has_time || time_us > sensor->time_us) {
+        count = sensor->has_time ? periods(sensor, time_us) : 1;
+    } else if (!sensor->is_back) {
+        /* One wrong time: the next frame shows that this one is missing. */
+        sensor->is_back = true;
         return WSTAC_FW_STATUS_OTHER;
+    } else {
+        /* The clock was set back. Only the frame that was refused for it is missing. */
+        count = 2;
+        sensor->behind = 0;
     }
-    if (sensor->has_time)
-        count = periods(sensor, time_us);
+    sensor->is_back = false;
     sensor->time_us = time_us;
     sensor->has_time = true;
     if (count == 0) {

@@ -21,8 +21,11 @@ typedef struct {
     WstacEsp32Report *report;
     /* The frames that were used, that were lost or refused before others, and that came faster than the rate of the options. */
     uint32_t used, lost, surplus;
-    /* The time of the last frame that was used, and how far it is behind the time line: in microseconds x fps_numerator. */
-    bool has_time;
+    /*
+     * Whether there is a time of a last frame, and whether a frame since was not behind it; this time, and how far the time line
+     * is behind it, in microseconds x fps_numerator.
+     */
+    bool has_time, is_back;
     int64_t time_us, behind;
 } WstacEsp32;
 
@@ -35,8 +38,8 @@ WstacFwStatus wstac_esp32_init(WstacEsp32 *sensor, const WstacFwOptions *options
 /*
  * Takes a whole frame that was taken at a time. The time line gets the frames that are missing before it.
  *
- * Returns WSTAC_FW_STATUS_OK, WSTAC_FW_STATUS_NONE for a surplus frame, which is not used, or an error. A frame that is
- * refused counts as lost when the next one comes.
+ * Returns WSTAC_FW_STATUS_OK, WSTAC_FW_STATUS_NONE for a surplus frame, which is not used, or an error: WSTAC_FW_STATUS_OTHER
+ * if its time is not behind that of the frame before it. A frame that is refused counts as lost.
  */
 WstacFwStatus wstac_esp32_take(WstacEsp32 *sensor, const uint8_t *bytes, size_t length, int64_t time_us);
 

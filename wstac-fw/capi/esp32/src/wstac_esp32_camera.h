@@ -5,8 +5,10 @@
 #ifndef WSTAC_ESP32_CAMERA_H
 #define WSTAC_ESP32_CAMERA_H
 
-#include "esp_camera.h"
+/* The first, because esp_camera.h takes types from what is included before it. */
 #include "wstac_esp32.h"
+
+#include "esp_camera.h"
 
 /* Returns the format of the camera's pixels; NULL if the library has none. RGB565 of esp32-camera has its bytes in the other order. */
 static inline const WstacFwFormat *wstac_esp32_format(pixformat_t format)

@@ -9,7 +9,7 @@
 
 #include "wstac_esp32_camera.h"
 
-/* The rate of the camera with this size. Another rate loses frames, or has surplus ones: the last line of a second says so. */
+/* The rate of the camera with this size. Another rate loses frames, or has surplus ones: a line says so. */
 #define FRAMES_PER_SECOND 30
 
 static WstacEsp32 sensor;
@@ -93,7 +93,7 @@ void app_main(void)
         if (sensor.used % FRAMES_PER_SECOND == 0 && (sensor.lost != lost || sensor.surplus != surplus)) {
             lost = sensor.lost;
             surplus = sensor.surplus;
-            printf("%lu frames lost, %lu surplus\n", (unsigned long)lost, (unsigned long)surplus);
+            printf("lost frames: %lu, surplus frames: %lu\n", (unsigned long)lost, (unsigned long)surplus);
         }
     }
 }
