@@ -252,7 +252,7 @@ def parsed(output):
 class Programs:
     """Builds C programs for this machine, with and without sanitizers, and for the board."""
 
-    # The kinds of programs of the board: for the test of all calls, the first one has all of them. The second has no floating-point unit.
+    # What programs of the board are built for; the second has no floating-point unit.
     cores = ("hard", "soft")
     nm = "arm-none-eabi-nm"
     formats = (*FORMATS, *(f"{name}-linear" for name in LINEAR))

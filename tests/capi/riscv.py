@@ -176,7 +176,7 @@ def check_esp32(programs, wstac, package):
             board = example(programs, package, name, core)
             same(events_of(programs.on_board(board, "qvga.raw")), expected, f"events of {name} on {core}")
     # Frames without a touch.
-    faults = {"none": "no frame for 4 seconds", "short": "too few or too many", "long": "too few or too many"}
+    faults = {"none": "no frame for 4 s", "short": "too few or too many", "long": "too few or too many"}
     faults |= {"format": "another pixel format", "size": "another width or height", "back": "is not behind that", "reset": "is not behind that"}
     faults |= {"missing": "lost frames"}
     kinds = lambda lines: [re.sub(r" (speed|direction)=\S+| not reliable", "", line) for line in lines]

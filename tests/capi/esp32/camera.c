@@ -3,8 +3,9 @@
  *
  *     camera FRAMES [PERIOD_US [FAULT=FRAME…]]
  *
- * FAULT is none (no frame in time), short or long (a byte), format, size, back (an earlier time), missing, or reset (the clock begins again).
- * The program ends with the file, and with an error if a buffer was not given back, or given back twice.
+ * FAULT is none (no frame in time), short or long (a byte), format, size, back (an earlier time), missing, or reset (the
+ * clock begins again). The program ends with the file, and with an error if a buffer was not given back, or given back
+ * twice.
  */
 #include "esp_camera.h"
 
@@ -12,6 +13,7 @@
 #include <unistd.h>
 
 #include "../expect.h"
+#include "wstac_esp32.h"
 
 void app_main(void);
 
@@ -62,9 +64,11 @@ static void read_frame(void)
 static bool has(const char *fault)
 {
     size_t length = strlen(fault);
-    for (int i = 3; i < argument_count; i++)
-        if (strncmp(arguments[i], fault, length) == 0 && arguments[i][length] == '=' && atol(arguments[i] + length + 1) == number)
+    for (int i = 3; i < argument_count; i++) {
+        const char *at = arguments[i];
+        if (strncmp(at, fault, length) == 0 && at[length] == '=' && atol(at + length + 1) == number)
             return true;
+    }
     return false;
 }
 
@@ -97,9 +101,42 @@ void esp_camera_fb_return(camera_fb_t *fb)
     out--;
 }
 
+static unsigned reports;
+
+static void count(WstacFwPipeline *pipeline, WstacFwStatus status)
+{
+    EXPECT(pipeline != NULL && status >= 0);
+    reports++;
+}
+
+/* What the examples do not show: options and frames that are refused, and a gap of hours. */
+static void edges_are_checked(void)
+{
+    static WstacEsp32 sensor;
+    static const uint8_t dark[100];
+    WstacFwOptions options = {.format = &WSTAC_FW_GREY, .width = 10, .height = 10, .fps_denominator = 1};
+    EXPECT(wstac_esp32_init(&sensor, &options, count) == WSTAC_FW_STATUS_FRAME_RATE);
+    options.fps_numerator = 1000001;
+    EXPECT(wstac_esp32_init(&sensor, &options, count) == WSTAC_FW_STATUS_FRAME_RATE);
+    options.fps_numerator = 30;
+    EXPECT(wstac_esp32_init(NULL, &options, count) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_esp32_init(&sensor, NULL, count) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_esp32_init(&sensor, &options, NULL) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_esp32_init(&sensor, &options, count) == WSTAC_FW_STATUS_OK);
+    EXPECT(wstac_esp32_take(NULL, dark, sizeof dark, 0) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_esp32_take(&sensor, NULL, sizeof dark, 0) == WSTAC_FW_STATUS_NULL);
+    EXPECT(wstac_esp32_take(&sensor, dark, sizeof dark, INT64_MIN) == WSTAC_FW_STATUS_OK);
+    EXPECT(sensor.used == 1 && reports == 1);
+    EXPECT(wstac_esp32_take(&sensor, dark, 99, INT64_MIN + 33333) == WSTAC_FW_STATUS_FRAME_TOO_SHORT);
+    EXPECT(sensor.used == 1 && sensor.lost == 1 && reports == 2);
+    EXPECT(wstac_esp32_take(&sensor, dark, sizeof dark, INT64_MAX) == WSTAC_FW_STATUS_OK);
+    EXPECT(sensor.used == 2 && sensor.lost == 108000 && reports == 4);
+}
+
 int main(int argc, char **argv)
 {
     EXPECT(argc >= 2);
+    edges_are_checked();
     argument_count = argc, arguments = argv;
     if (argc > 2)
         period_us = atol(argv[2]);

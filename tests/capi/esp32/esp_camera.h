@@ -1,6 +1,6 @@
 /*
- * A stub: not Espressif's header. It declares of esp32-camera 2.1 what the examples use, with its names and types, so that they are
- * compiled and run where ESP-IDF is not. camera.c behind it is a file of frames.
+ * A stub: not Espressif's header. It declares of esp32-camera 2.1 what the examples use, with its names and types, so
+ * that they are compiled and run where ESP-IDF is not. camera.c behind it is a file of frames.
  */
 #ifndef ESP_CAMERA_H
 #define ESP_CAMERA_H

@@ -21,14 +21,14 @@ WstacFwStatus wstac_esp32_init(WstacEsp32 *sensor, const WstacFwOptions *options
 }
 
 /*
- * Returns the periods from the last frame to this one. Jitter of less than half a period does not count. What it adds up to,
- * when the camera's rate is not that of the options, is taken back a period at a time.
+ * Returns the periods from the last frame to this one. Jitter of less than half a period does not count. What it adds
+ * up to, when the camera's rate is not that of the options, is taken back a period at a time.
  */
 static int64_t periods(WstacEsp32 *sensor, int64_t time_us)
 {
     int64_t period = 1000000 * (int64_t)sensor->options.fps_denominator;
-    int64_t gap = time_us - sensor->time_us;
-    int64_t passed = (gap > LONGEST_GAP_US ? LONGEST_GAP_US : gap) * sensor->options.fps_numerator;
+    uint64_t gap = (uint64_t)time_us - (uint64_t)sensor->time_us;
+    int64_t passed = (int64_t)(gap > LONGEST_GAP_US ? LONGEST_GAP_US : gap) * sensor->options.fps_numerator;
     int64_t count = (passed + period / 2) / period;
     if (count == 0)
         count = 1;

@@ -1,6 +1,6 @@
 /*
- * Prints the tactile events of a camera on an ESP32-S3 or ESP32. The pins are those of the XIAO ESP32S3 Sense; its board needs
- * PSRAM. Nothing may touch the sensor for the first second.
+ * Prints the tactile events of a camera on an ESP32-S3 or ESP32. The pins are those of the XIAO ESP32S3 Sense; choose
+ * its PSRAM in the settings of the board. Nothing may touch the sensor for the first second.
  */
 #include <wstac_esp32_camera.h>
 
@@ -23,8 +23,10 @@ static void report(WstacFwPipeline *pipeline, WstacFwStatus status)
             Serial.printf(" speed=%.1f direction=%.1f", (double)motion.mm_s, (double)motion.degrees);
         Serial.printf("%s\n", motion.reliable ? "" : " not reliable");
     }
-    if (wstac_fw_take_contact_end(pipeline, &end) == WSTAC_FW_STATUS_OK)
-        Serial.printf("frame=%llu end of the touch of event %llu\n", (unsigned long long)end.frame, (unsigned long long)end.event_frame);
+    if (wstac_fw_take_contact_end(pipeline, &end) == WSTAC_FW_STATUS_OK) {
+        Serial.printf("frame=%llu end of the touch", (unsigned long long)end.frame);
+        Serial.printf(" of event %llu\n", (unsigned long long)end.event_frame);
+    }
 }
 
 void setup()

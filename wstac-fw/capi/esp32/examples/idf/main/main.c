@@ -61,8 +61,10 @@ static void report(WstacFwPipeline *pipeline, WstacFwStatus status)
             printf(" speed=%.1f direction=%.1f", (double)motion.mm_s, (double)motion.degrees);
         printf("%s\n", motion.reliable ? "" : " not reliable");
     }
-    if (wstac_fw_take_contact_end(pipeline, &end) == WSTAC_FW_STATUS_OK)
-        printf("frame=%llu end of the touch of event %llu\n", (unsigned long long)end.frame, (unsigned long long)end.event_frame);
+    if (wstac_fw_take_contact_end(pipeline, &end) == WSTAC_FW_STATUS_OK) {
+        printf("frame=%llu end of the touch", (unsigned long long)end.frame);
+        printf(" of event %llu\n", (unsigned long long)end.event_frame);
+    }
 }
 
 void app_main(void)
