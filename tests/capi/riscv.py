@@ -147,6 +147,42 @@ def events_of(said):
     return [line for line in said.splitlines() if line.startswith("frame=")]
 
 
+# These are not ESP-IDF's functions. They do what those do with a component, so that it is tried where ESP-IDF is not.
+IDF_STUB = """
+cmake_minimum_required(VERSION 3.16)
+project(program C)
+set(COMPONENT_LIB component)
+function(idf_component_register)
+    cmake_parse_arguments(_ "" "" "SRCS;INCLUDE_DIRS" ${ARGN})
+    add_library(component STATIC ${__SRCS})
+    target_include_directories(component PUBLIC ${__INCLUDE_DIRS})
+endfunction()
+function(add_prebuilt_library name path)
+    add_library(${name} STATIC IMPORTED GLOBAL)
+    set_property(TARGET ${name} PROPERTY IMPORTED_LOCATION "${path}")
+endfunction()
+add_subdirectory("${PACKAGE}" wstac)
+add_executable(program-imafc "${PACKAGE}/examples/idf/main/main.c" "${STUBS}/camera.c")
+target_include_directories(program-imafc PRIVATE "${STUBS}")
+target_link_libraries(program-imafc PRIVATE component m)
+"""
+
+
+def check_component(programs, package, expected):
+    """Builds the component's example for an ESP32-P4 with stubs of ESP-IDF's functions, and tries a chip without an archive."""
+    folder = programs.folder / "idf"
+    folder.mkdir()
+    (folder / "CMakeLists.txt").write_text(IDF_STUB)
+    given = [f"-DPACKAGE={package}", f"-DSTUBS={STUBS}", f"-DCMAKE_C_COMPILER={GCC}", "-DCMAKE_SYSTEM_NAME=Generic"]
+    given += ["-DCMAKE_TRY_COMPILE_TARGET_TYPE=STATIC_LIBRARY", f"-DCMAKE_C_FLAGS={' '.join([*CORES['imafc'][1], *HOSTED])}"]
+    code, said = configure(folder, folder / "build", *given, "-DIDF_TARGET=esp32p4")
+    same(code, 0, f"cmake of the component: {said[-1500:]}")
+    run(["cmake", "--build", folder / "build"])
+    same(events_of(programs.on_board(folder / "build/program-imafc", "qvga.raw")), expected, "events of the component's example")
+    code, said = configure(folder, folder / "refused", *given, "-DIDF_TARGET=esp32s3")
+    same((code != 0, "src/esp32s3/libwstac_fw.a is not there" in " ".join(said.split())), (True, True), f"an ESP32-S3: {said[-1500:]}")
+
+
 def check_esp32(programs, wstac, package):
     """Runs the examples of the package with a simulated slide: their events are those of `wstac run`. Faults of the camera lose their
     frames and no other.
@@ -175,6 +211,7 @@ def check_esp32(programs, wstac, package):
         for core in CORES:
             board = example(programs, package, name, core)
             same(events_of(programs.on_board(board, "qvga.raw")), expected, f"events of {name} on {core}")
+    check_component(programs, package, expected)
     # Frames without a touch.
     faults = {"none": "no frame for 4 s", "short": "too few or too many", "long": "too few or too many"}
     faults |= {"format": "another pixel format", "size": "another width or height", "back": "is not behind that", "reset": "is not behind that"}
