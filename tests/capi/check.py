@@ -252,6 +252,11 @@ def parsed(output):
 class Programs:
     """Builds C programs for this machine, with and without sanitizers, and for the board."""
 
+    # What programs of the board are built for; the second has no floating-point unit.
+    cores = ("hard", "soft")
+    nm = "arm-none-eabi-nm"
+    formats = (*FORMATS, *(f"{name}-linear" for name in LINEAR))
+
     def __init__(self, folder, prefix):
         self.folder, self.prefix = folder, prefix
         self.environment = os.environ | {"LD_LIBRARY_PATH": str(prefix / "lib"), "PKG_CONFIG_PATH": str(prefix / "lib/pkgconfig")}
@@ -423,20 +428,23 @@ def check_version(prefix):
     same(f'set(PACKAGE_VERSION "{version}")' in (prefix / "lib/cmake/wstac/wstacConfigVersion.cmake").read_text(), True, "version for CMake")
 
 
-def check_symbols(host, elf):
-    """Checks that the host library exports only its own names, and that no panic is in a program that calls all
-    functions of the firmware library.
-    """
-    given = run(["nm", "-D", "--defined-only", host / "lib/libwstac.so"]).split()[2::3]
-    header = (host / "include/wstac.h").read_text()
+def check_exports(prefix):
+    """Checks that the host library exports only its own names."""
+    given = run(["nm", "-D", "--defined-only", prefix / "lib/libwstac.so"]).split()[2::3]
+    header = (prefix / "include/wstac.h").read_text()
     same(sorted(given), sorted(set(re.findall(r"\b(wstac_\w+)\(", header))), "names that libwstac.so gives")
-    names = run(["arm-none-eabi-nm", elf])
-    declared = set(re.findall(r"\b(wstac_fw_\w+)\(", (host / "include/wstac_fw.h").read_text()))
+    print(f"names: {len(given)} of the host library")
+
+
+def check_symbols(programs, elf):
+    """Checks that no panic is in a program that calls all functions of the firmware library."""
+    names = run([programs.nm, elf])
+    declared = set(re.findall(r"\b(wstac_fw_\w+)\(", (programs.prefix / "include/wstac_fw.h").read_text()))
     missing = [name for name in declared if f" {name}\n" not in names]
     panics = [name for name in names.splitlines() if re.search(r"panic|unwrap_failed|rust_begin_unwind", name)]
     if missing or panics:
         fail(f"{elf.name}: misses {missing}, expected all calls; has {panics}, expected no panic")
-    print(f"calls: {len(given)} of the host library, {len(declared)} of the firmware's, and no panic with these")
+    print(f"calls: {len(declared)} of the firmware library in {elf.name}, and no panic with these")
 
 
 def configure(source, build, *arguments):
@@ -749,10 +757,11 @@ def check_firmware(programs, wstac):
     """
     source = TESTS / "firmware.c"
     plain, sanitized = programs.build_firmware(source)
-    elves = [programs.build_board(source, abi) for abi in ("hard", "soft") if abi in ABIS]
-    check_symbols(programs.prefix, elves[0])
+    elves = [programs.build_board(source, core) for core in programs.cores]
+    for elf in elves:
+        check_symbols(programs, elf)
     width, height = SIZE
-    for number, name in enumerate([*FORMATS, *(f"{name}-linear" for name in LINEAR)]):
+    for number, name in enumerate(programs.formats):
         fourcc, _, linear = name.partition("-")
         raw, records, on_board = f"{name}.raw", {}, name in ON_BOARD
         for law, key in LAWS.items() if on_board else [("published", LAWS["published"])]:
@@ -771,7 +780,8 @@ def check_firmware(programs, wstac):
         outputs = [programs.run(sanitized, *arguments)]
         if on_board:
             outputs += [programs.on_board(elf, *arguments) for elf in elves]
-            same(outputs[-1], outputs[1], f"{name} on the board without its floating-point unit")
+            for core, output in zip(programs.cores, outputs[1:], strict=True):
+                same(output, outputs[1], f"{name} on the board, {core}")
         if number == 0:
             outputs.append(programs.run(*VALGRIND, plain, *arguments))
         for output in outputs:
@@ -782,15 +792,21 @@ def check_firmware(programs, wstac):
             for found_motion, motion in zip(found_motions, motions, strict=True) if on_board else ():
                 same_motion(found_motion, motion, name)
     print(
-        f"firmware library: {len(FORMATS) + len(LINEAR)} formats to the bit, with sanitizers; {len(ON_BOARD)} on the board, in {len(elves)} "
-        "programs, of which the second has no floating-point unit; GREY in valgrind"
+        f"firmware library: {len(programs.formats)} formats to the bit, with sanitizers; {len(ON_BOARD)} on the board "
+        f"({', '.join(programs.cores)}); GREY in valgrind"
     )
 
 
+def measured(programs, core, frames):
+    """Returns the stack and the instructions of each call on a board, as the maximum over frames of 400 x 400."""
+    said = programs.on_board(programs.build_board(TESTS / "stack.c", core), frames, 400, 400, MODEL)
+    rows = [line.split() for line in said.splitlines()]
+    same([call for call, *_ in rows], list(STACK), "calls that are measured")
+    return {call: (int(stack), int(instructions)) for call, stack, instructions in rows}
+
+
 def check_stack(programs):
-    said = programs.on_board(programs.build_board(TESTS / "stack.c"), "slides.raw", 400, 400, MODEL).split()
-    taken = dict(zip(said[::2], map(int, said[1::2]), strict=True))
-    same(list(taken), list(STACK), "calls whose stack is measured")
+    taken = {call: stack for call, (stack, _) in measured(programs, "hard", "slides.raw").items()}
     over = {call: taken[call] for call in STACK if taken[call] > STACK[call]}
     if over:
         fail(f"stack: {over} bytes, expected at most {STACK}")
@@ -845,6 +861,7 @@ def main():
             sys.exit(__doc__)
     if rest:
         del ABIS["softfp"], ABIS["soft"]
+        Programs.cores = ("hard",)
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         shutil.copy(MODEL_FILE, folder / MODEL)
@@ -852,6 +869,7 @@ def main():
         check_headers(prefix)
         check_names(prefix, programs.machine)
         check_version(prefix)
+        check_exports(prefix)
         wstac.record()
         with ThreadPoolExecutor() as pool:
             # It waits for a clock, mostly.

@@ -1,6 +1,6 @@
 /*
- * Measures the stack of each call of the firmware library on the board, as the maximum over a whole stream. The memory below the stack
- * pointer is painted before each call.
+ * Measures the stack and the instructions of each call of the firmware library on a board, as the maximum over a whole stream. The memory
+ * below the stack pointer is painted before each call. Instructions are those that RISC-V's own counter counts; on Arm they are 0.
  *
  *     stack FRAMES WIDTH HEIGHT MODEL.wsm
  */
@@ -75,33 +75,61 @@ static void call_classify(void)
     status = wstac_fw_classify(&model, sample, NULL, &texture);
 }
 
-/* Returns the bytes that a call takes below this function's own frame. */
-static __attribute__((noinline)) uint32_t taken(void (*call)(void))
+#ifdef __riscv
+#define READ_SP "mv %0, sp"
+#else
+#define READ_SP "mov %0, sp"
+#endif
+
+static uint32_t instructions(void)
 {
-    uint32_t top;
-    __asm__ volatile("mov %0, sp" : "=r"(top));
+    uint32_t count = 0;
+#ifdef __riscv
+    __asm__ volatile(".option push\n.option arch, +zicsr\ncsrr %0, minstret\n.option pop" : "=r"(count));
+#endif
+    return count;
+}
+
+/* What a call takes. */
+typedef struct {
+    uint32_t stack, instructions;
+} Taken;
+
+/* Returns what a call takes, its stack below this function's own frame. */
+static __attribute__((noinline)) Taken taken(void (*call)(void))
+{
+    uint32_t top, before;
+    __asm__ volatile(READ_SP : "=r"(top));
     volatile uint32_t *bottom = (volatile uint32_t *)(uintptr_t)(top - PAINTED);
     for (uint32_t i = 0; i < PAINTED / 4; i++)
         bottom[i] = PAINT;
+    before = instructions();
     call();
+    before = instructions() - before;
     uint32_t unused = 0;
     while (unused < PAINTED / 4 && bottom[unused] == PAINT)
         unused++;
     EXPECT(unused > 0);
-    return PAINTED - 4 * unused;
+    return (Taken){PAINTED - 4 * unused, before};
 }
 
-static void keep(uint32_t *most, void (*call)(void))
+static void keep(Taken *most, void (*call)(void))
 {
-    uint32_t bytes = taken(call);
+    Taken now = taken(call);
     EXPECT(status >= 0);
-    *most = bytes > *most ? bytes : *most;
+    most->stack = now.stack > most->stack ? now.stack : most->stack;
+    most->instructions = now.instructions > most->instructions ? now.instructions : most->instructions;
+}
+
+static void print(const char *call, const Taken *most)
+{
+    printf("%s %lu %lu\n", call, (unsigned long)most->stack, (unsigned long)most->instructions);
 }
 
 int main(int argc, char **argv)
 {
-    uint32_t init = 0, push = 0, speed = 0, direction = 0, motion = 0, by_edges = 0, take_sample = 0, model_init = 0, classify = 0;
-    uint32_t link_event = 0, link_receive = 0;
+    Taken init = {0, 0}, push = init, speed = init, direction = init, motion = init, by_edges = init, take_sample = init;
+    Taken model_init = init, classify = init, link_event = init, link_receive = init;
     EXPECT(argc == 5);
     FILE *file = fopen(argv[4], "rb");
     EXPECT(file != NULL);
@@ -129,10 +157,9 @@ int main(int argc, char **argv)
         }
     }
     fclose(file);
-    printf("init %lu push %lu motion %lu motion_by_edges %lu", (unsigned long)init, (unsigned long)push, (unsigned long)motion,
-           (unsigned long)by_edges);
-    printf(" speed %lu direction %lu sample %lu model_init %lu classify %lu", (unsigned long)speed, (unsigned long)direction,
-           (unsigned long)take_sample, (unsigned long)model_init, (unsigned long)classify);
-    printf(" link_event %lu link_receive %lu\n", (unsigned long)link_event, (unsigned long)link_receive);
+    print("init", &init), print("push", &push), print("motion", &motion), print("motion_by_edges", &by_edges);
+    print("speed", &speed), print("direction", &direction), print("sample", &take_sample);
+    print("model_init", &model_init), print("classify", &classify);
+    print("link_event", &link_event), print("link_receive", &link_receive);
     return 0;
 }
