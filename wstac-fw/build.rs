@@ -7,6 +7,8 @@
 //! | `WSTAC_MODELS` | without a model: those that a host may send, such as `forest:frames`; `linear_svm:frames` if unset |
 //! | `WSTAC_REVISION` | the revision that the firmware reports; without it the beginning of git's commit |
 //! | `WSTAC_FPS` | the frames per second of the boards' sensors, 15 to 60; without it 30 |
+//! | `WSTAC_MHZ` | the clock of a Pico's core in MHz, 120, 72 or, without USB, 48; without it 120 |
+//! | `WSTAC_REST` | the seconds without light after which a board rests, 5 to 3600; without it, it never does |
 //! | `WSTAC_PIXELS` | the camera's pixel format, such as YUYV; without it GREY |
 
 // Modules of another crate and of this program.
@@ -40,17 +42,17 @@ fn main() {
     link::emulated(&out);
     link::h743(&out);
     link::pico(&out);
-    let [pixels, models, fps] = ["WSTAC_PIXELS", "WSTAC_MODELS", "WSTAC_FPS"]
-        .map(|name| variable(name).map(|value| value.to_string_lossy().into_owned()));
+    let text = |name: &str| variable(name).map(|value| value.to_string_lossy().into_owned());
+    let [pixels, models] = ["WSTAC_PIXELS", "WSTAC_MODELS"].map(text);
     // The sizes of the sensors' frames, and of `LAYOUT` in `src/emulated/bench.rs`.
     let boards = [("CARGO_FEATURE_NODE", [320, 240]), ("CARGO_FEATURE_EMULATED", [400, 400])];
     let sizes = boards.iter().filter(|(feature, _)| env::var_os(feature).is_some()).map(|(_, size)| *size);
     let sizes: Vec<_> = sizes.collect();
     println!("cargo:rerun-if-changed=wstac.toml");
     let config = named("WSTAC_CONFIG");
-    let source = check::fps(fps.as_deref()).and_then(|fps| {
+    let source = check::numbers(text).and_then(|numbers| {
         let model = named("WSTAC_MODEL");
-        Ok(fps + &setup::source(config.as_deref(), model, pixels.as_deref(), models.as_deref(), &sizes)?)
+        Ok(numbers + &setup::source(config.as_deref(), model, pixels.as_deref(), models.as_deref(), &sizes)?)
     });
     match source {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),

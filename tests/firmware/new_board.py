@@ -113,6 +113,15 @@ def main():
         refused(says(copy, script, other, *features), f"the feature {chip} is", f"found --target {other}, expected --target {own}")
     refused(says(copy, script, M0, "rp2040", "rp", "h743"), "of different chips", "--no-default-features")
     refused(says(copy, script, M0, "rp"), "the feature rp is no chip")
+    # Clocks that are too slow for something, and a rest that leaves too few frames.
+    pico = ("rp2040", "rp", "node")
+    taken(says(copy, script, M0, *pico, WSTAC_MHZ="48", WSTAC_REST="60"))
+    taken(says(copy, script, M0, *pico, "usb", WSTAC_MHZ="72"))
+    refused(says(copy, script, M0, *pico, "usb", WSTAC_MHZ="48"), 'WSTAC_MHZ is "48"', "RP2040-E16")
+    refused(says(copy, script, M0, *pico, WSTAC_MHZ="24"), 'WSTAC_MHZ is "24", expected the MHz of the core, 120, 72 or 48')
+    refused(says(copy, script, M33, "rp2350", "rp", "node", WSTAC_MHZ="48"), 'WSTAC_MHZ is "48", which only a Pico has')
+    refused(says(copy, script, M0, *pico, WSTAC_REST="4"), 'WSTAC_REST is "4", expected whole seconds without light, 5 to 3600')
+    refused(says(copy, script, M0, *pico, "motion", WSTAC_REST="60"), "WSTAC_REST leaves too few frames for the feature motion")
     # A board with an STM32H743 without its row.
     copy = package("h743")
     refused(says(copy, script, M4F, "h743", "node"), "link.rs: H743 has no row for the program new_board of Cargo.toml", "step 2 of docs/BOARDS.md")

@@ -26,12 +26,19 @@ const UART = 2, I2C = 3, SIO = 5, PIO0 = 6, GPOUT = 8;
 const FLASH = 0x1000_0000, RAM = 0x2000_0000, BOOT2 = 0x100;
 // Where the boot ROM copies the second boot loader to. Its stack is below that (RP2040 data sheet, 2.8.1).
 const LOADER = 0x2004_1f00;
-const CYCLE = 1e9 / 120e6;
 const FRAME = 1e9 / 30;
 /** A byte and its acknowledge on a bus of 100 kHz. */
 export const BUS_BYTE = 9e9 / 100e3;
 // A byte on the serial line to the board: 10 bits.
 const BYTE = 10e9 / 115_200;
+// The registers that let clocks run, WAKE_EN0 and 1, and whose clock which bit is (RP2040 data sheet, 2.15.7). Each has its
+// page of addresses.
+const WAKE = 0xa0;
+const CLOCKED = {
+  ADC: [2, 0x4004c], DMA: [5, 0x50000], I2C0: [6, 0x40044], I2C1: [7, 0x40048], IO: [8, 0x40014], PADS: [11, 0x4001c],
+  PIO0: [12, 0x50200], PIO1: [13, 0x50300], PWM: [17, 0x40050], RTC: [22, 0x4005c], SPI0: [25, 0x4003c], SPI1: [27, 0x40040],
+  TIMER: [37, 0x40054], UART0: [39, 0x40034], UART1: [41, 0x40038], USB: [43, 0x50110], WATCHDOG: [44, 0x40058],
+};
 
 /** CRC-32/MPEG-2, which the boot ROM demands of the second boot loader. */
 function crc(bytes) {
@@ -102,7 +109,9 @@ export class Board {
     this.now = 0;
     this.began = null; // the time of the clip's first frame
     this.warnings = new Set();
+    this.unclocked = new Set();
     this.instructions = 0;
+    this.cycles = 0; // those in which the core does not sleep
     this.stalledUntil = 0;
     this.resets = 0;
     this.lights = [];
@@ -141,6 +150,7 @@ export class Board {
       dog.alarm.enable = false;
     };
     if (this.reason !== undefined) dog.reason = this.reason;
+    this.gateClocks(mcu);
     this.bus(mcu.i2c[0]);
     this.pio = mcu.pio[0];
     this.pio.run = () => {};
@@ -162,6 +172,24 @@ export class Board {
     mcu.gpio[SCL].addListener(this.lines);
     mcu.gpio[SDA].addListener(this.lines);
     this.lines();
+  }
+
+  /** Keeps which clocks run, which the emulator does not. What is used without one is in `unclocked`. */
+  gateClocks(mcu) {
+    const { clocks, peripherals } = mcu;
+    const enabled = [0xffff_ffff, 0xffff_ffff];
+    const [read, write] = [clocks.readUint32.bind(clocks), clocks.writeUint32.bind(clocks)];
+    const place = (offset) => [WAKE, WAKE + 4].indexOf(offset);
+    clocks.readUint32 = (offset) => (place(offset) < 0 ? read(offset) : enabled[place(offset)]);
+    clocks.writeUint32 = (offset, value) => (place(offset) < 0 ? write(offset, value) : void (enabled[place(offset)] = value >>> 0));
+    this.runs = (part) => Boolean((enabled[CLOCKED[part][0] >> 5] >>> (CLOCKED[part][0] & 31)) & 1);
+    this.stopped = () => Object.keys(CLOCKED).filter((part) => !this.runs(part));
+    for (const [part, [, page]] of Object.entries(CLOCKED)) {
+      for (const name of ['readUint32', 'writeUint32']) {
+        const access = peripherals[page][name].bind(peripherals[page]);
+        peripherals[page][name] = (...all) => (this.runs(part) || this.unclocked.add(part), access(...all));
+      }
+    }
   }
 
   /** Returns which lights are lit. */
@@ -215,9 +243,11 @@ export class Board {
       if (this.now >= this.stalledUntil && !core.waiting) {
         this.flash.before(core.PC);
         const cycles = core.executeInstruction();
+        const nanos = (cycles * 1e9) / this.mcu.clkSys;
         this.instructions += 1;
-        this.debt -= cycles * CYCLE;
-        this.tick(cycles * CYCLE);
+        this.cycles += cycles;
+        this.debt -= nanos;
+        this.tick(nanos);
       } else {
         const next = clock.nextAlarm ? Math.max(0, clock.nextAlarm.nanos - clock.nanos) : this.debt;
         const step = Math.min(Math.max(1, next), this.debt);
@@ -231,6 +261,21 @@ export class Board {
         this.power();
         return this.run(Math.max(0, end - this.now));
       }
+    }
+  }
+
+  /** Counts the core's reads and writes of data from now on, by memory. What an instruction is read from does not count. */
+  countAccesses() {
+    const { core } = this.mcu;
+    const accesses = (this.accesses = { RAM: 0, flash: 0, peripherals: 0 });
+    for (const name of ['readUint32', 'readUint16', 'readUint8', 'writeUint32', 'writeUint16', 'writeUint8']) {
+      const access = core[name].bind(core);
+      core[name] = (address, value) => {
+        const isCode = name === 'readUint16' && (address === core.PC || address === core.PC + 2);
+        const region = address >>> 28;
+        if (!isCode) accesses[region === 2 ? 'RAM' : region <= 1 ? 'flash' : 'peripherals'] += 1;
+        return access(address, value);
+      };
     }
   }
 

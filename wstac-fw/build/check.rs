@@ -52,13 +52,51 @@ pub fn wave() -> Result<(), String> {
     Ok(())
 }
 
-/// Returns the source of the frames per second. The sensors' tables make every one of these.
-pub fn fps(chosen: Option<&str>) -> Result<String, String> {
-    let text = chosen.unwrap_or("30");
-    match text.parse::<u32>() {
-        Ok(fps @ 15..=60) => Ok(format!("/// The frames per second of the sensors.\npub const FPS: u32 = {fps};\n")),
-        _ => Err(format!("WSTAC_FPS is \"{text}\", expected whole frames per second, 15 to 60; help: without it, 30")),
+/// Returns the source of the numbers that variables name.
+pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, String> {
+    let text = |name| variable(name).unwrap_or_default();
+    let number = |name, default: u32| variable(name).map_or(Some(default), |text| text.parse().ok());
+    // The sensors' tables make every one of these.
+    let Some(fps @ 15..=60) = number("WSTAC_FPS", 30) else {
+        return Err(format!(
+            "WSTAC_FPS is \"{}\", expected whole frames per second, 15 to 60; help: without it, 30",
+            text("WSTAC_FPS")
+        ));
+    };
+    let Some(mhz @ (48 | 72 | 120)) = number("WSTAC_MHZ", 120) else {
+        return Err(format!(
+            "WSTAC_MHZ is \"{}\", expected the MHz of the core, 120, 72 or 48; help: without it, 120",
+            text("WSTAC_MHZ")
+        ));
+    };
+    let Some(rest @ (0 | 5..=3600)) = number("WSTAC_REST", 0) else {
+        return Err(format!(
+            "WSTAC_REST is \"{}\", expected whole seconds without light, 5 to 3600; help: without it, the board \
+             never rests",
+            text("WSTAC_REST")
+        ));
+    };
+    if mhz != 120 && !has("rp2040") {
+        return Err(format!("WSTAC_MHZ is \"{mhz}\", which only a Pico has; help: unset it"));
     }
+    // RP2040-E16: events of USB get lost if the core's clock is not a tenth faster than USB's 48 MHz.
+    if mhz == 48 && has("usb") {
+        return Err(
+            "WSTAC_MHZ is \"48\", with which USB loses events (RP2040-E16); help: use 72, or leave usb out".to_owned()
+        );
+    }
+    if rest > 0 && has("motion") {
+        return Err("WSTAC_REST leaves too few frames for the feature motion; help: leave one of them out".to_owned());
+    }
+    Ok(format!(
+        "/// The frames per second of the sensors.
+pub const FPS: u32 = {fps};
+/// The clock of the core of an RP2040 in MHz; that of an RP2350 has 120.
+pub const MHZ: u32 = {mhz};
+/// The seconds without light after which a board rests; 0 if it never does.
+pub const REST: u32 = {rest};
+"
+    ))
 }
 
 /// Checks that every program for an STM32H743 says where its flash is.

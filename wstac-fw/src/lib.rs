@@ -26,6 +26,7 @@ pub mod models;
 pub mod node;
 pub mod picture;
 pub mod reader;
+pub mod rest;
 #[cfg(feature = "node")]
 mod restart;
 #[cfg(feature = "rp")]

@@ -4,6 +4,7 @@
 //! A board gives it a [`Camera`], a [`Bus`], a [`Line`], two lights, a [`Watchdog`], a [`Thermometer`] and a
 //! [`SettingsStore`] of settings. Time is embassy's.
 
+use core::array;
 use core::future::Future;
 use core::mem::{self, MaybeUninit};
 use core::pin::pin;
@@ -22,6 +23,7 @@ use wstac_core::wire::{BusLines, Fault, FrameNumbers, FramePart, Request, Text};
 use crate::link::{Line, Link, Told};
 use crate::picture::Picture;
 use crate::reader::Reader;
+use crate::rest::{self, Rest, RestState};
 use crate::restart::restart;
 use crate::self_test::{self, Probe, RateMeter};
 use crate::sensor::watch::Watch;
@@ -258,6 +260,7 @@ struct Running<B: Board, const WIDTH: usize, const STRIPES: usize> {
     watch: Watch,
     meter: RateMeter,
     bus_failures: u32,
+    rest: [Rest; rest::BUILDS],
 }
 
 impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIPES> {
@@ -295,6 +298,10 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             watch: Watch::default(),
             meter: RateMeter::default(),
             bus_failures: 0,
+            // It is made only in a build that has it.
+            rest: array::from_fn(|_| {
+                Rest::new(sensor.settings, if sensor.resting().is_some() { rest::DARK } else { u32::MAX })
+            }),
         }
     }
 
@@ -336,6 +343,11 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
 
     /// Sets the sensor up if that has to be done, and measures its frames. Waits if that fails.
     async fn prepare_sensor(&mut self) {
+        if let Some(rest) = self.rest.first_mut() {
+            rest.restart();
+            self.sensor.settings = rest.awake;
+            self.stripes.set_pace(1);
+        }
         match bring_up(&mut self.sensor, self.stage, &mut self.i2c, self.stripes.capture_mut()).await {
             Ok(()) => {
                 self.stage = Stage::Run;
@@ -404,12 +416,14 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 }
                 if last {
                     let _ = self.events.set_state(PinState::from(self.line.events() % 2 == 1));
+                    self.let_rest();
                 }
             }
             StripeStep::Abandoned => {
                 self.meter.restart();
                 reader.abandon_frame(*line);
             }
+            StripeStep::Lost(frames) if self.rest.first_mut().is_some_and(Rest::note_gap) => reader.skip(frames, *line),
             StripeStep::Lost(frames) => reader.lost(frames, *line),
             StripeStep::Fault(fault) => self.report(fault),
             StripeStep::Wait(until) => return Some(until),
@@ -425,6 +439,10 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         let lost = match self.watch.check(&self.sensor, &mut self.i2c) {
             Ok(()) => {
                 self.bus_failures = 0;
+                if self.rest.first().is_some_and(Rest::is_slow) {
+                    self.meter.restart();
+                    return true;
+                }
                 wrong_rate(&mut self.meter, self.stripes.capture(), self.reader, &self.sensor)
             }
             Err(SensorError::Bus { .. }) => {
@@ -442,6 +460,20 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             self.line.fault(Fault::SensorBack);
         }
         lost.is_none()
+    }
+
+    /// Lets the sensor rest after a long time without light, and return at the first light.
+    fn let_rest(&mut self) {
+        let Some(rest) = self.rest.first_mut() else { return };
+        let settings = match rest.push(self.reader.is_lit()) {
+            None => return,
+            Some(RestState::Full) => return self.stripes.set_pace(1),
+            Some(RestState::Resting) => self.sensor.resting().unwrap_or(rest.awake),
+            Some(RestState::Returning) => rest.awake,
+        };
+        // When it returns, one more frame may come late.
+        self.stripes.set_pace(sensor::RESTS.into());
+        self.sensor.change(settings, &mut self.i2c);
     }
 
     /// Reports why frames were lost.

@@ -295,6 +295,19 @@ impl Reader {
         self.settle(is_answered);
     }
 
+    /// Takes note of frames that a sensor at rest did not send. The host is not told of them.
+    pub fn skip(&mut self, frames: u64, out: &mut impl Publisher) {
+        let is_answered = self.sender.give(&self.pipeline.push_lost(frames), out);
+        self.settle(is_answered);
+    }
+
+    /// Returns whether the last frame is lit (SPEC §3), or the baseline is not complete.
+    pub fn is_lit(&self) -> bool {
+        let (window, (_, recent)) = (i32::from(self.pipeline.trigger_config().window()), self.pipeline.recent());
+        let (Some(bounds), Some(newest)) = (self.pipeline.thresholds(), recent.frames().last()) else { return true };
+        newest.iter().zip(bounds).any(|(feature, bound)| window * i32::from(*feature) > *bound)
+    }
+
     fn note_lost(&mut self, frames: u64, out: &mut impl Publisher) {
         self.dropped = self.dropped.saturating_add(frames);
         out.send(&Message::Lost { frames });

@@ -1,7 +1,7 @@
 //! The compiled-in configuration, texture model, pixel format and frame rate.
 //!
-//! `WSTAC_CONFIG`, `WSTAC_MODEL`, `WSTAC_PIXELS` and `WSTAC_FPS` named them when this was built (`build.rs`), which has
-//! checked all of them.
+//! `WSTAC_CONFIG`, `WSTAC_MODEL`, `WSTAC_PIXELS`, `WSTAC_FPS`, `WSTAC_MHZ` and `WSTAC_REST` named them when this was
+//! built (`build.rs`), which has checked all of them.
 #![allow(clippy::unreadable_literal)]
 
 use wstac_core::error::ConfigError;

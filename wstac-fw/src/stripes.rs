@@ -29,6 +29,8 @@
 
 use core::mem;
 
+use crate::rest;
+
 #[cfg(any(feature = "h743", feature = "rp"))]
 mod counts;
 #[cfg(feature = "h743")]
@@ -141,6 +143,8 @@ pub struct Stripes<C> {
     /// The time at which the reason for the delay is decided.
     verdict: Option<Ticks>,
     abandon: bool,
+    /// The periods from frame to frame, in a build that lets a sensor rest.
+    pace: [Ticks; rest::BUILDS],
 }
 
 impl<C: Capture> Stripes<C> {
@@ -157,6 +161,7 @@ impl<C: Capture> Stripes<C> {
             due: 0,
             verdict: None,
             abandon: false,
+            pace: [1; rest::BUILDS],
         };
         stripes.restart();
         stripes
@@ -253,9 +258,16 @@ impl<C: Capture> Stripes<C> {
         self.capture.complete().wrapping_sub(self.taken)
     }
 
-    /// Returns the time `numerator / denominator` frame times from now.
+    /// From now on, expects a frame in so many periods. Those between are lost.
+    pub fn set_pace(&mut self, periods: Ticks) {
+        self.pace = [periods; rest::BUILDS];
+        self.due = self.after(3, 2);
+    }
+
+    /// Returns the time `numerator / denominator` times from frame to frame from now.
     #[inline(never)]
     fn after(&self, numerator: Ticks, denominator: Ticks) -> Ticks {
+        let numerator = self.pace.first().map_or(numerator, |pace| numerator.saturating_mul(*pace));
         let frames = self.period.saturating_mul(numerator).checked_div(denominator).unwrap_or(0);
         self.capture.now().saturating_add(frames)
     }

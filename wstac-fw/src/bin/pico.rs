@@ -10,7 +10,6 @@ use embassy_rp::gpio::{Level, Output};
 #[cfg(not(feature = "usb"))]
 use wstac_fw::rp::RpIrqs;
 use wstac_fw::rp::{self, RpBus, RpWiring};
-use wstac_fw::setup;
 use wstac_fw::stripes::pio::Wires;
 
 /// The data wires of the camera, from GP6 upwards: 1 unless `WSTAC_DATA_WIRES` says 4 or 8.
@@ -23,10 +22,7 @@ const DATA_WIRES: u8 = match option_env!("WSTAC_DATA_WIRES") {
         _ => panic!("WSTAC_DATA_WIRES: expected 1, 4 or 8"),
     },
 };
-const _: () = assert!(
-    DATA_WIRES > 1 || setup::FPS <= 30,
-    "WSTAC_FPS is above 30, expected at most 30 with 1 data wire; help: WSTAC_DATA_WIRES=4 or 8"
-);
+const _: () = assert!(rp::keeps_up(DATA_WIRES), "WSTAC_DATA_WIRES is too low for WSTAC_FPS or WSTAC_MHZ; help: use 8");
 #[cfg(not(feature = "usb"))]
 const BAUD: u32 = 115_200;
 

@@ -8,9 +8,10 @@ use wstac_core::wire::BusLines;
 
 use crate::bus;
 use crate::node::Bus;
+use crate::setup;
 
-/// The cycles of half a clock: 5 µs at 120 MHz.
-const HALF: u32 = 600;
+/// The cycles of half a clock, 5 µs.
+const HALF: u32 = 5 * setup::MHZ;
 /// The functions of a pin: I²C, and the core's own.
 const I2C: u8 = 3;
 const CORE: u8 = 5;

@@ -14,9 +14,11 @@ pub use uart::{UartInterrupts, uart0};
 #[cfg(feature = "usb")]
 pub use usb::usb;
 
-use embassy_rp::clocks::{ClockConfig, Gpout, GpoutPin, GpoutSrc};
+use embassy_rp::clocks::{ClockConfig, Gpout, GpoutPin, GpoutSrc, SysClkConfig, SysClkSrc};
 use embassy_rp::config::Config;
 use embassy_rp::gpio::Output;
+#[cfg(feature = "rp2040")]
+use embassy_rp::pac::CLOCKS;
 use embassy_rp::watchdog::{ResetReason, Watchdog as ChipWatchdog};
 use embassy_rp::{Peri, Peripherals, bind_interrupts, peripherals};
 use embassy_time::Duration;
@@ -26,10 +28,10 @@ use wstac_core::layout::{FrameSize, Layout};
 use self::flash::{RpFlash, SECTORS};
 use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
-use crate::sensor::CameraSensor;
 use crate::sensor::hm01b0::{DataWires, hm01b0};
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
+use crate::sensor::{CameraSensor, WHOLE_FPS};
 use crate::serial::Serial;
 #[cfg(not(feature = "settings"))]
 use crate::settings_store::FixedSettings;
@@ -38,8 +40,12 @@ use crate::settings_store::KeptSettings;
 use crate::setup;
 use crate::stripes::pio::{Area, Blocks, Pio, PioInterrupts, Wires};
 
-/// The clock of the core. The sensor's is a fifth of it.
-const CLOCK: u32 = 120_000_000;
+/// The clock of the core. The sensor's is a whole part of it.
+const CLOCK: u32 = 1_000_000 * setup::MHZ;
+/// The fewest clocks of a PIO for a pixel clock: its machine takes four for a bit.
+const PIO_CLOCKS: u32 = 5;
+/// The clock of USB, and of the PLL that makes it.
+const USB_CLOCK: u32 = 48_000_000;
 const SENSOR_CLOCK: u32 = 24_000_000;
 /// The rows of a stripe, which divide those of a frame.
 const ROWS: u16 = 22;
@@ -125,15 +131,48 @@ pub struct RpWiring {
     pub flash: Peri<'static, peripherals::FLASH>,
 }
 
-/// Starts the chip at 120 MHz from its crystal of 12 MHz.
+/// Starts the chip at [`setup::MHZ`] from its crystal of 12 MHz. With 48 MHz, the PLL of USB is the only one that runs.
 ///
 /// # Panics
 /// Panics if the PLL cannot make it, which is decided by numbers alone.
 pub fn start() -> Peripherals {
-    let Ok(clocks) = ClockConfig::system_freq(CLOCK) else { panic!("120 MHz is what the PLL makes of 12 MHz") };
+    let Ok(mut clocks) = ClockConfig::system_freq(CLOCK) else { panic!("the PLL makes it of 12 MHz") };
+    if CLOCK == USB_CLOCK {
+        clocks.sys_clk = SysClkConfig { src: SysClkSrc::PllUsb, div_int: 1, div_frac: 0 };
+        if let Some(crystal) = &mut clocks.xosc {
+            crystal.sys_pll = None;
+        }
+    }
     let mut config = Config::default();
     config.clocks = clocks;
-    embassy_rp::init(config)
+    let peripherals = embassy_rp::init(config);
+    #[cfg(feature = "rp2040")]
+    if setup::MHZ < 120 {
+        stop_unused_clocks();
+    }
+    peripherals
+}
+
+/// Stops the clocks of what no board uses: a quarter of what the chip draws while the core sleeps.
+#[cfg(feature = "rp2040")]
+fn stop_unused_clocks() {
+    CLOCKS.wake_en0().modify(|w| {
+        w.set_clk_sys_i2c1(false);
+        w.set_clk_sys_pio1(false);
+        w.set_clk_sys_pwm(false);
+        w.set_clk_rtc_rtc(false);
+        w.set_clk_sys_rtc(false);
+        w.set_clk_peri_spi0(false);
+        w.set_clk_sys_spi0(false);
+        w.set_clk_peri_spi1(false);
+        w.set_clk_sys_spi1(false);
+    });
+    CLOCKS.wake_en1().modify(|w| {
+        w.set_clk_peri_uart1(false);
+        w.set_clk_sys_uart1(false);
+        w.set_clk_usb_usbctrl(cfg!(feature = "usb"));
+        w.set_clk_sys_usbctrl(cfg!(feature = "usb"));
+    });
 }
 
 /// Gives the sensor its clock of 24 MHz at this pin. A module with an oscillator of its own needs no wire to it.
@@ -146,11 +185,18 @@ pub fn sensor_clock<T: GpoutPin>(pin: Peri<'static, T>) {
     core::mem::forget(clock);
 }
 
+/// Returns whether the PIO keeps up with the pixel clock of so many data wires.
+pub const fn keeps_up(wires: u8) -> bool {
+    const PIXELS: u32 = SENSOR_CLOCK / if setup::FPS > WHOLE_FPS { 4 } else { 8 };
+    const FEWEST: u32 = (PIO_CLOCKS * PIXELS * 8).div_ceil(CLOCK);
+    FEWEST <= 1 || wires as u32 >= FEWEST
+}
+
 /// Answers for ever.
 ///
 /// # Panics
-/// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or 1 above
-/// 30 frames per second, or at a second call.
+/// Panics if the configuration does not fit the sensors' frames, the number of data wires is not 1, 4 or 8, or the PIO
+/// does not keep up with them, or at a second call.
 pub async fn run(wiring: RpWiring) -> ! {
     #[cfg(not(feature = "usb"))]
     let id = None;
@@ -162,7 +208,7 @@ pub async fn run(wiring: RpWiring) -> ! {
     let hung = watchdog.reset_reason() == Some(ResetReason::TimedOut);
     watchdog.pause_on_debug(true);
     watchdog.start(Duration::from_micros(HANGS.into()));
-    assert!(wiring.camera.count > 1 || setup::FPS <= 30, "1 data wire carries at most 30 frames per second");
+    assert!(keeps_up(wiring.camera.count), "the PIO does not keep up with so few data wires");
     let sensors = match wiring.camera.count {
         1 => &WITH_1,
         4 => &WITH_4,

@@ -31,8 +31,8 @@
 //! | 0x3068 | 0: PCLK inverted |
 
 use super::{
-    Addressing, CameraSensor, ExposurePart, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, set,
-    six_frames, usual_exposure,
+    Addressing, CameraSensor, ExposurePart, QVGA, RESTS, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout,
+    set, six_frames, usual_exposure,
 };
 use crate::setup;
 
@@ -61,21 +61,43 @@ impl DataWires {
 /// Creates the HM01B0 with this data bus. With one wire, its table stays at 30 frames per second, and `rp::run` refuses
 /// more.
 pub const fn hm01b0(wires: DataWires) -> CameraSensor {
+    part::<1>(wires)
+}
+
+const fn part<const PART: u16>(wires: DataWires) -> CameraSensor {
     match wires {
-        DataWires::One => with::<{ if setup::FPS > WHOLE_FPS { WHOLE_FPS } else { setup::FPS } }, false>(wires),
-        _ => with::<{ setup::FPS }, { setup::FPS > WHOLE_FPS }>(wires),
+        DataWires::One => with::<{ if setup::FPS > WHOLE_FPS { WHOLE_FPS } else { setup::FPS } }, false, PART>(wires),
+        _ => with::<{ setup::FPS }, { setup::FPS > WHOLE_FPS }, PART>(wires),
     }
 }
 
 /// The HM01B0 with eight wires and as many lines as sensors of other boards have.
-pub const HM01B0: CameraSensor = with::<{ setup::FPS }, true>(DataWires::Eight);
+pub const HM01B0: CameraSensor = with::<{ setup::FPS }, true, 1>(DataWires::Eight);
 
-/// Creates the HM01B0 at a rate of 15 to 60 frames per second; with one wire or a slow clock, to 30.
-pub(super) const fn with<const FPS: u32, const IS_FAST: bool>(wires: DataWires) -> CameraSensor {
+/// Returns the settings of an HM01B0 that rests: frames with the same exposure and readout, but [`RESTS`] times as many
+/// lines. `None` is for another sensor.
+pub(super) fn resting(sensor: &CameraSensor) -> Option<&'static [&'static [Setting]]> {
+    static RESTING: [CameraSensor; 4] = [
+        part::<RESTS>(DataWires::One),
+        part::<RESTS>(DataWires::Four),
+        part::<RESTS>(DataWires::Eight),
+        with::<{ setup::FPS }, true, RESTS>(DataWires::Eight),
+    ];
+    // Its wires and its clock.
+    let kind = |sensor: &CameraSensor| {
+        let value = |register| sensor.table().find(|setting| setting.register == register);
+        (sensor.name, value(0x3059), value(0x3060))
+    };
+    RESTING.iter().find(|one| kind(one) == kind(sensor)).map(|one| one.settings)
+}
+
+/// Creates the HM01B0 at a rate of 15 to 60 frames per second, or at a whole part of it; with one wire or a slow clock,
+/// to 30.
+pub(super) const fn with<const FPS: u32, const IS_FAST: bool, const PART: u16>(wires: DataWires) -> CameraSensor {
     let settings = match wires {
-        DataWires::One => At::<FPS, IS_FAST>::WITH_1,
-        DataWires::Four => At::<FPS, IS_FAST>::WITH_4,
-        DataWires::Eight => At::<FPS, IS_FAST>::WITH_8,
+        DataWires::One => At::<FPS, IS_FAST, PART>::WITH_1,
+        DataWires::Four => At::<FPS, IS_FAST, PART>::WITH_4,
+        DataWires::Eight => At::<FPS, IS_FAST, PART>::WITH_8,
     };
     CameraSensor {
         name: "HM01B0",
@@ -90,7 +112,7 @@ pub(super) const fn with<const FPS: u32, const IS_FAST: bool>(wires: DataWires) 
         switches: 0x2100,
         settle_ms: six_frames(FPS),
         size: QVGA,
-        readout: readout(At::<FPS, IS_FAST>::DIVIDER * CLOCKS),
+        readout: readout(At::<FPS, IS_FAST, PART>::DIVIDER * CLOCKS),
         signals: Signals {
             vsync_high_between_frames: false,
             href_high_in_lines: true,
@@ -105,7 +127,7 @@ pub(super) const fn with<const FPS: u32, const IS_FAST: bool>(wires: DataWires) 
         clock: None,
         exposure: &EXPOSURE,
         lines: None,
-        longest_exposure: At::<FPS, IS_FAST>::LINES - 2,
+        longest_exposure: At::<FPS, IS_FAST, PART>::LINES - 2,
         pattern: &WALKING_ONES,
     }
 }
@@ -115,10 +137,10 @@ static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x0202, true), Exposure
 /// The pixel clocks of a line.
 const CLOCKS: u16 = 376;
 
-/// Makes a rate of the tables.
-struct At<const FPS: u32, const IS_FAST: bool>;
+/// Makes a rate of the tables: frames per second, or a whole part of them.
+struct At<const FPS: u32, const IS_FAST: bool, const PART: u16>;
 
-impl<const FPS: u32, const IS_FAST: bool> At<FPS, IS_FAST> {
+impl<const FPS: u32, const IS_FAST: bool, const PART: u16> At<FPS, IS_FAST, PART> {
     /// The clocks of 24 MHz for a pixel.
     const DIVIDER: u16 = if IS_FAST { 4 } else { 8 };
     /// The lines of a frame. An exposure of more than two less would take longer than a frame.
@@ -127,8 +149,8 @@ impl<const FPS: u32, const IS_FAST: bool> At<FPS, IS_FAST> {
     const EXPOSURE: u16 = usual_exposure(if IS_FAST { 480 } else { 240 }, Self::LINES, 26);
 
     const RATE: [Setting; 6] = [
-        set(0x0340, (Self::LINES >> 8) as u8),
-        set(0x0341, Self::LINES as u8),
+        set(0x0340, ((PART * Self::LINES) >> 8) as u8),
+        set(0x0341, (PART * Self::LINES) as u8),
         set(0x2100, 0x00), // no automatic exposure or gain
         set(0x0202, (Self::EXPOSURE >> 8) as u8),
         set(0x0203, Self::EXPOSURE as u8),

@@ -16,7 +16,7 @@ pub mod ov7692;
 pub mod ov7725;
 pub mod watch;
 
-use core::fmt;
+use core::{fmt, mem};
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
@@ -116,6 +116,10 @@ impl ExposurePart {
 pub fn longest_exposure(sensors: &[CameraSensor]) -> u16 {
     sensors.iter().map(|sensor| sensor.longest_exposure).min().unwrap_or(0)
 }
+
+/// A sensor that rests sends one of so many frames. The sample of a touch that ends the rest begins ten frames before
+/// it, so more than 7 of its frames were filled: its event is not reliable (SPEC §3).
+pub const RESTS: u16 = 4;
 
 /// Returns the identity of an MT9M114, which newer OpenMV Cams have in place of an OV7725 and no table drives. It
 /// answers 45 ms after its reset.
@@ -283,6 +287,21 @@ impl CameraSensor {
             port.write(setting)?;
         }
         Ok(())
+    }
+
+    /// Returns the settings of the sensor with which it rests: it sends one of [`RESTS`] frames. `None` if it has none.
+    pub fn resting(&self) -> Option<&'static [&'static [Setting]]> {
+        hm01b0::resting(self)
+    }
+
+    /// Changes to settings of the same registers while the sensor sends frames. Returns false if the bus failed; the
+    /// watch over settings finds that, too.
+    pub fn change<B: I2c>(&mut self, settings: &'static [&'static [Setting]], bus: &mut B) -> bool {
+        let before = mem::replace(&mut self.settings, settings);
+        let mut port = Port(Registers::new(bus, self.address, self.addressing));
+        let old = before.iter().copied().flatten();
+        let changes = settings.iter().copied().flatten().zip(old).filter(|(new, old)| new != old);
+        changes.map(|(new, _)| new).chain(self.start).all(|setting| port.write(*setting).is_ok())
     }
 
     /// Switches the test pattern on or off. Without one, nothing is written.

@@ -15,7 +15,7 @@ use super::ov7690::{OV7690, ov7690};
 use super::ov7692::{OV7692, ov7692};
 use super::ov7725::{OV7725, ov7725};
 use super::watch::Watch;
-use super::{Addressing, CameraSensor, ExposurePart, SensorError, Setting, longest_exposure};
+use super::{Addressing, CameraSensor, ExposurePart, RESTS, SensorError, Setting, longest_exposure};
 
 const OMNIVISION: [CameraSensor; 4] = [OV7690, OV7692, OV7725, OV7670];
 const ALL: [CameraSensor; 9] = [
@@ -255,7 +255,7 @@ fn rates_readouts_and_exposures_are_those_of_the_tables() {
     at_a_slow_rate::<30>();
     // The clock of one wire would be 48 MHz.
     let lines = |sensor: CameraSensor| sensor.table().find(|set| set.register == 0x3060).unwrap().value & 3;
-    assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60, true>(wires))), [1, 1]);
+    assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60, true, 1>(wires))), [1, 1]);
 }
 
 /// Returns a register of a sensor's table.
@@ -295,7 +295,7 @@ fn at_a_rate<const FPS: u32, const IS_FAST: bool>() {
     let ov7725 = (sensor, rows, 2 * (pixels + at(&sensor, 0x2B)), lines, pll);
     let wires = if FPS > 30 { [DataWires::Eight; 3] } else { [DataWires::One, DataWires::Four, DataWires::Eight] };
     let hm01b0 =
-        wires.map(with::<FPS, IS_FAST>).into_iter().chain([with::<FPS, true>(DataWires::Eight)]).map(|sensor| {
+        wires.map(with::<FPS, IS_FAST, 1>).into_iter().chain([with::<FPS, true, 1>(DataWires::Eight)]).map(|sensor| {
             let clock = 24_000 / [8, 4, 2, 1][(at(&sensor, 0x3060) & 3) as usize];
             (sensor, 1, word(&sensor, 0x0342), word(&sensor, 0x0340), clock)
         });
@@ -348,6 +348,29 @@ fn every_setting_is_read_back_within_a_second() {
         let error = Watch::default().check(&sensor, &mut bus).unwrap_err();
         let values = RegisterValues { address: sensor.address, found: 0xE5, expected: 0 };
         assert_eq!(error, SensorError::NotTaken { register: sensor.switches, values });
+        bus.done();
+    }
+}
+
+#[test]
+fn a_sensor_rests_with_more_lines_alone() {
+    assert!(OMNIVISION.iter().chain([&HM0360]).all(|sensor| sensor.resting().is_none()));
+    for sensor in [HM01B0, hm01b0(DataWires::One), hm01b0(DataWires::Four), hm01b0(DataWires::Eight)] {
+        let mut resting = sensor;
+        let lines = RESTS as u32 * word(&sensor, 0x0340);
+        let [high, low] = [(0x0340, lines >> 8), (0x0341, lines & 0xFF)]
+            .map(|(register, value)| Setting { register, value: value as u8 });
+        let steps: Vec<_> = [high, low].iter().chain(sensor.start).map(|set| is_written(&sensor, *set)).collect();
+        let mut bus = Mock::new(&steps);
+        assert!(resting.change(sensor.resting().unwrap(), &mut bus));
+        bus.done();
+        // It keeps its readout and its light.
+        assert_eq!((word(&resting, 0x0340), exposure(&resting)), (lines, exposure(&sensor)));
+        // What the watch expects is what was written. Back again, two registers change.
+        let steps = [high, low].map(|set| Setting { value: at(&sensor, set.register) as u8, ..set });
+        let steps: Vec<_> = steps.iter().chain(sensor.start).map(|set| is_written(&sensor, *set)).collect();
+        let mut bus = Mock::new(&steps);
+        assert!(resting.change(sensor.settings, &mut bus));
         bus.done();
     }
 }

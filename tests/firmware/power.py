@@ -1,0 +1,139 @@
+#!/usr/bin/env python3
+"""Counts what boards do while they watch, are touched, and rest, estimates what they draw (power.toml), and prints a table.
+
+    power.py WSTAC              compares it with that of docs/FIRMWARE.md
+    power.py WSTAC --write      writes it there
+
+It builds four programs, and takes half an hour.
+"""
+
+import json
+import shutil
+import subprocess
+import sys
+import tempfile
+import tomllib
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import boards
+from budget import CYCLES, PAGE
+
+HERE = Path(__file__).resolve().parent
+PICO = HERE.parent / "pico"
+BEGIN, END = "<!-- measured: ci/measure power --write -->\n", "<!-- end -->"
+MODES = ("watching", "touched", "resting")
+FPS = 30
+# The seconds without light after which the programs rest.
+REST = "5"
+# The programs: target, features, name and MHz. USB needs more than 48 MHz.
+PROGRAMS = {
+    "pico 120": ("thumbv6m-none-eabi", "rp2040,settings,usb", "pico", "120"),
+    "pico 72": ("thumbv6m-none-eabi", "rp2040,settings,usb", "pico", "72"),
+    "pico 48": ("thumbv6m-none-eabi", "rp2040,settings", "pico", "48"),
+    "h743": ("thumbv7em-none-eabihf", "h743,settings", "h743", ""),
+}
+# Numbers that are more off than this are another program's.
+SLACK = 0.05
+
+
+def build(target, features, name, mhz):
+    """Builds a program, and returns its path."""
+    variables = boards.environment() | {"WSTAC_REST": REST, "WSTAC_DATA_WIRES": "8", "WSTAC_MHZ": mhz}
+    named = ["--no-default-features", "--features", features, "--bin", name, "--target-dir", boards.folder()]
+    command = [boards.ROOT / "ci/tool", "thumb", target, "build", "--quiet", "--locked", "--release", *named]
+    subprocess.run(command, cwd=boards.FIRMWARE, env=variables, check=True)
+    return Path(shutil.copy(boards.folder() / target / "release" / name, boards.folder() / f"power.{name}{mhz}"))
+
+
+def output(*command, **how):
+    """Runs a command, and returns the JSON that it prints."""
+    return json.loads(subprocess.run(command, stdout=subprocess.PIPE, check=True, **how).stdout)
+
+
+def counts(wstac):
+    """Returns the numbers of each program by mode."""
+    if not shutil.which("npm"):
+        sys.exit("ci/measure power: npm is missing, which ci/boards pico installs")
+    subprocess.run(["npm", "ci", "--silent", "--no-audit", "--no-fund"], cwd=PICO, check=True)
+    programs = {name: build(*how) for name, how in PROGRAMS.items()}
+    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
+        clip = Path(folder) / "clip.raw"
+        subprocess.run([wstac, "scene", "render", HERE / "two_slides.toml", "-o", clip], check=True, capture_output=True)
+
+        def count(name):
+            if name == "h743":
+                return output(sys.executable, HERE.parent / "emulator/power.py", programs[name], clip, REST)
+            return output("node", "power.mjs", wstac, programs[name], REST, cwd=PICO)
+
+        return dict(zip(programs, pool.map(count, programs), strict=True))
+
+
+def column(inputs, of, found):
+    """Returns the cells of a column, and the milliwatts by mode."""
+    core, sensor = inputs["cores"][of["core"]], inputs["sensors"][of["sensor"]]
+    cells = {"instructions": [], "cycles": [], "awake": [], "current": [], "power": []}
+    for mode in MODES:
+        number = dict(found[mode])
+        if "hertz" in of:
+            number["cycles"] = CYCLES * number["instructions"] + number["bus"] * of["hertz"] / number["hertz"]
+            number |= {"hertz": of["hertz"], "awake": number["cycles"] * FPS / of["hertz"]}
+        megahertz, awake = number["hertz"] / 1e6, number["awake"]
+        current = core["more"] + megahertz * (awake * core["run"] + (1 - awake) * core["sleep"]) / 1000
+        light = sensor["rest"] if mode == "resting" else FPS * sensor["frame"]
+        cells["instructions"].append(f"{number['instructions'] / 1000:.0f}")
+        cells["cycles"].append(f"{number['cycles'] / 1000:.0f}")
+        cells["awake"].append(f"{100 * awake:.1f}")
+        cells["current"].append(f"{current:.2g}" if current < 1 else f"{current:.1f}")
+        cells["power"].append(f"{core['volts'] * current + light:.1f}")
+    touched = found["touched"]
+    memory = "/".join(f"{touched[name] / 1000:.1f}" for name in ("RAM", "flash", "peripherals"))
+    return {name: "/".join(three) for name, three in cells.items()} | {"memory": memory}, dict(zip(MODES, map(float, cells["power"]), strict=True))
+
+
+ROWS = {
+    "instructions": "instructions, thousands",
+    "cycles": "cycles awake, thousands",
+    "awake": "time awake, %",
+    "memory": "RAM/flash/peripherals, touched, thousands",
+    "current": "core, mA, estimated",
+    "power": "core and sensor, mW, estimated",
+}
+
+
+def table(inputs, found):
+    """Returns lines of Markdown, and the columns that meet the goal."""
+    columns = [(of["title"], *column(inputs, of, found[of["counts"]])) for of in inputs["columns"]]
+    lines = ["| watching/touched/resting | " + " | ".join(title for title, *_ in columns) + " |", "| --- |" + " ---: |" * len(columns)]
+    lines += [f"| {what} | " + " | ".join(cells[name] for _, cells, _ in columns) + " |" for name, what in ROWS.items()]
+    goal = inputs["goal"]
+    return lines, [title for title, _, power in columns if all(power[mode] <= most for mode, most in goal.items())]
+
+
+def numbers(lines):
+    """Returns the numbers of a table's lines."""
+    return [float(cell) for line in lines[2:] for cells in line.split("|")[2:-1] for cell in cells.strip().split("/")]
+
+
+def main():
+    match sys.argv[1:]:
+        case [wstac, *rest] if rest in ([], ["--write"]):
+            write = bool(rest)
+        case _:
+            sys.exit(__doc__)
+    inputs = tomllib.loads((HERE / "power.toml").read_text())
+    lines, meet = table(inputs, counts(wstac))
+    print("\n".join(lines), f"\nat most {inputs['goal']} mW: {', '.join(meet) or 'none'}", sep="\n")
+    before, behind = PAGE.read_text().split(BEGIN)
+    page, after = behind.split(END, 1)
+    if write:
+        text = "\n".join(lines)
+        PAGE.write_text(f"{before}{BEGIN}\n{text}\n\n{END}{after}")
+        return
+    said, now = numbers([line for line in page.splitlines() if line.startswith("|")]), numbers(lines)
+    if len(said) != len(now) or any(abs(a - b) > max(SLACK * a, 0.11) for a, b in zip(said, now, strict=True)):
+        sys.exit(f"{PAGE.name} has another table (ci/measure power --write corrects it)")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,102 @@
+//! Lets a sensor rest that has not seen light for a while: it sends fewer frames until the first lit one. A build
+//! without `WSTAC_REST` has none of it.
+//!
+//! Frames that are not sent count as lost, so an event that begins while the sensor rests is not reliable ([`RESTS`]).
+//!
+//! [`RESTS`]: crate::sensor::RESTS
+
+use core::mem;
+
+use crate::sensor::Setting;
+use crate::setup;
+
+/// 1 in a build that lets a sensor rest, else 0.
+pub const BUILDS: usize = (setup::REST != 0) as usize;
+/// The dark frames in a row after which a sensor of such a build rests.
+pub const DARK: u32 = setup::REST * setup::FPS;
+
+/// The frames that a sensor sends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RestState {
+    /// It sends every frame.
+    Full,
+    /// It was told to send few.
+    Resting,
+    /// It was told to send every frame. The next one may still come late.
+    Returning,
+}
+
+/// The rest of a sensor.
+#[derive(Clone, Copy, Debug)]
+pub struct Rest {
+    /// The settings with which the sensor sends every frame.
+    pub awake: &'static [&'static [Setting]],
+    /// The dark frames in a row after which it rests.
+    after: u32,
+    /// The last frames without light, at most `after`.
+    dark: u32,
+    pace: RestState,
+    /// Whether frames are missing in front of the next one.
+    has_gap: bool,
+}
+
+impl Rest {
+    /// Creates the state of a sensor with these settings, which sends every frame, and rests after so many dark ones.
+    pub const fn new(awake: &'static [&'static [Setting]], after: u32) -> Self {
+        Self { awake, after, dark: 0, pace: RestState::Full, has_gap: false }
+    }
+
+    /// Begins anew: the sensor sends every frame.
+    pub fn restart(&mut self) {
+        *self = Self::new(self.awake, self.after);
+    }
+
+    /// Takes note that frames are missing. Returns whether the sensor was not to send them.
+    pub fn note_gap(&mut self) -> bool {
+        self.has_gap = true;
+        self.is_slow()
+    }
+
+    /// Returns whether frames may come late.
+    pub fn is_slow(&self) -> bool {
+        self.pace != RestState::Full
+    }
+
+    /// Takes the next frame. Returns what the sensor sends from now on, if that changes.
+    pub fn push(&mut self, is_lit: bool) -> Option<RestState> {
+        let has_gap = mem::take(&mut self.has_gap);
+        self.dark = if is_lit { 0 } else { self.after.min(self.dark.saturating_add(1)) };
+        let before = self.pace;
+        self.pace = match before {
+            RestState::Full if self.dark >= self.after => RestState::Resting,
+            RestState::Resting if is_lit => RestState::Returning,
+            RestState::Returning if !has_gap => RestState::Full,
+            pace => pace,
+        };
+        (self.pace != before).then_some(self.pace)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sensor_rests_in_the_dark_and_returns_at_the_first_light() {
+        let mut rest = Rest::new(&[], 3);
+        // Light begins the count anew.
+        assert_eq!([false, false, true, false, false].map(|is_lit| rest.push(is_lit)), [None; 5]);
+        assert_eq!(rest.push(false), Some(RestState::Resting));
+        assert!(rest.note_gap());
+        assert_eq!(rest.push(false), None);
+        assert!(rest.note_gap());
+        assert_eq!(rest.push(true), Some(RestState::Returning));
+        // A frame that comes late does not show that the sensor is back, dark or not.
+        assert!(rest.note_gap());
+        assert_eq!(rest.push(false), None);
+        assert_eq!(rest.push(true), Some(RestState::Full));
+        assert!(!rest.note_gap());
+        // It stays awake as long as before.
+        assert_eq!([false; 3].map(|is_lit| rest.push(is_lit)), [None, None, Some(RestState::Resting)]);
+    }
+}
