@@ -37,10 +37,13 @@ use self::flash::{BoardFlash, SECTORS};
 use crate::link::{EnterBootloader, Link};
 use crate::node::{self, Board, HANGS, Node, Watchdog};
 use crate::restart::restart;
+use crate::sensor::gc2145::GC2145;
 use crate::sensor::hm01b0::HM01B0;
 use crate::sensor::hm0360::HM0360;
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
+use crate::sensor::ov2640::OV2640;
+use crate::sensor::ov5640::OV5640;
 use crate::sensor::ov7670::OV7670;
 use crate::sensor::ov7690::OV7690;
 use crate::sensor::ov7692::OV7692;
@@ -59,7 +62,7 @@ use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 static SENSORS: &[CameraSensor] = if setup::FPS > WHOLE_FPS {
     &[OV7690, OV7692, OV7725, HM0360, HM01B0]
 } else {
-    &[OV7690, OV7692, OV7725, OV7670, HM0360, HM01B0]
+    &[OV7690, OV7692, OV7725, OV7670, OV2640, GC2145, OV5640, HM0360, HM01B0]
 };
 /// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;
