@@ -29,6 +29,7 @@ from machine import AXI, AXI_SIZE, DTCM, Machine, Stopped
 from model.camera import M0AR
 from model.i2c import I2C1
 from model.ports import NUCLEO, OPENMV, SCL, SDA, WEACT
+from model.larger import Gc2145, Ov2640, Ov5640, SlowOv2640
 from model.sensor import Hm01b0, Hm0360, Mt9m114, Ov7670, Ov7690, Ov7692, Ov7725
 
 SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
@@ -893,11 +894,11 @@ class Check:
 
 
 
-def sends(what, first=".*", lines=240, words=38400, rate=r"30\.0\d"):
+def sends(what, first=".*", lines=240, words=38400, rate=r"30\.0\d", address=0x21):
     """Returns the expression of what the host says of frames that are not 240 lines of 320 pixels and chroma at 30 per second."""
     numbers = (lines, words, rate), (240, 38400, r"30\.00")
     found, right = (f"{lines} lines, {words} words, {rate} per second" for lines, words, rate in numbers)
-    return rf"at 0x21 sends {what} \(found {found}; expected {right}\); help: check {first}"
+    return rf"at {address:#x} sends {what} \(found {found}; expected {right}\); help: check {first}"
 
 
 def silent(why, first):
@@ -997,6 +998,12 @@ def main():
             check.rate(fps, Ov7725, 239 * rows * (576 if fps > 30 else 784) * 2 / 24_000, lines)
         for fps in (15, 25):
             check.rate(fps, Ov7670, 239 * 2 * 784 * 2 / 24_000, 480)
+        for sensor, readout_ms, exposure in (
+            (Ov2640, 239 * 2.5 * 1190 / 24_000, 630),
+            (Gc2145, 239 * 482 / 6_000, 376),
+            (Ov5640, 239 * 4 * 1896 / 56_000, 920),
+        ):
+            check.rate(15, sensor, readout_ms, exposure, count=24)
         for fps in (15, 60):
             check.rate(fps, Hm01b0, 239 * 376 * 4 / 24_000, 240 if fps > 30 else 480)
             check.rate(fps, Hm0360, 239 * 376 * 4 / 24_000, 240 if fps > 30 else 480)
@@ -1054,8 +1061,8 @@ def main():
             pins, name = [pin for _, pin in shorted], f"{what} held low"
             check.never(name, [GONE], silent(name, first), shorted=pins, present=len(pins) == 1)
         check.late("a camera that comes late")
-        other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x42})
-        unknown = "says it is 0x2642, which the firmware does not know"
+        other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x56})
+        unknown = "says it is 0x2656, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
         kept = r"does not keep what register 0x64 is set to \(address 0x21, found 0x1f, expected 0xfb\); help: check the sensor's type, the supply voltage, .*"
         check.never("a setting that is not taken", [FORGETS], kept, stuck=0x64)
@@ -1069,6 +1076,8 @@ def main():
             ("RGB", {0x12: 0x06}, [], sends(order, "the data wires and the sensor's type, then register 0x0c")),
         ):
             check.never(name, [SENDS], told, first=[FOUND, *first], slips=slips)
+        slow = sends(another, clock, rate=r"22\.[45]\d", address=0x30)
+        check.never("an OV2640 as OpenMV's driver counts", [SENDS], slow, SlowOv2640, first=[FOUND])
         check.never("an MT9M114", [UNKNOWN], r"says it is 0x2481 \(an MT9M114; OpenMV Cams need an OV7725\), which .*", sensor=Mt9m114)
         check.start("60 frames per second", [FOUND, DIVIDED], slips={0x0D: 0xC1})
         check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
@@ -1118,7 +1127,7 @@ def check_weact(host, elf):
     print("WeAct MiniSTM32H743:")
     check = Check(host, elf, WEACT)
     check_board(check)
-    for sensor in (Ov7690, Ov7692, Ov7670, Hm0360, Hm01b0):
+    for sensor in (Ov7690, Ov7692, Ov7670, Ov2640, Gc2145, Ov5640, Hm0360, Hm01b0):
         check.plain(sensor, sensor.__name__)
     return check.failures
 

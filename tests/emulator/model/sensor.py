@@ -27,12 +27,14 @@ class Sensor:
     ADDRESS, IDENTITY, DEFAULTS, RESET = 0, {}, {}, (0x12, 0x80)
     # The register and the bits that switch automatic controls on, and the registers that each changes: (bit, registers).
     SWITCHES, AUTOMATIC = (0x13, 7), ()
+    # The exposure with which a clip is as it is, in lines.
+    NOMINAL = 480
 
     def __init__(self, address=None, identity=None):
         self.address = self.ADDRESS if address is None else address
         self.identity = self.IDENTITY if identity is None else identity
         self.present, self.resets, self.nack_after, self.stuck, self.slips = True, 0, None, None, {}
-        self.holds, self.deaf, self.nominal = 0, False, 480
+        self.holds, self.deaf, self.nominal = 0, False, self.NOMINAL
         self.pulls_up, self.shorted = True, ()
         self.is_on = lambda: True
         self.pointer, self.written, self.history, self.dark = 0, [], [], None
@@ -73,7 +75,7 @@ class Sensor:
 
     def _set(self, register, value):
         place = self._place(register)
-        if (register, value) == self.RESET:
+        if (place, value) == self.RESET:
             self.resets += 1
             self.history = []
             self.power_on()
@@ -140,6 +142,10 @@ class Sensor:
         """Returns whether color bars hide the picture."""
         return False
 
+    def automatic(self):
+        """Returns the bits of the automatic controls that are on."""
+        return self[self.SWITCHES[0]] & self.SWITCHES[1]
+
     def acts(self):
         """Returns all that the registers do, in comparable parts."""
         if not self.drives():
@@ -151,7 +157,7 @@ class Sensor:
             "format": self.format(),
             # A difference of 2 is within what a byte may differ by.
             "chroma": self.chroma() is not None and all(abs(value - GREY_CHROMA) <= 2 for value in self.chroma()),
-            "automatic": self[self.SWITCHES[0]] & self.SWITCHES[1],
+            "automatic": self.automatic(),
             "light": self.light(),
             "view": self.view(),
             "picture": "bars" if self.bars() else "scene",
@@ -161,7 +167,7 @@ class Sensor:
         """Lets the automatic controls act: they look for another light, and their registers show it."""
         self.dark = None
         for bit, high, low in self.AUTOMATIC:
-            if self[self.SWITCHES[0]] & bit:
+            if self.automatic() & bit:
                 value = (self.registers.get(high, 0) << 8 | self.registers.get(low, 0)) + 1 if high else None
                 if high:
                     self.registers[high], self.registers[low] = value >> 8 & 0xFF, value & 0xFF

@@ -33,6 +33,26 @@ pub enum Rule {
     Signed,
 }
 
+impl Rule {
+    /// Returns the least multiplier in units of 2^-16.
+    const fn least(self) -> u32 {
+        match self {
+            Self::Literal => 0,
+            Self::Signed => Q16::ONE.bits(),
+        }
+    }
+}
+
+/// Returns why a window and a backtrack of so many frames cannot be used.
+const fn wrong_frames(window: u32, backtrack: u32) -> Option<ConfigError> {
+    if window == 0 || window > SAMPLE_FRAMES as u32 {
+        return Some(ConfigError::Window(window));
+    }
+    let (before, within) = (BASELINE_WINDOWS * window, SAMPLE_FRAMES as u32 - window);
+    let most = if before < within { before } else { within };
+    if backtrack > most { Some(ConfigError::Backtrack { found: backtrack, most }) } else { None }
+}
+
 /// The trigger's parameters, checked together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -63,10 +83,15 @@ struct TriggerFields {
 impl TryFrom<TriggerFields> for TriggerConfig {
     type Error = ConfigError;
     fn try_from(fields: TriggerFields) -> Result<Self, ConfigError> {
-        let real = |q: Q16| f64::from(q.bits()) / 65_536.0;
-        let (multiplier, margin) = (real(fields.multiplier), real(fields.margin));
-        let config = Self::new(u32::from(fields.window), multiplier, u32::from(fields.backtrack), fields.rule, margin)?;
-        Ok(Self { per_touch: fields.per_touch, ..config })
+        let TriggerFields { window, backtrack, rule, multiplier, margin, per_touch } = fields;
+        if let Some(error) = wrong_frames(u32::from(window), u32::from(backtrack)) {
+            return Err(error);
+        }
+        // Without arithmetic of double precision, which a board would have for nothing else.
+        if multiplier.bits() < rule.least() {
+            return Err(ConfigError::Multiplier(f64::from(multiplier.bits()) / 65_536.0));
+        }
+        Ok(Self { window, backtrack, rule, multiplier, margin, per_touch })
     }
 }
 
@@ -85,20 +110,11 @@ impl TriggerConfig {
         rule: Rule,
         margin: f64,
     ) -> Result<Self, ConfigError> {
-        if window == 0 || window > SAMPLE_FRAMES as u32 {
-            return Err(ConfigError::Window(window));
+        if let Some(error) = wrong_frames(window, backtrack) {
+            return Err(error);
         }
-        let (before, within) = (BASELINE_WINDOWS * window, SAMPLE_FRAMES as u32 - window);
-        let most = if before < within { before } else { within };
-        if backtrack > most {
-            return Err(ConfigError::Backtrack { found: backtrack, most });
-        }
-        let least = match rule {
-            Rule::Literal => 0,
-            Rule::Signed => Q16::ONE.bits(),
-        };
         let b = match Q16::new(multiplier) {
-            Some(b) if b.bits() >= least => b,
+            Some(b) if b.bits() >= rule.least() => b,
             _ => return Err(ConfigError::Multiplier(multiplier)),
         };
         let Some(margin) = Q16::new(margin) else {

@@ -8,17 +8,14 @@ use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
-#[cfg(not(feature = "usb"))]
-use wstac_fw::h743::Irqs;
 use wstac_fw::h743::{self, CameraPins, Crystal, Light, SensorBus, SensorPower, Wiring};
 
 /// The crystal of 12 MHz.
 const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
-#[cfg(not(feature = "usb"))]
 const BAUD: u32 = 115_200;
 
 #[embassy_executor::main]
-async fn main(_spawner: Spawner) {
+async fn main(spawner: Spawner) {
     let (p, has_crystal) = h743::start(CRYSTAL, cfg!(feature = "usb"));
     let wiring = Wiring {
         // D0 to D7, VSYNC, HREF, PCLK.
@@ -27,10 +24,12 @@ async fn main(_spawner: Spawner) {
         stream: p.DMA1_CH0,
         clock: (p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), Some(p.PA10.into())))),
-        #[cfg(feature = "usb")]
-        line: h743::usb(p.USB_OTG_FS, (p.PA12, p.PA11), _spawner, Some(h743::OPENMV_BOOTLOADER)),
-        #[cfg(not(feature = "usb"))]
-        line: h743::usart3(p.USART3, Irqs, p.PB10, p.PB11, BAUD),
+        line: h743::line(
+            spawner,
+            (p.USB_OTG_FS, p.PA12, p.PA11),
+            Some(h743::OPENMV_BOOTLOADER),
+            (p.USART3, p.PB10, p.PB11, BAUD),
+        ),
         // Green and red of the colored light, which shine while their pins are low.
         events: Light::new(p.PC1.into(), Level::Low),
         trouble: Light::new(p.PC0.into(), Level::Low),

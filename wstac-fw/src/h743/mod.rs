@@ -17,28 +17,33 @@ pub use bus::{SensorBus, SensorPower};
 pub use start::{Crystal, start};
 pub use thermometer::ChipThermometer;
 pub use usart::usart3;
-#[cfg(feature = "usb")]
-pub use usb::{OPENMV_BOOTLOADER, usb};
 
 use core::convert::Infallible;
 use core::mem::MaybeUninit;
 
+use embassy_executor::Spawner;
 use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
 use embassy_stm32::pac::{DBGMCU, RCC};
 use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
+use embassy_stm32::usart::{RxPin, TxPin};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dcmi, peripherals, uid};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
+use wstac_core::wire::Bootloader;
 
 #[cfg(feature = "settings")]
 use self::flash::{BoardFlash, SECTORS};
-use crate::link::Link;
+use crate::link::{EnterBootloader, Link};
 use crate::node::{self, Board, HANGS, Node, Watchdog};
+use crate::restart::restart;
+use crate::sensor::gc2145::GC2145;
 use crate::sensor::hm01b0::HM01B0;
 use crate::sensor::hm0360::HM0360;
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
+use crate::sensor::ov2640::OV2640;
+use crate::sensor::ov5640::OV5640;
 use crate::sensor::ov7670::OV7670;
 use crate::sensor::ov7690::OV7690;
 use crate::sensor::ov7692::OV7692;
@@ -57,7 +62,7 @@ use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
 static SENSORS: &[CameraSensor] = if setup::FPS > WHOLE_FPS {
     &[OV7690, OV7692, OV7725, HM0360, HM01B0]
 } else {
-    &[OV7690, OV7692, OV7725, OV7670, HM0360, HM01B0]
+    &[OV7690, OV7692, OV7725, OV7670, OV2640, GC2145, OV5640, HM0360, HM01B0]
 };
 /// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;
@@ -129,6 +134,52 @@ pub struct Wiring {
     pub watchdog: Peri<'static, peripherals::IWDG1>,
     /// The flash, for settings.
     pub flash: Peri<'static, peripherals::FLASH>,
+}
+
+/// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a
+/// program.
+const MAGIC: *mut u32 = 0x2001_FFFC as *mut u32;
+const STAY: u32 = 0xB007_10AD;
+
+/// OpenMV's boot loader.
+pub const OPENMV_BOOTLOADER: EnterBootloader = (Bootloader::Dfu, || {
+    cortex_m::interrupt::disable();
+    // SAFETY: the memory is there, and nothing runs any more that uses it.
+    #[allow(unsafe_code)]
+    unsafe {
+        MAGIC.write_volatile(STAY);
+    }
+    cortex_m::asm::dsb();
+    restart()
+});
+
+/// Starts the line of a board with USB: that, or a UART without the feature `usb`. A host may start the boot loader
+/// over USB if the program can.
+pub fn line(
+    spawner: Spawner,
+    (otg, plus, minus): (
+        Peri<'static, peripherals::USB_OTG_FS>,
+        Peri<'static, peripherals::PA12>,
+        Peri<'static, peripherals::PA11>,
+    ),
+    bootloader: Option<EnterBootloader>,
+    (usart, transmit, receive, baud): (
+        Peri<'static, peripherals::USART3>,
+        Peri<'static, impl TxPin<peripherals::USART3>>,
+        Peri<'static, impl RxPin<peripherals::USART3>>,
+        u32,
+    ),
+) -> Serial {
+    #[cfg(feature = "usb")]
+    {
+        let _ = (usart, transmit, receive, baud);
+        usb::usb(otg, (plus, minus), spawner, bootloader)
+    }
+    #[cfg(not(feature = "usb"))]
+    {
+        let _ = (spawner, otg, plus, minus, bootloader);
+        usart3(usart, Irqs, transmit, receive, baud)
+    }
 }
 
 /// Answers for ever. `has_crystal` is what [`start`] returned.

@@ -5,29 +5,10 @@ use embassy_stm32::peripherals::{PA11, PA12, USB_OTG_FS};
 use embassy_stm32::uid;
 use embassy_stm32::usb::{Config, Driver, InterruptHandler};
 use embassy_stm32::{Peri, bind_interrupts};
-use wstac_core::wire::Bootloader;
 
 use crate::link::EnterBootloader;
-use crate::restart::restart;
 use crate::serial::{Peripheral, Serial};
 use crate::usb::{self, Device};
-
-/// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a
-/// program.
-const MAGIC: *mut u32 = 0x2001_FFFC as *mut u32;
-const STAY: u32 = 0xB007_10AD;
-
-/// OpenMV's boot loader.
-pub const OPENMV_BOOTLOADER: EnterBootloader = (Bootloader::Dfu, || {
-    cortex_m::interrupt::disable();
-    // SAFETY: the memory is there, and nothing runs any more that uses it.
-    #[allow(unsafe_code)]
-    unsafe {
-        MAGIC.write_volatile(STAY);
-    }
-    cortex_m::asm::dsb();
-    restart()
-});
 
 bind_interrupts!(
     struct UsbIrqs {
@@ -46,7 +27,7 @@ const ARRIVING: usize = 128;
 ///
 /// # Panics
 /// Panics at a second call.
-pub fn usb(
+pub(super) fn usb(
     otg: Peri<'static, USB_OTG_FS>,
     data: (Peri<'static, PA12>, Peri<'static, PA11>),
     spawner: Spawner,

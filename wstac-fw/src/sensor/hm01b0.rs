@@ -31,7 +31,7 @@
 //! | 0x3068 | 0: PCLK inverted |
 
 use super::{
-    Addressing, CameraSensor, ExposurePart, QVGA, RESTS, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout,
+    Addressing, CameraSensor, ExposurePart, QVGA, RESTS, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, runs,
     set, six_frames, usual_exposure,
 };
 use crate::setup;
@@ -103,6 +103,7 @@ pub(super) const fn with<const FPS: u32, const IS_FAST: bool, const PART: u16>(w
         name: "HM01B0",
         address: 0x24,
         addressing: Addressing::Word,
+        bank: None,
         identity: [set(0x0000, 0x01), set(0x0001, 0xB0)],
         reset: set(0x0103, 0x01),
         reset_ms: 100,
@@ -185,23 +186,13 @@ static BUS_1: [Setting; 2] = [set(0x3059, 0x22), NOT_INVERTED];
 const NOT_INVERTED: Setting = set(0x3068, 0x20);
 
 /// The analog part, as Himax tunes it.
-static TUNING: [Setting; 15] = [
-    set(0x3044, 0x0A),
-    set(0x3045, 0x00),
-    set(0x3047, 0x0A),
-    set(0x3050, 0xC0),
-    set(0x3051, 0x42),
-    set(0x3052, 0x50),
-    set(0x3053, 0x00),
-    set(0x3054, 0x03),
-    set(0x3055, 0xF7),
-    set(0x3056, 0xF8),
-    set(0x3057, 0x29),
-    set(0x3058, 0x1F),
-    set(0x3064, 0x00), // no trigger
-    set(0x3065, 0x04),
-    set(0x3067, 0x00), // the clock comes from outside
-];
+static TUNING: [Setting; 15] = runs(&[
+    (0x3044, &[0x0A, 0x00]),
+    (0x3047, &[0x0A]),
+    (0x3050, &[0xC0, 0x42, 0x50, 0x00, 0x03, 0xF7, 0xF8, 0x29, 0x1F]),
+    (0x3064, &[0x00, 0x04]), // no trigger
+    (0x3067, &[0x00]),       // the clock comes from outside
+]);
 
 /// Switches other automatic controls off, then sets values.
 static LOCKS: [Setting; 12] = [

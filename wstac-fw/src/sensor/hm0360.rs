@@ -37,8 +37,8 @@
 //! | 0x3112 | edge of PCLK |
 
 use super::{
-    Addressing, CameraSensor, ExposurePart, QVGA, Setting, Signals, Suspects, frame_lines, readout, set, six_frames,
-    usual_exposure,
+    Addressing, CameraSensor, ExposurePart, QVGA, Run, Setting, Signals, Suspects, count, frame_lines, readout, runs,
+    set, six_frames, usual_exposure,
 };
 use crate::setup;
 
@@ -51,11 +51,12 @@ pub(super) const fn hm0360<const FPS: u32>() -> CameraSensor {
         name: "HM0360",
         address: 0x24,
         addressing: Addressing::Word,
+        bank: None,
         identity: [set(0x0000, 0x03), set(0x0001, 0x60)],
         reset: set(0x0103, 0x01),
         reset_ms: 10,
         once: &TUNING,
-        settings: AtRate::<FPS>::SETTINGS,
+        settings: const { &[&table(frame_lines(LINES, FPS))] },
         start: &START,
         switches: 0x2000,
         settle_ms: six_frames(FPS),
@@ -75,79 +76,53 @@ pub(super) const fn hm0360<const FPS: u32>() -> CameraSensor {
         clock: None,
         exposure: &EXPOSURE,
         lines: None,
-        longest_exposure: AtRate::<FPS>::LINES - 4,
+        longest_exposure: frame_lines(LINES, FPS) - 4,
         pattern: &[],
     }
 }
 
-/// The pixel clocks of a line.
+/// The pixel clocks of a line, and the lines of a frame in 1/30 s.
 const CLOCKS: u16 = 376;
+const LINES: u32 = 532;
 static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x0202, true), ExposurePart::byte(0x0203, false)];
 
-/// Makes a rate of the table.
-struct AtRate<const FPS: u32>;
-
-impl<const FPS: u32> AtRate<FPS> {
-    const LINES: u16 = frame_lines(532, FPS);
-    /// It is at most 27 ms.
-    const EXPOSURE: [u8; 2] = usual_exposure(480, Self::LINES, 26).to_be_bytes();
-
-    const RATE: [Setting; 10] = [
-        set(0x0300, 0x09), // by 2
-        set(0x0340, (Self::LINES >> 8) as u8),
-        set(0x0341, Self::LINES as u8),
-        set(0x0342, (CLOCKS >> 8) as u8),
-        set(0x0343, CLOCKS as u8),
-        set(0x2000, 0x00), // no automatic exposure, gain or rate
-        set(0x0202, Self::EXPOSURE[0]),
-        set(0x0203, Self::EXPOSURE[1]),
-        set(0x0301, 0x0A),
-        set(0x0302, 0x77),
-    ];
-    const SETTINGS: &[&[Setting]] = &[&FORMAT, &Self::RATE, &LOCKS];
+/// Returns the settings of a frame of so many lines.
+const fn table(lines: u16) -> [Setting; 37] {
+    let ([most, least], [left, right]) = (lines.to_be_bytes(), CLOCKS.to_be_bytes());
+    // It is at most 27 ms.
+    let [high, low] = usual_exposure(480, lines, 26).to_be_bytes();
+    runs(&[
+        (0x3030, &[0x01]),             // 640 x 480
+        (0x0380, &[0x01, 0x01, 0x00]), // every second column and row, without binning
+        (0x0370, &[0x00, 0x01, 0x01]), // gray
+        (0x100A, &[0x01]),
+        (0x1014, &[0x0C]),
+        (0x0101, &[0x00]),             // neither mirrored nor upside down
+        (0x0601, &[0x00]),             // no test pattern
+        (0x310F, &[0x00]),             // pixels of 8 bits
+        (0x3112, &[0x00]),             // data is to be taken at the falling edge of PCLK
+        (0x0300, &[0x09, 0x0A, 0x77]), // by 2
+        (0x0340, &[most, least, left, right]),
+        (0x2000, &[0x00, 0x00]), // no automatic exposure, gain or rate
+        (0x0202, &[high, low]),
+        (0x203B, &[0x00]), // no flicker control
+        (0x2080, &[0x00]), // no motion detection
+        (0x3024, &[0x08]), // no change of contexts
+        (0x102F, &[0x00]), // no curve
+        (0x1000, &[0x01]), // black level from covered pixels
+        (0x1003, &[0x04, 0x04]),
+        (0x1007, &[0x01, 0x04, 0x04]),
+        (0x0205, &[0x00]),       // analog gain 1
+        (0x020E, &[0x01, 0x00]), // digital gain 1
+    ])
 }
-
-/// Gray pixels of 8 bits, every second one.
-static FORMAT: [Setting; 13] = [
-    set(0x3030, 0x01), // 640 x 480
-    set(0x0380, 0x01), // every second column
-    set(0x0381, 0x01), // every second row
-    set(0x0382, 0x00), // no binning
-    set(0x0370, 0x00), // gray
-    set(0x0371, 0x01),
-    set(0x0372, 0x01),
-    set(0x100A, 0x01),
-    set(0x1014, 0x0C),
-    set(0x0101, 0x00), // neither mirrored nor upside down
-    set(0x0601, 0x00), // no test pattern
-    set(0x310F, 0x00), // pixels of 8 bits
-    set(0x3112, 0x00), // data is to be taken at the falling edge of PCLK
-];
-
-/// Switches other automatic controls off, then sets values.
-static LOCKS: [Setting; 14] = [
-    set(0x2001, 0x00),
-    set(0x203B, 0x00), // no flicker control
-    set(0x2080, 0x00), // no motion detection
-    set(0x3024, 0x08), // no change of contexts
-    set(0x102F, 0x00), // no curve
-    set(0x1000, 0x01), // black level from covered pixels
-    set(0x1003, 0x04),
-    set(0x1004, 0x04),
-    set(0x1007, 0x01),
-    set(0x1008, 0x04),
-    set(0x1009, 0x04),
-    set(0x0205, 0x00), // analog gain 1
-    set(0x020E, 0x01), // digital gain 1
-    set(0x020F, 0x00),
-];
 
 /// Settings take effect, and frames begin.
 static START: [Setting; 2] = [set(0x0104, 0x01), set(0x0100, 0x01)];
 
 /// Registers without a public meaning, as OpenMV sets them: the first one, and the values from it upwards. Those from
 /// 0x309E to 0x318C have the same values in Espressif's driver, where it has them.
-const RUNS: &[(u16, &[u8])] = &[
+const RUNS: &[Run<'_>] = &[
     (0x101D, &[0x00, 0x01, 0x00, 0x01, 0x00]),
     (0x3010, &[0x00]),
     (0x3013, &[0x01]),
@@ -196,27 +171,4 @@ const RUNS: &[(u16, &[u8])] = &[
     (0x318C, &[0x00]),
 ];
 
-static TUNING: [Setting; count(RUNS)] = settings(RUNS);
-
-const fn count(runs: &[(u16, &[u8])]) -> usize {
-    let (mut sum, mut run) = (0, 0);
-    while run < runs.len() {
-        sum += runs[run].1.len();
-        run += 1;
-    }
-    sum
-}
-
-const fn settings<const N: usize>(runs: &[(u16, &[u8])]) -> [Setting; N] {
-    let (mut settings, mut next, mut run) = ([set(0, 0); N], 0, 0);
-    while run < runs.len() {
-        let (first, values) = runs[run];
-        let mut at = 0;
-        while at < values.len() {
-            settings[next] = set(first + at as u16, values[at]);
-            (next, at) = (next + 1, at + 1);
-        }
-        run += 1;
-    }
-    settings
-}
+static TUNING: [Setting; count(RUNS)] = runs(RUNS);

@@ -8,8 +8,11 @@
 //! Automatic exposure, gain, white balance and a gamma curve would change the features without any touch. So every
 //! table first switches the automatic controls off, then sets values, and makes gamma a straight line.
 
+pub mod gc2145;
 pub mod hm01b0;
 pub mod hm0360;
+pub mod ov2640;
+pub mod ov5640;
 pub mod ov7670;
 pub mod ov7690;
 pub mod ov7692;
@@ -41,6 +44,34 @@ const fn set(register: u16, value: u8) -> Setting {
     Setting { register, value }
 }
 
+/// A register, and the values from it upwards.
+type Run<'a> = (u16, &'a [u8]);
+
+const fn count(runs: &[Run<'_>]) -> usize {
+    let (mut sum, mut run) = (0, 0);
+    while run < runs.len() {
+        sum += runs[run].1.len();
+        run += 1;
+    }
+    sum
+}
+
+/// Returns the settings of runs, of which there are `N`.
+const fn runs<const N: usize>(runs: &[Run<'_>]) -> [Setting; N] {
+    assert!(count(runs) == N, "the number of a table's settings is another");
+    let (mut settings, mut next, mut run) = ([set(0, 0); N], 0, 0);
+    while run < runs.len() {
+        let (first, values) = runs[run];
+        let mut at = 0;
+        while at < values.len() {
+            settings[next] = set(first + at as u16, values[at]);
+            (next, at) = (next + 1, at + 1);
+        }
+        run += 1;
+    }
+    settings
+}
+
 /// The properties of a sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSensor {
@@ -50,6 +81,8 @@ pub struct CameraSensor {
     pub address: u8,
     /// The bits of a register's address.
     pub addressing: Addressing,
+    /// The setting that chooses the bank of the identity and of the reset, if they are not in every bank.
+    pub bank: Option<Setting>,
     /// The two identity registers, high byte first, and their values.
     pub identity: [Setting; 2],
     /// The setting that restarts the sensor with every register at its default. No acknowledge or value follows.
@@ -264,6 +297,9 @@ impl CameraSensor {
     /// Returns [`SensorError::Bus`] or [`SensorError::Identity`].
     pub fn identify<B: I2c>(&self, bus: &mut B) -> Result<(), SensorError<B::Error>> {
         let mut port = Port(Registers::new(bus, self.address, self.addressing));
+        if let Some(bank) = self.bank {
+            port.write(bank)?;
+        }
         let [high, low] = self.identity;
         let found = u16::from_be_bytes([port.read(high.register)?, port.read(low.register)?]);
         if found == self.id() { Ok(()) } else { Err(SensorError::Identity { found, expected: self.id() }) }
@@ -376,7 +412,12 @@ const QVGA: FrameSize = match FrameSize::new(320, 240) {
 ///
 /// A sensor whose clock is divided had a faster one: its rate is checked.
 const fn readout(clocks: u16) -> ReadoutTime {
-    match ReadoutTime::from_ms((QVGA.height() - 1) as f32 * clocks as f32 / 24_000.0) {
+    readout_at(clocks, 24_000)
+}
+
+/// Returns that time with another clock, in kHz.
+const fn readout_at(clocks: u16, khz: u16) -> ReadoutTime {
+    match ReadoutTime::from_ms((QVGA.height() - 1) as f32 * clocks as f32 / khz as f32) {
         Some(time) => time,
         None => panic!("within a second: decided at compile time"),
     }

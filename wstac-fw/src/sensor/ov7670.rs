@@ -38,7 +38,8 @@
 
 use super::ov7690::ov7690;
 use super::{
-    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, set, usual_exposure,
+    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, runs, set,
+    usual_exposure,
 };
 use crate::setup;
 
@@ -52,13 +53,13 @@ pub(super) const fn ov7670<const FPS: u32>() -> CameraSensor {
         identity: [set(0x0A, 0x76), set(0x0B, 0x73)],
         reset_ms: 10,
         once: &TUNING,
-        settings: AtRate::<FPS>::SETTINGS,
+        settings: const { &[&table(frame_lines(ARRAY as u32, FPS))] },
         suspects: Suspects { size: 0x72, format: 0x3A, rate: 0x11 },
         slower: Some([0x07, 0x0F]),
         exposure: &EXPOSURE,
         // Two rows of the array, with two clocks per pixel.
         readout: readout(2 * PIXELS * 2),
-        longest_exposure: AtRate::<FPS>::LINES - 10,
+        longest_exposure: frame_lines(ARRAY as u32, FPS) - 10,
         // Its address, the register of its reset and its signals are those of the OV7690.
         ..ov7690::<FPS>()
     }
@@ -68,35 +69,55 @@ pub(super) const fn ov7670<const FPS: u32>() -> CameraSensor {
 const PIXELS: u16 = 784;
 const ARRAY: u16 = 510;
 static EXPOSURE: [ExposurePart; 3] = [LOW, MIDDLE, HIGH];
-const LOW: ExposurePart = ExposurePart { register: 0x04, from: 4, mask: 0x03 };
-const MIDDLE: ExposurePart = ExposurePart { register: 0x10, from: 6, mask: 0xFF };
+pub(super) const LOW: ExposurePart = ExposurePart { register: 0x04, from: 4, mask: 0x03 };
+pub(super) const MIDDLE: ExposurePart = ExposurePart { register: 0x10, from: 6, mask: 0xFF };
 const HIGH: ExposurePart = ExposurePart { register: 0x07, from: 14, mask: 0x3F };
 
-/// Makes a rate of the table.
-struct AtRate<const FPS: u32>;
-
-impl<const FPS: u32> AtRate<FPS> {
-    const LINES: u16 = frame_lines(ARRAY as u32, FPS);
-    /// The lines that are added to those of the array.
-    const MORE: [u8; 2] = (Self::LINES - ARRAY).to_be_bytes();
-    const EXPOSURE: u16 = usual_exposure(480, Self::LINES, 18);
-
-    const RATE: [Setting; 13] = [
-        set(0x12, 0x00), // the whole array; YUV
-        set(0x6B, 0x4A), // 4 times
-        set(0x11, 0x03), // by 4: 24 MHz again
-        set(0x2A, 0x00), // no more pixels, and lines only in 0x2D and 0x2E
-        set(0x2B, 0x00),
-        set(0x92, 0x00),
-        set(0x93, 0x00),
-        set(0x2D, Self::MORE[1]),
-        set(0x2E, Self::MORE[0]),
-        set(0x13, 0x00),                         // no automatic exposure, gain, white balance
-        set(0x04, LOW.of(0x00, Self::EXPOSURE)), // nearly all of a frame, at most 31 ms
-        set(0x10, MIDDLE.of(0x00, Self::EXPOSURE)),
-        set(0x07, HIGH.of(0x00, Self::EXPOSURE)),
-    ];
-    const SETTINGS: &[&[Setting]] = &[&FORMAT, &Self::RATE, &WINDOW, &LOCKS];
+/// Returns the settings of a frame of so many lines.
+const fn table(lines: u16) -> [Setting; 48] {
+    let [more_high, more_low] = (lines - ARRAY).to_be_bytes();
+    // Nearly all of a frame, at most 31 ms.
+    let exposure = usual_exposure(480, lines, 18);
+    runs(&[
+        // YUV 4:2:2, Y first. Chroma is fixed at its middle, which tells luma from chroma without a picture.
+        (0x3A, &[0x14]), // fixed U and V, Y first
+        (0x67, &[FIXED_CHROMA, FIXED_CHROMA]),
+        (0x3D, &[0x00]), // no gamma
+        (0x40, &[0xC0]), // luma of 0 to 255
+        (0x8C, &[0x00]),
+        (0x15, &[0x00]), // VSYNC is high between frames and HREF in lines; data at the rising edge
+        (0x1E, &[0x00]),
+        (0x12, &[0x00]), // the whole array; YUV
+        (0x6B, &[0x4A]), // 4 times
+        (0x11, &[0x03]), // by 4: 24 MHz again
+        // No more pixels, and lines only in 0x2D and 0x2E.
+        (0x2A, &[0x00, 0x00]),
+        (0x92, &[0x00, 0x00]),
+        (0x2D, &[more_low, more_high]),
+        (0x13, &[0x00]), // no automatic exposure, gain, white balance
+        (0x04, &[LOW.of(0, exposure)]),
+        (0x10, &[MIDDLE.of(0, exposure)]),
+        (0x07, &[HIGH.of(0, exposure)]),
+        // 640 x 480 of the array, scaled to 320 x 240, where Linux and Zephyr place them.
+        (0x0C, &[0x04]),                   // scaled down
+        (0x3E, &[0x19]),                   // half of the clock
+        (0x70, &[0x3A, 0x35, 0x11, 0xF1]), // half of width and height, and of the clock
+        (0xA2, &[0x02]),
+        (0x17, &[0x15, 0x03, 0x02, 0x7A]), // columns 168 to 24, of 784; lines 10 to 490
+        (0x32, &[0x80]),
+        (0x03, &[0x0A]),
+        (0x42, &[0x00]),
+        // Values of automatic controls, which are off. No setting bends the light's curve.
+        (0x3B, &[0x00]), // the rate stays
+        (0x41, &[0x00]), // no gains of white balance, nor edges
+        (0x3F, &[0x00]),
+        (0x55, &[0x00, 0x40, 0x80]), // brightness 0, contrast 1
+        (0x66, &[0x00]),             // no lens correction
+        (0x69, &[0x00]),
+        (0x74, &[0x10]),             // no digital gain
+        (0x00, &[0x00, 0x40, 0x40]), // gain, blue and red 1
+        (0x6A, &[0x40]),             // green 1
+    ])
 }
 
 /// Registers without a public meaning, which Linux, OpenMV and Zephyr set to the same values.
@@ -117,51 +138,4 @@ static TUNING: [Setting; 16] = [
     set(0xB2, 0x0E),
     set(0xB3, 0x82),
     set(0xB8, 0x0A),
-];
-
-/// YUV 4:2:2, Y first. Chroma is fixed at its middle, which tells luma from chroma without a picture.
-static FORMAT: [Setting; 8] = [
-    set(0x3A, 0x14), // fixed U and V, Y first
-    set(0x67, FIXED_CHROMA),
-    set(0x68, FIXED_CHROMA),
-    set(0x3D, 0x00), // no gamma
-    set(0x40, 0xC0), // luma of 0 to 255
-    set(0x8C, 0x00),
-    set(0x15, 0x00), // VSYNC is high between frames and HREF in lines; data at the rising edge
-    set(0x1E, 0x00),
-];
-
-/// 640 × 480 of the array, scaled to 320 × 240, where Linux and Zephyr place them.
-static WINDOW: [Setting; 14] = [
-    set(0x0C, 0x04), // scaled down
-    set(0x3E, 0x19), // half of the clock
-    set(0x73, 0xF1),
-    set(0x72, 0x11), // half of width and height
-    set(0x70, 0x3A),
-    set(0x71, 0x35),
-    set(0xA2, 0x02),
-    set(0x17, 0x15), // columns 168 to 24, of 784
-    set(0x18, 0x03),
-    set(0x32, 0x80),
-    set(0x19, 0x02), // lines 10 to 490
-    set(0x1A, 0x7A),
-    set(0x03, 0x0A),
-    set(0x42, 0x00),
-];
-
-/// Sets the values of automatic controls, which are off. No setting bends the light's curve.
-static LOCKS: [Setting; 13] = [
-    set(0x3B, 0x00), // the rate stays
-    set(0x41, 0x00), // no gains of white balance, nor edges
-    set(0x3F, 0x00),
-    set(0x55, 0x00), // brightness 0
-    set(0x56, 0x40), // contrast 1
-    set(0x57, 0x80),
-    set(0x66, 0x00), // no lens correction
-    set(0x69, 0x00),
-    set(0x74, 0x10), // no digital gain
-    set(0x00, 0x00), // gain 1
-    set(0x01, 0x40), // blue 1
-    set(0x02, 0x40), // red 1
-    set(0x6A, 0x40), // green 1
 ];

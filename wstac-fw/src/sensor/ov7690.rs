@@ -28,7 +28,7 @@
 
 use super::{
     Addressing, CameraSensor, ExposurePart, FIXED_CHROMA, QVGA, Setting, Signals, Suspects, WHOLE_FPS, frame_lines,
-    readout, set, six_frames, usual_exposure,
+    readout, runs, set, six_frames, usual_exposure,
 };
 use crate::setup;
 
@@ -41,6 +41,7 @@ pub(super) const fn ov7690<const FPS: u32>() -> CameraSensor {
         name: "OV7690",
         address: 0x21,
         addressing: Addressing::Byte,
+        bank: None,
         identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
         reset: set(0x12, 0x80),
         reset_ms: 5,
@@ -117,40 +118,16 @@ static FORMAT: [Setting; 7] = [
 ];
 
 /// 640 × 480 of the array, scaled to 320 × 240.
-pub(super) static WINDOW: [Setting; 12] = [
-    set(0x16, 0x03),
-    set(0x17, 0x69),
-    set(0x18, 0xA4),
-    set(0x19, 0x0C),
-    set(0x1A, 0xF6),
-    set(0x22, 0x00),
-    set(0xC8, 0x02), // 640 in
-    set(0xC9, 0x80),
-    set(0xCC, 0x01), // 320 out
-    set(0xCD, 0x40),
-    set(0xCE, 0x00), // 240 out
-    set(0xCF, 0xF0),
-];
+pub(super) static WINDOW: [Setting; 12] = runs(&[
+    (0x16, &[0x03, 0x69, 0xA4, 0x0C, 0xF6]),
+    (0x22, &[0x00]),
+    (0xC8, &[0x02, 0x80]),             // 640 in
+    (0xCC, &[0x01, 0x40, 0x00, 0xF0]), // 320 and 240 out
+]);
 
 /// Gamma as a straight line: the curve's values are its inputs. The slope above the last is 4/3 · (256 − 208).
-pub(super) static GAMMA: [Setting; 16] = [
-    set(0xA3, 4),
-    set(0xA4, 8),
-    set(0xA5, 16),
-    set(0xA6, 32),
-    set(0xA7, 40),
-    set(0xA8, 48),
-    set(0xA9, 56),
-    set(0xAA, 64),
-    set(0xAB, 72),
-    set(0xAC, 80),
-    set(0xAD, 96),
-    set(0xAE, 112),
-    set(0xAF, 144),
-    set(0xB0, 176),
-    set(0xB1, 208),
-    set(0xB2, 64),
-];
+pub(super) static GAMMA: [Setting; 16] =
+    runs(&[(0xA3, &[4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96, 112, 144, 176, 208, 64])]);
 
 /// Sets the values of automatic controls, which are off.
 pub(super) static LOCKS: [Setting; 5] = [

@@ -8,8 +8,11 @@ use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 use wstac_core::wire::RegisterValues;
 
+use super::gc2145::{GC2145, gc2145};
 use super::hm01b0::{DataWires, HM01B0, hm01b0, with};
 use super::hm0360::{HM0360, hm0360};
+use super::ov2640::{OV2640, ov2640};
+use super::ov5640::{OV5640, ov5640};
 use super::ov7670::{OV7670, ov7670};
 use super::ov7690::{OV7690, ov7690};
 use super::ov7692::{OV7692, ov7692};
@@ -17,14 +20,17 @@ use super::ov7725::{OV7725, ov7725};
 use super::watch::Watch;
 use super::{Addressing, CameraSensor, ExposurePart, RESTS, SensorError, Setting, longest_exposure};
 
-const OMNIVISION: [CameraSensor; 4] = [OV7690, OV7692, OV7725, OV7670];
-const ALL: [CameraSensor; 9] = [
+const OMNIVISION: [CameraSensor; 5] = [OV7690, OV7692, OV7725, OV7670, OV2640];
+const ALL: [CameraSensor; 12] = [
     OV7690,
     OV7692,
     OV7725,
     OV7670,
     HM0360,
     HM01B0,
+    OV2640,
+    GC2145,
+    OV5640,
     hm01b0(DataWires::One),
     hm01b0(DataWires::Four),
     hm01b0(DataWires::Eight),
@@ -65,7 +71,8 @@ fn settings(sensor: &CameraSensor) -> Vec<Setting> {
 
 /// Returns all steps on the bus if nothing is wrong.
 fn whole(sensor: &CameraSensor) -> Vec<Transaction> {
-    let mut steps: Vec<_> = sensor.identity.into_iter().flat_map(|setting| is_read(sensor, setting)).collect();
+    let mut steps: Vec<_> = sensor.bank.iter().map(|setting| is_written(sensor, *setting)).collect();
+    steps.extend(sensor.identity.into_iter().flat_map(|setting| is_read(sensor, setting)));
     steps.push(is_written(sensor, sensor.reset));
     for setting in settings(sensor) {
         steps.push(is_written(sensor, setting));
@@ -111,9 +118,10 @@ fn no_acknowledge_at_any_step_ends_it_there_and_names_the_register() {
                 panic!("{}, step {at}: no error", sensor.name)
             };
             assert_eq!(found, error);
-            // The identity takes two reads, the reset one step, and each setting a step and a read.
+            // The bank takes one step, the identity two reads, the reset one step, and each setting a step and a read.
             let read = steps_of_read(&sensor);
-            let registers = sensor.identity.iter().flat_map(|setting| [setting.register].repeat(read));
+            let registers = sensor.bank.iter().map(|setting| setting.register);
+            let registers = registers.chain(sensor.identity.iter().flat_map(|setting| [setting.register].repeat(read)));
             let registers = registers.chain([sensor.reset.register]);
             let settings = settings(&sensor);
             let registers = registers.chain(settings.iter().flat_map(|setting| [setting.register].repeat(read + 1)));
@@ -130,7 +138,8 @@ fn a_setting_that_is_not_taken_is_named() {
             let mut steps = whole(&sensor);
             let read = steps_of_read(&sensor);
             // The steps before the read of the setting.
-            steps.truncate(2 * read + 1 + k * (read + 1) + 1);
+            let bank = usize::from(sensor.bank.is_some());
+            steps.truncate(bank + 2 * read + 1 + k * (read + 1) + 1);
             let found = setting.value ^ 1;
             steps.extend(is_read(&sensor, Setting { value: found, ..setting }));
             let values = RegisterValues { address: sensor.address, found, expected: setting.value };
@@ -168,13 +177,19 @@ fn automatic_controls_are_off_before_their_values_are_set() {
     for sensor in ALL {
         let settings: Vec<_> = sensor.settings.iter().copied().flatten().copied().collect();
         let place = |register| settings.iter().position(|setting| setting.register == register).unwrap();
-        assert_eq!(settings[place(sensor.switches)].value & 7, 0, "{}", sensor.name);
-        // Gain, blue, red, green, and exposure's low byte follow; of the other family, gains and exposure.
-        let values: &[u16] = match sensor.addressing {
-            Addressing::Byte => &[0x00, 0x01, 0x02, 0x03, 0x10],
-            Addressing::Word => &[0x0205, 0x020E, 0x020F, 0x0202, 0x0203],
+        // A one of the OV5640 fixes what it stands for.
+        let off = if sensor.name == "OV5640" { 3 } else { 0 };
+        assert_eq!(settings[place(sensor.switches)].value & 7, off, "{}", sensor.name);
+        // Gain, blue, red, green, and exposure follow.
+        let gains: &[u16] = match (sensor.name, sensor.addressing) {
+            ("OV2640", _) => &[0x00],
+            ("GC2145", _) => &[0xB0, 0xB3, 0xB4, 0xB5],
+            ("OV5640", _) => &[0x350A, 0x350B, 0x3400, 0x3401, 0x3402, 0x3403, 0x3404, 0x3405],
+            (_, Addressing::Byte) => &[0x00, 0x01, 0x02, 0x03],
+            (_, Addressing::Word) => &[0x0205, 0x020E, 0x020F],
         };
-        assert!(values.iter().all(|value| place(*value) > place(sensor.switches)), "{}", sensor.name);
+        let mut values = sensor.exposure.iter().map(|part| part.register).chain(gains.iter().copied());
+        assert!(values.all(|value| place(value) > place(sensor.switches)), "{}", sensor.name);
         // No setting resets it again, and none is undone by a later one.
         for (k, setting) in settings.iter().enumerate() {
             assert_ne!(*setting, sensor.reset);
@@ -188,6 +203,14 @@ fn a_clock_that_is_too_fast_is_divided_once() {
     assert!(!hm01b0(DataWires::Eight).slow_down(2));
     let mut slow = HM0360;
     assert!(slow.slow_down(2) && slow.table().any(|setting| setting == Setting { register: 0x0300, value: 0x0A }));
+    // Dividers in the high four bits, one of them less 1.
+    for (sensor, register, divider) in [(OV5640, 0x3035, 2), (GC2145, 0xFA, 3)] {
+        for times in [2, 4] {
+            let mut slow = sensor;
+            let less = u32::from(register == 0xFA);
+            assert!(slow.slow_down(times) && at(&slow, register) >> 4 == times * divider - less, "{}", sensor.name);
+        }
+    }
     for sensor in OMNIVISION {
         let [half, quarter] = sensor.slower.unwrap();
         let mut slow = sensor;
@@ -228,7 +251,15 @@ fn another_exposure_changes_its_registers_alone() {
 #[test]
 fn the_longest_exposure_fits_in_a_frame() {
     // The lines of a frame, less those that drivers leave: two of the HM01B0, and four of OmniVision's.
-    for (sensor, most) in [(OV7725, 510 - 4), (OV7690, 516 - 4), (OV7692, 516 - 4), (OV7670, 510 - 4)] {
+    for (sensor, most) in [
+        (OV7725, 510 - 4),
+        (OV7690, 516 - 4),
+        (OV7692, 516 - 4),
+        (OV7670, 510 - 4),
+        (OV2640, 672 - 4),
+        (OV5640, 984 - 4),
+        (GC2145, 415 - 8),
+    ] {
         assert!(sensor.longest_exposure <= most, "{}", sensor.name);
     }
     let sensor = hm01b0(DataWires::One);
@@ -275,6 +306,28 @@ fn at_a_slow_rate<const FPS: u32>() {
     let rows = 1 << (at(&sensor, 0x72) >> 4 & 3);
     let lines = 510 + (at(&sensor, 0x2E) << 8 | at(&sensor, 0x2D));
     has_rate(&sensor, FPS, rows, 2 * 784, lines, clock);
+
+    // 800 x 600 of 1190 x 672, a clock per pixel.
+    let sensor = ov2640::<FPS>();
+    assert_eq!(at(&sensor, 0x12) & 0x70, 0x40);
+    let lines = 672 + (at(&sensor, 0x2E) << 8 | at(&sensor, 0x2D));
+    has_rate(&sensor, FPS, 600.0 / 240.0, 1190, lines, 24_000 / (1 + at(&sensor, 0x11)));
+
+    let sensor = ov5640::<FPS>();
+    let pll = 24_000 / (at(&sensor, 0x3037) & 15) * at(&sensor, 0x3036) / (at(&sensor, 0x3035) >> 4);
+    let pll = pll / (1 + (at(&sensor, 0x3037) >> 4)) / 2;
+    let rows = ((word(&sensor, 0x3806) + 1 - word(&sensor, 0x3802)) / 2 - 2 * word(&sensor, 0x3812)) / 240;
+    let clock = pll >> (at(&sensor, 0x3108) & 3);
+    has_rate(&sensor, FPS, rows, word(&sensor, 0x380C), word(&sensor, 0x380E), clock);
+    // The camera interface takes 28.8 MHz.
+    assert!(pll >> (at(&sensor, 0x3108) >> 4) <= 28_750);
+
+    let sensor = gc2145::<FPS>();
+    let clock = 6_000 * (1 + (at(&sensor, 0xF8) & 0x3F)) / (1 + (at(&sensor, 0xFA) >> 4));
+    let clocks = word(&sensor, 0x05) + word(&sensor, 0x11) + word(&sensor, 0x0F) / 2 + 4;
+    let lines = word(&sensor, 0x07) + word(&sensor, 0x0D) + 16;
+    has_rate(&sensor, FPS, 1, clocks, lines, clock);
+    assert!(4 * clock <= 28_750);
 }
 
 fn at_a_rate<const FPS: u32, const IS_FAST: bool>() {
@@ -310,8 +363,8 @@ fn at_a_rate<const FPS: u32, const IS_FAST: bool>() {
 
 /// Checks a sensor with so many rows of the array for each of the picture, clocks of a line, lines of a frame, and
 /// clocks per millisecond.
-fn has_rate(sensor: &CameraSensor, fps: u32, rows: u32, clocks: u32, lines: u32, clock: u32) {
-    let row_ms = f64::from(rows * clocks) / f64::from(clock);
+fn has_rate(sensor: &CameraSensor, fps: u32, rows: impl Into<f64>, clocks: u32, lines: u32, clock: u32) {
+    let row_ms = rows.into() * f64::from(clocks) / f64::from(clock);
     let between = f64::from(sensor.size.height() - 1);
     assert!((f64::from(sensor.readout.ms()) - between * row_ms).abs() < 1e-5, "{}: {row_ms}", sensor.name);
     // The same clocks give the rate, which the firmware measures.
@@ -346,7 +399,7 @@ fn every_setting_is_read_back_within_a_second() {
         // A changed setting is found in its turn, and the switches at once.
         let mut bus = Mock::new(&is_read(&sensor, Setting { value: 0xE5, ..switches }));
         let error = Watch::default().check(&sensor, &mut bus).unwrap_err();
-        let values = RegisterValues { address: sensor.address, found: 0xE5, expected: 0 };
+        let values = RegisterValues { address: sensor.address, found: 0xE5, expected: switches.value };
         assert_eq!(error, SensorError::NotTaken { register: sensor.switches, values });
         bus.done();
     }
