@@ -31,8 +31,8 @@
 //! | 0x3068 | 0: PCLK inverted |
 
 use super::{
-    Addressing, CameraSensor, ExposurePart, QVGA, RESTS, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout, runs,
-    set, six_frames, usual_exposure,
+    Addressing, CameraSensor, ExposurePart, QVGA, RESTS, Setting, Signals, Suspects, WHOLE_FPS, frame_lines, readout,
+    runs, set, six_frames, usual_exposure,
 };
 use crate::setup;
 
