@@ -358,6 +358,40 @@ rclpy.spin(node)
 """
 
 
+def check_swapped(folder: Path, _listener: Listener) -> None:
+    """A file of a service that is swapped for a link, at any moment, gives no content of another file."""
+    secret, plain, link = folder / "outside", folder / "plain.toml", folder / "plain-link"
+    secret.write_text("hunter2")
+    given = {"sensors": [f"swapped={scene(folder, 'swapped')}"], "files": str(folder)}
+    swapped = SensorsNode(parameter_overrides=[Parameter(name, value=value) for name, value in given.items()])
+    is_over = threading.Event()
+
+    def swap() -> None:
+        while not is_over.is_set():
+            plain.with_suffix(".new").write_text("[trigger]\n")
+            plain.with_suffix(".new").rename(plain)
+            link.symlink_to(secret)
+            link.rename(plain)
+
+    swapping = threading.Thread(target=swap)
+    swapping.start()
+    found, end = {"read": 0, "refused": 0}, time.monotonic() + 3
+    answer, request = LoadFile.Response(), LoadFile.Request(file="plain.toml")
+    while time.monotonic() < end:
+        try:
+            swapped._load_configuration(swapped.sensors["swapped"], request, answer)
+            found["read"] += 1
+        except (wstac.Error, OSError) as error:
+            found["refused"] += 1
+            same("a link" in str(error), True, f"refusal of a link: {error}")
+    is_over.set()
+    swapping.join()
+    swapped.sensors["swapped"].close()
+    swapped.destroy_node()
+    same(min(found.values()) > 10, True, f"files and links {found}")
+    print(f"a file that is swapped: read {found['read']} times, refused as a link {found['refused']} times, never another file")
+
+
 def check_slow(folder: Path, listener: Listener) -> None:
     """A subscriber that stops reading holds nobody up: the sensor goes on in time, and others hear all events."""
     source = scene(folder, "slow")
@@ -584,7 +618,7 @@ def check_refusals(folder: Path, _listener: Listener) -> None:
 def main() -> None:
     rclpy.init()
     listener = Listener()
-    heard = (check_topics, check_slip, check_waiting, check_failures, check_services, check_slow, check_stamps)
+    heard = (check_topics, check_slip, check_waiting, check_failures, check_services, check_swapped, check_slow, check_stamps)
     checks = (*heard, check_board, check_launch, check_relay, check_refusals)
     named = sys.argv[3:]
     with tempfile.TemporaryDirectory() as folder:
