@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import os
 import queue
@@ -211,6 +212,32 @@ def check_topics(folder: Path, listener: Listener) -> None:
 
 def refused(answer: Any, part: str) -> None:
     same((answer.success, part in answer.message), (False, True), f"a refusal with {part!r}: {answer.message!r}")
+
+
+def fields_of(message: Any) -> Any:
+    """Returns the fields of a message and of those in it."""
+    names = getattr(message, "get_fields_and_field_types", dict)()
+    return {name: fields_of(getattr(message, name)) for name in names} if names else message
+
+
+def check_cyclone(folder: Path, listener: Listener) -> None:
+    """A program without ROS hears by another DDS, CycloneDDS, what nodes hear by Fast DDS."""
+    source = scene(folder, "across", lead_in=300)
+    listener.hear("across", "event")
+    # The network has one interface, which is not marked for multicast.
+    interface = "<NetworkInterface name='lo' multicast='true'/>"
+    uri = f"<CycloneDDS><Domain><General><Interfaces>{interface}</Interfaces></General></Domain></CycloneDDS>"
+    program = [sys.executable, Path(__file__).with_name("cyclone.py"), "rt/wstac/across/event"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(program, env={**os.environ, "CYCLONEDDS_URI": uri}, **pipes) as other:
+        with node({"across": source}) as process:
+            same(process.wait(PATIENCE), 0, f"exit code of a node that says {process.said()!r}")
+        said, _ = other.communicate()
+    # As text: a number that is not known is NaN, which equals nothing.
+    found = said.splitlines()
+    expected = [json.dumps(fields_of(one)) for one in listener.messages("across/event")]
+    same((len(found), found), (2, expected), "events by CycloneDDS")
+    print(f"CycloneDDS, without ROS: the {len(found)} events that nodes on Fast DDS hear")
 
 
 def check_slip(folder: Path, listener: Listener) -> None:
@@ -618,8 +645,8 @@ def check_refusals(folder: Path, _listener: Listener) -> None:
 def main() -> None:
     rclpy.init()
     listener = Listener()
-    heard = (check_topics, check_slip, check_waiting, check_failures, check_services, check_swapped, check_slow, check_stamps)
-    checks = (*heard, check_board, check_launch, check_relay, check_refusals)
+    heard = (check_topics, check_cyclone, check_slip, check_waiting, check_failures, check_services, check_swapped)
+    checks = (*heard, check_slow, check_stamps, check_board, check_launch, check_relay, check_refusals)
     named = sys.argv[3:]
     with tempfile.TemporaryDirectory() as folder:
         for check in checks:
