@@ -54,5 +54,7 @@ is_over = threading.Event()
 threading.Thread(target=lambda: (sys.stdin.read(), is_over.set()), daemon=True).start()
 while not is_over.is_set():
     for event in reader.take(100):
-        print(json.dumps(asdict(event)), flush=True)
+        # That the node has ended is no event.
+        if isinstance(event, Event):
+            print(json.dumps(asdict(event)), flush=True)
     time.sleep(0.02)

@@ -28,6 +28,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
+from unittest import mock
 from xml.etree import ElementTree
 
 import numpy as np
@@ -386,37 +387,34 @@ rclpy.spin(node)
 
 
 def check_swapped(folder: Path, _listener: Listener) -> None:
-    """A file of a service that is swapped for a link, at any moment, gives no content of another file."""
-    secret, plain, link = folder / "outside", folder / "plain.toml", folder / "plain-link"
+    """What a service has looked at is what it reads, though the file becomes a link to another one at that moment."""
+    secret, plain, link = folder / "outside", folder / "plain.toml", folder / "link.new"
     secret.write_text("hunter2")
-    given = {"sensors": [f"swapped={scene(folder, 'swapped')}"], "files": str(folder)}
+    plain.write_text("[trigger]\nwindow = 7\n")
+    given = {"sensors": [f"swapped={scene(folder, 'swapped', lead_in=3000)}"], "files": str(folder)}
     swapped = SensorsNode(parameter_overrides=[Parameter(name, value=value) for name, value in given.items()])
-    is_over = threading.Event()
+    sensor, request, answer = swapped.sensors["swapped"], LoadFile.Request(file="plain.toml"), LoadFile.Response()
+    looks = []
 
-    def swap() -> None:
-        while not is_over.is_set():
-            plain.with_suffix(".new").write_text("[trigger]\n")
-            plain.with_suffix(".new").rename(plain)
+    def swapping(look: Callable[..., Any]) -> Callable[..., Any]:
+        def swap(*arguments: Any, **options: Any) -> Any:
+            looks.append(look(*arguments, **options))
             link.symlink_to(secret)
             link.rename(plain)
+            return looks[-1]
 
-    swapping = threading.Thread(target=swap)
-    swapping.start()
-    found, end = {"read": 0, "refused": 0}, time.monotonic() + 3
-    answer, request = LoadFile.Response(), LoadFile.Request(file="plain.toml")
-    while time.monotonic() < end:
-        try:
-            swapped._load_configuration(swapped.sensors["swapped"], request, answer)
-            found["read"] += 1
-        except (wstac.Error, OSError) as error:
-            found["refused"] += 1
-            same("a link" in str(error), True, f"refusal of a link: {error}")
-    is_over.set()
-    swapping.join()
-    swapped.sensors["swapped"].close()
+        return swap
+
+    with mock.patch.multiple(os, stat=swapping(os.stat), fstat=swapping(os.fstat)):
+        swapped._load_configuration(sensor, request, answer)
+    same((len(looks), plain.is_symlink(), "window = 7" in sensor.stream.config.toml), (1, True, True), "what is read")
+    try:
+        fail(f"a link is read: {swapped._load_configuration(sensor, request, answer)}")
+    except wstac.Error as error:
+        same("a link" in str(error), True, f"refusal of a link: {error}")
+    sensor.close()
     swapped.destroy_node()
-    same(min(found.values()) > 10, True, f"files and links {found}")
-    print(f"a file that is swapped: read {found['read']} times, refused as a link {found['refused']} times, never another file")
+    print("a file that becomes a link after a look at it: what was looked at is read, and then the link is refused")
 
 
 def check_slow(folder: Path, listener: Listener) -> None:
