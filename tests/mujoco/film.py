@@ -47,7 +47,7 @@ class Film:
         whole = 5 * (SIDE + 3) + 9
         picture[16 : 16 + whole, WIDTH - whole - 16 : WIDTH - 16] = 10
         # The square root, so that faint light is seen.
-        light = np.sqrt(np.clip(np.asarray(frame.light).reshape(5, 5) / 0.5, 0, 1))
+        light = np.sqrt(np.clip(np.asarray(frame.light).reshape(5, 5) / 0.12, 0, 1))
         for row, column in np.ndindex(5, 5):
             top, left = 22 + row * (SIDE + 3), WIDTH - 5 * (SIDE + 3) - 19 + column * (SIDE + 3)
             picture[top : top + SIDE, left : left + SIDE] = 20 + 235 * light[row, column] * np.array((0.15, 1, 0.3))
