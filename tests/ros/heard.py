@@ -607,7 +607,7 @@ def check_relay(folder: Path, listener: Listener) -> None:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    source = scene(folder, "relayed", slides=3)
+    source = scene(folder, "relayed", lead_in=450, slides=3)
     listener.hear("relayed", "features", "taxels")
     listener.node.create_subscription(Event, "/wstac/relayed/event", listener.heard.setdefault("relayed/event", []).append, 10)
     command = [sys.argv[2], f"relayed={source}", "--zenoh-encoding", "cdr", "--listen", endpoint]
