@@ -100,6 +100,8 @@ class Stream(Recorded):
     (1, 19, 74, 140)
     >>> stream.slips, stream.early_textures, stream.incomplete, stream.faults, stream.lost, stream.notes
     ([], [], [], [], [], [])
+    >>> stream.bytes_per_row, stream.ros_encoding, stream.completed, stream.is_recording, stream.end_recording()
+    (1280, 'mono8', [], False, None)
 
     In a program of asyncio, `async for` waits for events in a thread, and so do `aframes` and `arecords`. A task that
     is cancelled meanwhile closes the stream.
@@ -316,7 +318,13 @@ class Stream(Recorded):
         self._native.restart_baseline()
 
     def reconfigure(self, config: Configuration) -> None:
-        """Uses another configuration from the next frame on, with a new baseline. Numbers and times of frames go on."""
+        """Uses another configuration from the next frame on, with a new baseline. Numbers and times of frames go on.
+
+        >>> import wstac
+        >>> with wstac.open("scene:Saw3@150,90deg") as stream:
+        ...     stream.reconfigure({"trigger": {"window": 7}})
+        ...     stream.use_models("builtin")
+        """
         self._native.reconfigure(native_config(config) or _wstac.Config())
 
     def use_models(self, models: Models) -> None:
