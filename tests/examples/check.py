@@ -16,6 +16,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+import loops
+
 ROOT = Path(__file__).resolve().parents[2]
 # Three slides and a press in one recording: a press has no speed.
 SLIDES = """
@@ -112,6 +114,9 @@ def main() -> None:
         subprocess.run([sys.executable, "-m", "venv", folder / "venv"], check=True)
         subprocess.run([python, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", wheel], check=True)
         same("events, Python", source, expected, [python, ROOT / source, recording])
+        loops_of_all, frames = loops.commands(folder, wstac, examples / "bounded_loop", prefix, python, 0)
+        loops.check(loops.run(loops_of_all, 0), frames)
+        print(f"loops with a deadline in {', '.join(loops_of_all)}: {frames} frames are answered or counted as lost")
     sys.exit("\n".join(f"examples: {failure}" for failure in failures) or None)
 
 

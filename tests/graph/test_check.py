@@ -228,6 +228,11 @@ class Counts(unittest.TestCase):
         self.assertEqual(wrong, ["low: needs clang-sys, expected no libclang"])
         self.assertEqual(check.wrong_libclang(found, {"low"}, lambda *_: {"libm v1"}), [])
 
+    def test_columns_of_python(self):
+        long = "x" * 121
+        sources = {"wstac-a/b.py": f"{long}\n# type: ignore[import]{long}\n{long[1:]}\n", "tests/b.py": long}
+        self.assertEqual(check.long_python(sources), ["wstac-a/b.py:1: has more than 120 columns"])
+
 
 if __name__ == "__main__":
     unittest.main()

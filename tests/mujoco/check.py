@@ -1,7 +1,7 @@
 """Checks wstac.mujoco in MuJoCo itself: the light is that of the same scene, slides of meshes and primitives are
 answered, a gripper stops a part that slips, and steps are fast.
 
-    check.py [--keep]    --keep also writes docs/pictures/gripper.svg
+    check.py [--keep]    --keep also writes docs/pictures/gripper.svg and gripper.webp
 """
 
 from __future__ import annotations
@@ -9,12 +9,17 @@ from __future__ import annotations
 import contextlib
 import io
 import math
+import os
 import re
 import sys
 import tempfile
 import time
 from pathlib import Path
 
+# Before MuJoCo is imported: without a screen.
+os.environ.setdefault("MUJOCO_GL", "egl")
+
+import film
 import mujoco
 import numpy as np
 import wstac
@@ -30,6 +35,7 @@ import mujoco_gripper  # noqa: E402
 # way of a part that slips in mm, and the fewest steps per second of a processor.
 MOST_LIGHT, MOST_SPEED, MOST_DIRECTION, MOST_SLIP, FEWEST_STEPS = 5.0, 2.0, 1.5, 15.0, 15_000
 PICTURE = ROOT / "docs/pictures/gripper.svg"
+FILM, MOST_FILM = PICTURE.with_suffix(".webp"), 300_000
 
 LONGER = {"whisker": {"length_mm": 9, "dome_degrees": 0}}
 MIDDLE = {"whisker": {"present": "middle"}}
@@ -178,9 +184,9 @@ def page() -> None:
     print("the program of the page runs")
 
 
-def gripper() -> mujoco_gripper.Run:
+def gripper(filmed: film.Film) -> mujoco_gripper.Run:
     """The gripper of the example keeps the part by its slips alone, and loses it blind."""
-    blind, held = mujoco_gripper.run(listens=False), mujoco_gripper.run()
+    blind, held = mujoco_gripper.run(listens=False), mujoco_gripper.run(watch=filmed.take)
     first = held.slips[0]
     load = round(mujoco_gripper.LOAD_S * 30)
     at = held.moved_mm[first.frame]
@@ -193,6 +199,26 @@ def gripper() -> mujoco_gripper.Run:
     assert at < MOST_SLIP / 2 and held.moved_mm[-1] < MOST_SLIP and held.moved_mm[-1] - held.moved_mm[-30] < 0.5
     assert blind.moved_mm[-1] > 3 * MOST_SLIP
     return held
+
+
+def write_film(filmed: film.Film, run: mujoco_gripper.Run, file: Path) -> None:
+    """Writes the film of the gripper: the part stays in the picture, the whiskers glow, and it is small."""
+    example, slip = mujoco_gripper, run.slips[0].frame / 30
+    told = [
+        (0, "open"),
+        (example.CLOSE_S, "grips"),
+        (example.LIFT_S, "lifts"),
+        (example.LOAD_S, "a load pulls the part down"),
+    ]
+    known = f"slip known after {run.moved_mm[run.slips[0].frame]:.1f} mm\\: grips harder"
+    filmed.write(file, [*told, (slip, known), (slip + 1.2, f"held after {run.moved_mm[-1]:.1f} mm")])
+    pictures = np.stack(filmed.pictures).astype(np.int16)
+    # The part is orange, and what glows is green.
+    orange = ((pictures[..., 0] - pictures[..., 2]) > 60).sum((1, 2))
+    green = ((pictures[..., 1] - pictures[..., 0]) > 60).sum((1, 2))
+    size = file.stat().st_size
+    print(f"film: {len(pictures)} pictures, {size} bytes; the part has {orange.min()} pixels or more")
+    assert orange.min() > 500 and green.max() > 500 and 0 < size <= MOST_FILM
 
 
 def drawn(run: mujoco_gripper.Run) -> str:
@@ -255,9 +281,14 @@ def main() -> None:
     page()
     lights()
     slides()
-    picture = drawn(gripper())
-    if sys.argv[1:] == ["--keep"]:
-        PICTURE.write_text(picture)
+    filmed = film.Film()
+    held = gripper(filmed)
+    picture = drawn(held)
+    with tempfile.TemporaryDirectory() as folder:
+        write_film(filmed, held, Path(folder) / "film.webp")
+        if sys.argv[1:] == ["--keep"]:
+            PICTURE.write_text(picture)
+            FILM.write_bytes((Path(folder) / "film.webp").read_bytes())
     kept = draw.says(PICTURE.read_text())
     assert kept == draw.says(picture), (
         f"{PICTURE}: says {kept}, expected {draw.says(picture)}; ci/long mujoco --keep writes it"

@@ -26,15 +26,15 @@ PAGE = Path(__file__).parents[2] / "docs" / "NETWORK.md"
 SLIDES = (("Saw3", 150, 90), ("Sin2", 170, 180), ("Tri4", 130, 300))
 # Recordings that sensors share: a sensor is like every fourth one.
 RECORDINGS = 4
-# Frames of an event's sample.
-SAMPLE = 70
 # A histogram of latencies in steps of 0.1 ms, to a second.
 STEP_NS, STEPS = 100_000, 10_000
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
 def recording(programs, number, minutes):
-    """Records slides for so many minutes. Returns the file, and what `wstac run` finds: frames and events."""
+    """Records slides for so many minutes. Returns the file, its number of frames, and the events that are found: the
+    frame that completes each, by the frame of the event.
+    """
     scene, file = programs.folder / f"many-{number}.toml", programs.folder / f"many-{number}.mcap"
     # One slide with its pause takes 3.7 seconds.
     count = max(1, round(minutes * 60 / 3.7))
@@ -45,7 +45,8 @@ def recording(programs, number, minutes):
     done = subprocess.run(command, capture_output=True, check=True, text=True)
     lines = [json.loads(line) for line in done.stdout.splitlines()]
     frames = next(line["frames"] for line in lines if line["kind"] == "end")
-    return file, frames, sum(line["kind"] == "event" for line in lines)
+    events = (line for line in lines if line["kind"] == "event")
+    return file, frames, {event["frame"]: round(event["completed_ns"] * 30 / 1e9) for event in events}
 
 
 class Heard:
@@ -70,7 +71,9 @@ class Heard:
 class Meter:
     """Hears features and events, and keeps counts alone, so that it needs no more memory in an hour."""
 
-    def __init__(self, endpoint):
+    def __init__(self, endpoint, completing):
+        """`completing` has the frame that completes each event of a sensor."""
+        self.completing = completing
         self.heard, self.lock = {}, threading.Lock()
         # The time of each of the last frames of a sensor, and events that came before their frame.
         self.stamps, self.early = {}, {}
@@ -100,8 +103,8 @@ class Meter:
                 if (sensor, frame) in self.early:
                     self.count("event", self.early.pop((sensor, frame)) - stamp)
             else:
-                # The frame that completed its sample. Its features may come to their thread later than this.
-                last = frame + SAMPLE - 1
+                # The features of the frame that completed it may come to their thread later than this.
+                last = self.completing[sensor][frame]
                 if last in stamps:
                     self.count(kind, now - stamps[last])
                 else:
@@ -162,8 +165,8 @@ class Machine:
 def measure(programs, minutes, sensors):
     recordings = [recording(programs, number, minutes) for number in range(min(RECORDINGS, sensors))]
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    meter = Meter(endpoint)
     names = [f"s{number:03}" for number in range(sensors)]
+    meter = Meter(endpoint, {name: recordings[number % RECORDINGS][2] for number, name in enumerate(names)})
     sources = [f"{name}={recordings[number % RECORDINGS][0]}" for number, name in enumerate(names)]
     begun = time.monotonic()
     with programs.node(*sources, "--zenoh-encoding", "cdr", "--connect", endpoint) as node:
@@ -174,11 +177,11 @@ def measure(programs, minutes, sensors):
     used = machine.finish()
     expected = [recordings[number % RECORDINGS][1:] for number in range(sensors)]
     lost = {kind: 0 for kind in meter.steps}
-    for name, (frames, count) in zip(names, expected, strict=True):
+    for name, (frames, completing) in zip(names, expected, strict=True):
         features, events = (meter.heard.get((name, kind), Heard()) for kind in meter.steps)
         # Messages from before the connection are not heard, and those at the end would be missing.
         lost["features"] += features.lost + (frames - 1 - features.frame)
-        lost["event"] += count - events.count
+        lost["event"] += len(completing) - events.count
         if features.late or events.late or meter.early:
             fail(f"{name}: messages out of their order, or events without a frame")
     heard = {kind: sum(meter.steps[kind]) for kind in meter.steps}

@@ -29,6 +29,7 @@ def main() -> None:
             file.write_text(text.replace(BUILT_IN, sys.prefix), encoding="utf-8")
     pip = (sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "--no-deps", "--force-reinstall")
     subprocess.run([*pip, wheel], check=True)
+    subprocess.run([*pip, "--require-hashes", "-r", TESTS / "cyclone.txt"], check=True)
     source = folder / "src"
     folder.mkdir(parents=True, exist_ok=True)
     source.unlink(missing_ok=True)

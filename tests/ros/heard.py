@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import math
 import os
 import queue
@@ -27,6 +28,7 @@ from dataclasses import replace
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
 from typing import Any
+from unittest import mock
 from xml.etree import ElementTree
 
 import numpy as np
@@ -213,6 +215,32 @@ def refused(answer: Any, part: str) -> None:
     same((answer.success, part in answer.message), (False, True), f"a refusal with {part!r}: {answer.message!r}")
 
 
+def fields_of(message: Any) -> Any:
+    """Returns the fields of a message and of those in it."""
+    names = getattr(message, "get_fields_and_field_types", dict)()
+    return {name: fields_of(getattr(message, name)) for name in names} if names else message
+
+
+def check_cyclone(folder: Path, listener: Listener) -> None:
+    """A program without ROS hears by another DDS, CycloneDDS, what nodes hear by Fast DDS."""
+    source = scene(folder, "across", lead_in=300)
+    listener.hear("across", "event")
+    # The network has one interface, which is not marked for multicast.
+    interface = "<NetworkInterface name='lo' multicast='true'/>"
+    uri = f"<CycloneDDS><Domain><General><Interfaces>{interface}</Interfaces></General></Domain></CycloneDDS>"
+    program = [sys.executable, Path(__file__).with_name("cyclone.py"), "rt/wstac/across/event"]
+    pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(program, env={**os.environ, "CYCLONEDDS_URI": uri}, **pipes) as other:
+        with node({"across": source}) as process:
+            same(process.wait(PATIENCE), 0, f"exit code of a node that says {process.said()!r}")
+        said, _ = other.communicate()
+    # As text: a number that is not known is NaN, which equals nothing.
+    found = said.splitlines()
+    expected = [json.dumps(fields_of(one)) for one in listener.messages("across/event")]
+    same((len(found), found), (2, expected), "events by CycloneDDS")
+    print(f"CycloneDDS, without ROS: the {len(found)} events that nodes on Fast DDS hear")
+
+
 def check_slip(folder: Path, listener: Listener) -> None:
     """The slip of a held part is heard."""
     file = folder / "held.toml"
@@ -358,6 +386,37 @@ rclpy.spin(node)
 """
 
 
+def check_swapped(folder: Path, _listener: Listener) -> None:
+    """What a service has looked at is what it reads, though the file becomes a link to another one at that moment."""
+    secret, plain, link = folder / "outside", folder / "plain.toml", folder / "link.new"
+    secret.write_text("hunter2")
+    plain.write_text("[trigger]\nwindow = 7\n")
+    given = {"sensors": [f"swapped={scene(folder, 'swapped', lead_in=3000)}"], "files": str(folder)}
+    swapped = SensorsNode(parameter_overrides=[Parameter(name, value=value) for name, value in given.items()])
+    sensor, request, answer = swapped.sensors["swapped"], LoadFile.Request(file="plain.toml"), LoadFile.Response()
+    looks = []
+
+    def swapping(look: Callable[..., Any]) -> Callable[..., Any]:
+        def swap(*arguments: Any, **options: Any) -> Any:
+            looks.append(look(*arguments, **options))
+            link.symlink_to(secret)
+            link.rename(plain)
+            return looks[-1]
+
+        return swap
+
+    with mock.patch.multiple(os, stat=swapping(os.stat), fstat=swapping(os.fstat)):
+        swapped._load_configuration(sensor, request, answer)
+    same((len(looks), plain.is_symlink(), "window = 7" in sensor.stream.config.toml), (1, True, True), "what is read")
+    try:
+        fail(f"a link is read: {swapped._load_configuration(sensor, request, answer)}")
+    except wstac.Error as error:
+        same("a link" in str(error), True, f"refusal of a link: {error}")
+    sensor.close()
+    swapped.destroy_node()
+    print("a file that becomes a link after a look at it: what was looked at is read, and then the link is refused")
+
+
 def check_slow(folder: Path, listener: Listener) -> None:
     """A subscriber that stops reading holds nobody up: the sensor goes on in time, and others hear all events."""
     source = scene(folder, "slow")
@@ -368,8 +427,10 @@ def check_slow(folder: Path, listener: Listener) -> None:
     with subprocess.Popen([sys.executable, "-c", SLOW], stdout=subprocess.PIPE) as slow:
         try:
             slow.stdout.readline()
-            begun = time.monotonic()
             with node({"left": source}, left__picture="true") as process:
+                # How long a busy machine takes to start it says nothing.
+                until(lambda: other.messages("left/features"), "features are heard")
+                begun = time.monotonic()
                 same(process.wait(PATIENCE), 0, f"exit code of a node that says {process.said()!r}")
             took = time.monotonic() - begun
             state = Path(f"/proc/{slow.pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
@@ -546,7 +607,7 @@ def check_relay(folder: Path, listener: Listener) -> None:
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    source = scene(folder, "relayed", slides=3)
+    source = scene(folder, "relayed", lead_in=450, slides=3)
     listener.hear("relayed", "features", "taxels")
     listener.node.create_subscription(Event, "/wstac/relayed/event", listener.heard.setdefault("relayed/event", []).append, 10)
     command = [sys.argv[2], f"relayed={source}", "--zenoh-encoding", "cdr", "--listen", endpoint]
@@ -584,8 +645,8 @@ def check_refusals(folder: Path, _listener: Listener) -> None:
 def main() -> None:
     rclpy.init()
     listener = Listener()
-    heard = (check_topics, check_slip, check_waiting, check_failures, check_services, check_slow, check_stamps)
-    checks = (*heard, check_board, check_launch, check_relay, check_refusals)
+    heard = (check_topics, check_cyclone, check_slip, check_waiting, check_failures, check_services, check_swapped)
+    checks = (*heard, check_slow, check_stamps, check_board, check_launch, check_relay, check_refusals)
     named = sys.argv[3:]
     with tempfile.TemporaryDirectory() as folder:
         for check in checks:

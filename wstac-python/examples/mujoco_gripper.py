@@ -6,6 +6,7 @@ The load on the part grows until its friction is too small. With --blind the gri
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -57,8 +58,8 @@ class Run:
     """How far the part has moved down in the hand since it was lifted, in every frame."""
 
 
-def run(listens: bool = True) -> Run:
-    """Closes the gripper, lifts, and loads the part."""
+def run(listens: bool = True, watch: Callable[[Any, Any, Any], None] = lambda model, data, frame: None) -> Run:
+    """Closes the gripper, lifts, and loads the part. `watch` sees every frame."""
     # The whiskers point to the left, -x: a half turn of their z about the y axis. The picture's x points down.
     spec = wstac.mujoco.attach(MODEL, "right", pos=(-0.005, 0, 0), quat=(0.5**0.5, 0, 0.5**0.5, 0), stop_mm=3)
     model = spec.compile()
@@ -74,6 +75,7 @@ def run(listens: bool = True) -> Run:
         frame = sensor.step()
         if frame is None:
             continue
+        watch(model, data, frame)
         height = part.xpos[2] - hand.xpos[2]
         if data.time < LOAD_S:
             start = height

@@ -2,11 +2,11 @@
 
     python opencv.py SOURCE [READOUT_MS]
 
-SOURCE is a video file, or the number of a camera, such as 0. READOUT_MS is the time in which the camera reads its rows, 0 for a
-global shutter; without it, fast slides are not reliable.
+SOURCE is a video file, or the number of a camera, such as 0. READOUT_MS is the time in which the camera reads its rows,
+0 for a global shutter; without it, fast slides are not reliable.
 
-OpenCV (pip install opencv-python-headless) does not lock a camera's exposure, gain and white balance, and does not report lost
-frames: wstac.open("/dev/video0") does both.
+OpenCV (pip install opencv-python-headless) does not lock a camera's exposure, gain and white balance, and does not
+report lost frames: wstac.open("/dev/video0") does both.
 """
 
 import sys

@@ -1,7 +1,7 @@
 """Tactile events from the camera frames of a WSTac sensor.
 
-The arithmetic is that of the command `wstac` and of the firmware, bit for bit: features are int16 in units of 1/2048 of a
-natural logarithm, and a model gives the same answer here as on a board.
+The arithmetic is that of the command `wstac` and of the firmware, bit for bit: features are int16 in units of 1/2048 of
+a natural logarithm, and a model gives the same answer here as on a board.
 
 >>> import wstac
 >>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400), models="builtin")
@@ -15,15 +15,15 @@ natural logarithm, and a model gives the same answer here as on a board.
 >>> scene.contact_ends
 [ContactEnd(frame=75, event_frame=35, time_s=2.5)]
 
-Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of the
-command, such as a camera, as they come, and its frames with taxels and features; in asyncio, too. `read` reads all of a recording.
-`plot_event` and `plot_features` draw with matplotlib. `fit_speed` fits the speed law to slides. `dataset` simulates training sets, `train` trains a
-`Model`, which names textures, `learn` makes one from a few slides of each texture, `save` makes one of an estimator of
-yours, and `TextureClassifier` is an estimator of scikit-learn. `Config` configures everything.
-`Skin` makes light of whiskers' overlaps, and `wstac.mujoco` puts a sensor on a body of a MuJoCo model. `wstac.lerobot` writes
-data sets of LeRobot.
-What cannot be used raises `Error`, a `ValueError` with the words of the command;
-that of a file that does not exist is a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
+Frames of your own go through `features`, or one by one through a `Pipeline`. `open` gives the events of any source of
+the command, such as a camera, as they come, and its frames with taxels and features; in asyncio, too. `read` reads all
+of a recording. `plot_event` and `plot_features` draw with matplotlib. `fit_speed` fits the speed law to slides.
+`dataset` simulates training sets, `train` trains a `Model`, which names textures, `learn` makes one from a few slides
+of each texture, `save` makes one of an estimator of yours, and `TextureClassifier` is an estimator of scikit-learn.
+`Config` configures everything. `Skin` makes light of whiskers' overlaps, and `wstac.mujoco` puts a sensor on a body of
+a MuJoCo model. `wstac.lerobot` writes data sets of LeRobot.
+What cannot be used raises `Error`, a `ValueError` with the words of the command; that of a file that does not exist is
+a `FileNotFoundError`, too. Ctrl-C raises `KeyboardInterrupt` within a second.
 """
 
 from __future__ import annotations

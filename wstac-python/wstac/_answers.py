@@ -141,13 +141,15 @@ class Event:
     time_s: Optional[float]
     """Time of `touch_frame` in seconds from the first frame; None by a law of durations."""
     completed_s: Optional[float]
-    """Time of the frame with which the answer was complete, in seconds from the first frame; None by a law of durations."""
+    """Time of the frame with which the answer was complete, in seconds from the first frame; None by a law of
+    durations."""
     stamp: Optional[datetime]
     """Wall-clock time of `time_ns`, with the time zone UTC; None where the source knows none."""
     stamp_within_ms: Optional[float]
     """The most by which the stamp may be wrong, in ms; None without a stamp."""
     contact: Optional[str]
-    """Kind of the touch: "slide", "press", "poke" or "unclear"; None by a law of durations, which takes all for slides."""
+    """Kind of the touch: "slide", "press", "poke" or "unclear"; None by a law of durations, which takes all for
+    slides."""
     duration_frames: Optional[int]
     """Lit frames from the first to the last, less one; None if no frame is lit or the touch goes on."""
     speed: Optional[Speed]
@@ -176,7 +178,8 @@ class Event:
     reliable: bool
     """The baseline was quiet, and at most 7 frames were filled.
 
-    By arrival times also: speed and direction hold within their standard deviations, and the kind of the touch is clear.
+    By arrival times also: speed and direction hold within their standard deviations, and the kind of the touch is
+    clear.
     """
     why: dict[str, str]
     """Reasons of missing answers, by answer: "speed", "direction", "texture"; and "reliable", if the answers are not.
@@ -184,23 +187,27 @@ class Event:
     "texture" is also there for a texture that is unknown because of its speed, as far as the model says which it knows.
     """
     sample: NDArray[np.int16] = field(repr=False, compare=False)
-    """The sample over time: int16 (10, 70), five rows and five columns over 70 frames, in units of 1/2048 of a natural logarithm.
+    """The sample over time: int16 (10, 70), five rows and five columns over 70 frames, in units of 1/2048 of a natural
+    logarithm.
 
     It is a row of the array X of a data set, for models whose `input` is "frames". With `at_once` it has no frames.
     """
     path_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
-    """The sample along the path, of ten sums: int16 (10, 70), a row of the array X_path, for models whose `input` is "path".
+    """The sample along the path, of ten sums: int16 (10, 70), a row of the array X_path, for models whose `input` is
+    "path".
 
     It is zero if there is no velocity, or if the sample shows too little of the path. It is None without the argument
     `path_samples` of what gave the event.
     """
     taxel_path_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
-    """The same of 25 taxels, a row of X_taxel_path, for models whose `input` is "taxel-path". A lost frame makes it zero."""
+    """The same of 25 taxels, a row of X_taxel_path, for models whose `input` is "taxel-path". A lost frame makes it
+    zero."""
     taxels_sample: Optional[NDArray[np.int16]] = field(default=None, repr=False, compare=False)
     """Light of 25 taxels over time: int16 (25, 70), a row of X_taxels, for models whose `input` is "taxels"."""
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns the answers as one flat row, such as `pandas.DataFrame` takes: numbers, names and times, None where one is missing.
+        """Returns the answers as one flat row, such as `pandas.DataFrame` takes: numbers, names and times, None where
+        one is missing.
 
         Units are in the names, and the reasons of missing answers are `why_speed`, `why_direction` and `why_texture`.
         `why_reliable` is that of answers that are not reliable. The samples are left out.
@@ -233,7 +240,11 @@ class Event:
             "contacts": self.contacts,
             "acceleration_mm_s2": self.acceleration and self.acceleration.mm_s2,
             "acceleration_sd_mm_s2": self.acceleration and self.acceleration.sd,
-            **{name.rstrip("_"): value for name, value in asdict(texture).items() if name not in ("confidence", "known")},
+            **{
+                name.rstrip("_"): value
+                for name, value in asdict(texture).items()
+                if name not in ("confidence", "known")
+            },
             "texture_confidence": texture.confidence,
             "texture_known": texture.known,
             **_lengths("period", self.period_mm),
@@ -446,7 +457,8 @@ class EarlyTexture:
     The models that come with wstac need all frames, so this one is made by hand:
 
     >>> import wstac
-    >>> early = wstac.EarlyTexture(frame=35, frames=40, texture=wstac.Texture(specimen="Saw3", pattern="Saw", depth_mm=3))
+    >>> texture = wstac.Texture(specimen="Saw3", pattern="Saw", depth_mm=3)
+    >>> early = wstac.EarlyTexture(frame=35, frames=40, texture=texture)
     >>> f"frames {early.frame} to {early.frame + early.frames - 1}: {early.texture.specimen}"
     'frames 35 to 74: Saw3'
     """
@@ -510,7 +522,8 @@ class Fault:
     message: str
     """What happened, for a person."""
     time_ns: Optional[int] = field(default=None, repr=False)
-    """Time of that frame, by the frame before it and the frame rate, in nanoseconds, by the clock of the end record; None if it is not known."""
+    """Time of that frame, by the frame before it and the frame rate, in nanoseconds, by the clock of the end record;
+    None if it is not known."""
     stamp: Optional[datetime] = field(default=None, repr=False)
     """Wall-clock time of that frame, with the time zone UTC; None where the source knows none."""
     stamp_within_ms: Optional[float] = field(default=None, repr=False)
@@ -558,8 +571,8 @@ class End:
     clock: str = "frames"
     """Clock of all times in nanoseconds.
 
-    "driver" is the monotonic clock, which all cameras of a machine share (`time.monotonic_ns`); recordings keep it. "frames": the
-    source states no times, so they count from 0 by number and rate of the frames.
+    "driver" is the monotonic clock, which all cameras of a machine share (`time.monotonic_ns`); recordings keep it.
+    "frames": the source states no times, so they count from 0 by number and rate of the frames.
     """
     time_ns: Optional[int] = field(default=None, repr=False)
     """Time of the last frame in nanoseconds, by the clock of the end record; None if it is not known."""

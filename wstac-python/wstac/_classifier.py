@@ -18,12 +18,12 @@ from ._wstac import Error
 class TextureClassifier(Estimator):
     """A texture classifier that trains as `wstac train` does, with the conventions of scikit-learn's estimators.
 
-    `input` says which samples are given: "path" (the array X_path of a data set), "taxel-path" (X_taxel_path), "frames" (X) or "taxels" (X_taxels).
-    `task` is the kind of the labels, "specimen", "pattern", "depth" or "other"; by default, their names decide. `threads` is by
-    default the number of processors. The result is the same with any number.
+    `input` says which samples are given: "path" (the array X_path of a data set), "taxel-path" (X_taxel_path), "frames"
+    (X) or "taxels" (X_taxels). `task` is the kind of the labels, "specimen", "pattern", "depth" or "other"; by default,
+    their names decide. `threads` is by default the number of processors. The result is the same with any number.
 
-    After `fit`, `model_` is the `Model`, `classes_` the labels and `n_features_in_` the numbers of a sample; of a table,
-    `feature_names_in_` are its columns, which must be the same later.
+    After `fit`, `model_` is the `Model`, `classes_` the labels and `n_features_in_` the numbers of a sample; of a
+    table, `feature_names_in_` are its columns, which must be the same later.
 
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Fla0", "Saw4"], "slides": 300, "sensors": 30}, input="path")
@@ -54,9 +54,10 @@ class TextureClassifier(Estimator):
     def fit(self, X: Any, y: Any, groups: Any = None) -> TextureClassifier:
         """Trains on samples and their labels. Returns the classifier.
 
-        X is (n, 700) or (n, 10, 70), feature by feature, in units of 1/2048: integers of int16, of any type. Rows of zeros are left
-        out. Some `groups`, such as sensors or recordings, are kept aside, so that the model says how sure an answer is and what is
-        unknown. Without `groups` every sample is one: then the calibration is too sure of itself on other sensors.
+        X is (n, 700) or (n, 10, 70), feature by feature, in units of 1/2048: integers of int16, of any type. Rows of
+        zeros are left out. Some `groups`, such as sensors or recordings, are kept aside, so that the model says how
+        sure an answer is and what is unknown. Without `groups` every sample is one: then the calibration is too sure of
+        itself on other sensors.
         """
         if y is None:
             raise Error("y: is None; TextureClassifier requires y to be passed, but the target y is None")
@@ -81,7 +82,9 @@ class TextureClassifier(Estimator):
             raise Error(f"groups: {len(groups)} elements, expected {len(flat)} as of X")
         names = [str(label) for label in classes.tolist()]
         threads = None if self.threads is None else _frames.count("threads", self.threads, 1, 1024)
-        made = _wstac.fit(flat, [names[k] for k in numbers], [str(group) for group in groups], self.input, self.task, threads)
+        made = _wstac.fit(
+            flat, [names[k] for k in numbers], [str(group) for group in groups], self.input, self.task, threads
+        )
         self.model_ = Model.from_bytes(made, "TextureClassifier")
         self.classes_ = classes
         self.n_features_in_ = inputs_of(self.input)
@@ -102,11 +105,16 @@ class TextureClassifier(Estimator):
     def predict_proba(self) -> Callable[[Any], NDArray[np.float64]]:
         """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`.
 
-        Those of a row of zeros, which has no sample, are equal, because scikit-learn takes no NaN. As in scikit-learn, there
-        is no such method (AttributeError) if the training had too few groups for a calibration.
+        Those of a row of zeros, which has no sample, are equal, because scikit-learn takes no NaN. As in scikit-learn,
+        there is no such method (AttributeError) if the training had too few groups for a calibration.
         """
-        if self.__sklearn_is_fitted__() and self.model_._native.probabilities(np.zeros((0, self.n_features_in_), np.int16)) is None:
-            message = "TextureClassifier: has no calibration, expected 3 groups of each label and about 35 samples of it"
+        if (
+            self.__sklearn_is_fitted__()
+            and self.model_._native.probabilities(np.zeros((0, self.n_features_in_), np.int16)) is None
+        ):
+            message = (
+                "TextureClassifier: has no calibration, expected 3 groups of each label and about 35 samples of it"
+            )
             raise AttributeError(f"{message} for the training")
         return self._probabilities
 
@@ -122,7 +130,8 @@ class TextureClassifier(Estimator):
         return in_order
 
     def decision_function(self, X: Any) -> NDArray[np.float64]:
-        """Returns the score of each class for each sample, (n, classes) in the order of `classes_`; the highest is the answer's.
+        """Returns the score of each class for each sample, (n, classes) in the order of `classes_`; the highest is the
+        answer's.
 
         For two classes it is (n,), above 0 for the second. Scores are sums in units of the model.
         """
@@ -140,14 +149,16 @@ class TextureClassifier(Estimator):
         flat = self._given(X)
         found = self.model_._native.known(flat)
         if found is None:
-            raise Error("TextureClassifier: does not tell what is unknown, expected 3 groups of each label for the training")
+            raise Error(
+                "TextureClassifier: does not tell what is unknown, expected 3 groups of each label for the training"
+            )
         return found
 
     def score(self, X: Any, y: Any, sample_weight: Any = None) -> float:
         """Returns the fraction of samples whose answer is that in y, as `wstac model eval` counts.
 
-        A row of zeros, and a sample that is unknown, has no answer and counts as wrong. (The accuracy of scikit-learn's metrics
-        compares labels alone.)
+        A row of zeros, and a sample that is unknown, has no answer and counts as wrong. (The accuracy of scikit-learn's
+        metrics compares labels alone.)
         """
         flat = self._given(X)
         return accuracy(self._labels(flat), answered(flat, self.model_._native.known(flat)), y, sample_weight)
@@ -166,7 +177,8 @@ class TextureClassifier(Estimator):
 
         >>> import sklearn, wstac
         >>> with sklearn.config_context(enable_metadata_routing=True):
-        ...     classifier = wstac.TextureClassifier().set_fit_request(groups=True).set_score_request(sample_weight=False)
+        ...     classifier = wstac.TextureClassifier().set_fit_request(groups=True)
+        ...     classifier = classifier.set_score_request(sample_weight=False)
         >>> classifier.get_metadata_routing()
         {'fit': {'groups': True}, 'score': {'sample_weight': False}}
         """
@@ -181,7 +193,9 @@ class TextureClassifier(Estimator):
         from sklearn.utils.metadata_routing import get_routing_for_object
 
         if not get_config()["enable_metadata_routing"]:
-            raise RuntimeError("metadata routing is off, expected sklearn.set_config(enable_metadata_routing=True) before")
+            raise RuntimeError(
+                "metadata routing is off, expected sklearn.set_config(enable_metadata_routing=True) before"
+            )
         # The name is that of scikit-learn, whose clone copies it.
         self._metadata_request = get_routing_for_object(self)
         getattr(self._metadata_request, method).add_request(param=name, alias=alias)
@@ -195,7 +209,9 @@ class TextureClassifier(Estimator):
     def _given(self, X: Any) -> NDArray[np.int16]:
         """Returns samples for the trained model, of the columns of the training."""
         if not self.__sklearn_is_fitted__():
-            raise of_scikit_learn("NotFittedError", Error)("TextureClassifier: is not trained, expected a call of fit before")
+            raise of_scikit_learn("NotFittedError", Error)(
+                "TextureClassifier: is not trained, expected a call of fit before"
+            )
         check_names(type(self).__name__, feature_names(X), vars(self).get("feature_names_in_"))
         return self._samples(X)
 
@@ -211,7 +227,8 @@ class TextureClassifier(Estimator):
         if found.dtype.kind == "c":
             raise Error("X: Complex data not supported, expected integers of int16")
         if found.ndim < 2:
-            raise Error(f"X: shape {found.shape}, expected (n, {inputs}). Reshape your data: X.reshape(1, -1) is a single sample")
+            reshape = "Reshape your data: X.reshape(1, -1) is a single sample"
+            raise Error(f"X: shape {found.shape}, expected (n, {inputs}). {reshape}")
         if found.shape[1:] not in ((rows, 70), (inputs,)):
             few = found.ndim == 2 and found.shape[1] < inputs
             words = f"{found.shape[1]} feature(s) (shape={found.shape}) while a minimum of {inputs} is required"
@@ -225,7 +242,9 @@ class TextureClassifier(Estimator):
                 raise Error("X: has NaN or inf, expected integers of int16 in units of 1/2048")
             whole = real.astype(np.int64)
             if (whole != real).any() or (np.abs(real + 0.5) > 32768).any():
-                raise Error("X: has numbers that are no int16, expected samples in units of 1/2048, not times their scale")
+                raise Error(
+                    "X: has numbers that are no int16, expected samples in units of 1/2048, not times their scale"
+                )
             found = whole.astype(np.int16)
         return np.ascontiguousarray(found.reshape(len(found), inputs))
 

@@ -30,8 +30,8 @@ def dataset(
     time, by default the number of processors. The same sweep gives the same arrays. Slides without a complete sample
     are left out.
 
-    With `input` "path", "taxel-path" or "taxels", the arrays are those of `wstac dataset --input`: a sweep is of random slides, and
-    X_path, X_taxel_path or X_taxels takes the place of X. `split` says which slides are for tests.
+    With `input` "path", "taxel-path" or "taxels", the arrays are those of `wstac dataset --input`: a sweep is of random
+    slides, and X_path, X_taxel_path or X_taxels takes the place of X. `split` says which slides are for tests.
 
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 3})

@@ -61,7 +61,9 @@ def check_names(estimator: str, given: Optional[NDArray[np.object_]], fitted: Op
         words = "X: The feature names should match those that were passed during fit.\n"
         for head, names in (("unseen at fit time", unseen), ("seen at fit time, yet now missing", missing)):
             words += "\n- ".join([f"Feature names {head}:", *sorted(names)[:5]]) + "\n" if names else ""
-        raise Error(words + ("" if unseen | missing else "Feature names must be in the same order as they were in fit.\n"))
+        raise Error(
+            words + ("" if unseen | missing else "Feature names must be in the same order as they were in fit.\n")
+        )
 
 
 def of_scikit_learn(name: str, otherwise: Any) -> Any:

@@ -34,7 +34,8 @@ def as_json(what: str, table: Mapping[str, Any]) -> str:
 class Config:
     """How frames become features and events: the configuration of `wstac run --config`.
 
-    A text in TOML, or tables of keys; all of them have defaults, and unknown ones are errors. `wstac help config` describes them.
+    A text in TOML, or tables of keys; all of them have defaults, and unknown ones are errors. `wstac help config`
+    describes them.
 
     >>> import wstac
     >>> wstac.Config({"trigger": {"window": 7}}) == wstac.Config("[trigger]\\nwindow = 7")
@@ -93,8 +94,8 @@ class Config:
 class Model:
     """A texture model: names what slid, from the sample of an event.
 
-    Give it the sample that it takes (`input`); `predict_event` chooses it. It behaves as a fitted classifier of scikit-learn:
-    `fit` leaves it as it is, and `sklearn.base.clone` copies it. `TextureClassifier` is one that trains.
+    Give it the sample that it takes (`input`); `predict_event` chooses it. It behaves as a fitted classifier of
+    scikit-learn: `fit` leaves it as it is, and `sklearn.base.clone` copies it. `TextureClassifier` is one that trains.
 
     >>> import wstac
     >>> model = wstac.Model.load("builtin:path-svm")
@@ -129,8 +130,8 @@ class Model:
 
         and for the slides of the publication "builtin:svm", "builtin:forest" and "builtin:boosted".
 
-        `wstac train` and `wstac.train` make a model file, and `wstac model import` makes one of what scikit-learn or XGBoost
-        trained.
+        `wstac train` and `wstac.train` make a model file, and `wstac model import` makes one of what scikit-learn or
+        XGBoost trained.
         """
         return cls._of(_wstac.Model.load(os.fsdecode(path)))
 
@@ -172,7 +173,8 @@ class Model:
 
     @property
     def frames(self) -> int:
-        """Number of frames of a sample that it reads, from the first on: 1 to 70. Along the path they are tens of numbers."""
+        """Number of frames of a sample that it reads, from the first on: 1 to 70. Along the path they are tens of
+        numbers."""
         return self._native.frames
 
     @property
@@ -199,9 +201,9 @@ class Model:
     def predict(self, X: NDArray[np.int16]) -> NDArray[np.str_]:
         """Returns the label of each sample, (n,).
 
-        X is int16 (n, 10, 70), or (n, 700) feature by feature, or (n, 25, 70) or (n, 1750) of taxels, in units of 1/2048. The answers are those of a board for the same
-        samples. Of a data set, give the array that `input` names, not times its scale. Raises `Error` for samples over time if the
-        model takes those along a path.
+        X is int16 (n, 10, 70), or (n, 700) feature by feature, or (n, 25, 70) or (n, 1750) of taxels, in units of
+        1/2048. The answers are those of a board for the same samples. Of a data set, give the array that `input` names,
+        not times its scale. Raises `Error` for samples over time if the model takes those along a path.
 
         Also a row of zeros has a label, and a sample that is unknown: `known` tells them.
         """
@@ -211,8 +213,8 @@ class Model:
     def predict_event(self, event: Event) -> Optional[str]:
         """Returns the label of an event by the sample that the model takes.
 
-        It is None if there is no answer: without a velocity, for too little of the path, and for what is unknown. Raises `Error` if
-        the event was made without `path_samples` and the model needs them.
+        It is None if there is no answer: without a velocity, for too little of the path, and for what is unknown.
+        Raises `Error` if the event was made without `path_samples` and the model needs them.
         """
         by_input: dict[str, Optional[NDArray[np.int16]]] = {
             "frames": event.sample,
@@ -239,14 +241,16 @@ class Model:
         """
         found = self._native.known(self._samples(X))
         if found is None:
-            raise Error(f"{self.name}: does not tell what is unknown, expected a model of wstac train or wstac model calibrate")
+            raise Error(
+                f"{self.name}: does not tell what is unknown, expected a model of wstac train or wstac model calibrate"
+            )
         return found
 
     def predict_proba(self, X: NDArray[np.int16]) -> NDArray[np.float64]:
         """Returns the probability of each class for each sample, (n, classes) in the order of `classes_`.
 
-        X is that of `predict`. Raises `Error` for a model without a calibration. Probabilities are multiples of 2^-15, and each
-        is rounded. They hold for textures that the model knows. A row of zeros has none: NaN.
+        X is that of `predict`. Raises `Error` for a model without a calibration. Probabilities are multiples of 2^-15,
+        and each is rounded. They hold for textures that the model knows. A row of zeros has none: NaN.
 
         >>> import wstac
         >>> [event] = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
@@ -261,10 +265,11 @@ class Model:
         return found
 
     def decision_function(self, X: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Returns the score of each class for each sample, (n, classes) in the order of `classes_`; the highest is the answer's.
+        """Returns the score of each class for each sample, (n, classes) in the order of `classes_`; the highest is the
+        answer's.
 
-        For two classes it is (n,), above 0 for the second. Scores are in units of the model: sums, or numbers of votes. No
-        calibration is needed.
+        For two classes it is (n,), above 0 for the second. Scores are in units of the model: sums, or numbers of votes.
+        No calibration is needed.
 
         >>> import wstac
         >>> [event] = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
@@ -277,8 +282,8 @@ class Model:
     def score(self, X: NDArray[np.int16], y: Sequence[str], sample_weight: Optional[Sequence[float]] = None) -> float:
         """Returns the fraction of samples whose answer is that in y: the accuracy of `wstac model eval`.
 
-        A row of zeros, and a sample that is unknown, has no answer and counts as wrong. (The accuracy of scikit-learn's metrics
-        compares labels alone.)
+        A row of zeros, and a sample that is unknown, has no answer and counts as wrong. (The accuracy of scikit-learn's
+        metrics compares labels alone.)
 
         >>> import wstac
         >>> data = wstac.dataset({"specimens": ["Saw3", "Fla0"], "slides": 8, "sensors": 4}, input="path")
@@ -293,7 +298,8 @@ class Model:
         return answered(flat, self._native.known(flat))
 
     def _samples(self, X: NDArray[np.int16]) -> NDArray[np.int16]:
-        """Returns samples of either shape, or a table of them, as (n, inputs). Refuses those over time if the model takes a path."""
+        """Returns samples of either shape, or a table of them, as (n, inputs). Refuses those over time if the model
+        takes a path."""
         table: Any = X
         given = feature_names(table)
         if given is not None:
@@ -305,7 +311,9 @@ class Model:
             row = int(((facts < -2048) | (facts > 2048)).any(axis=1).argmax())
             array = {"path": "X_path", "taxel-path": "X_taxel_path"}[self.input]
             event = {"path": "path_sample", "taxel-path": "taxel_path_sample"}[self.input]
-            raise Error(f"X: row {row} is no sample along a path, expected those of the array {array}, or of Event.{event}")
+            raise Error(
+                f"X: row {row} is no sample along a path, expected those of the array {array}, or of Event.{event}"
+            )
         return flat
 
     def fit(self, X: Any = None, y: Any = None, **_: Any) -> Model:

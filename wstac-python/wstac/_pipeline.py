@@ -33,17 +33,20 @@ def features(
 
     `frames` is a stack of pictures:
 
-    - uint8 (n, height, width) is GREY and uint8 (n, height, width, 3) RGB3 or BGR3 (green is in the middle of both) if `format`
-      is not given; a mosaic of 8 bits is RGGB, GRBG, GBRG or BA81;
-    - uint8 (n, height, width, 2) is YUYV or UYVY, (n, height, width, 4) XR24 (B G R X in memory), RX24 (X R G B) and the like;
+    - uint8 (n, height, width) is GREY and uint8 (n, height, width, 3) RGB3 or BGR3 (green is in the middle of both) if
+      `format` is not given; a mosaic of 8 bits is RGGB, GRBG, GBRG or BA81;
+    - uint8 (n, height, width, 2) is YUYV or UYVY, (n, height, width, 4) XR24 (B G R X in memory), RX24 (X R G B) and
+      the like;
     - uint16 (n, height, width) is Y10, Y12, Y16, RGBP (RGB565) or a mosaic of 10 or 12 bits such as RG10;
 
-    or raw bytes, uint8 (n, bytes), with their `size` (width, height) and, if rows are padded, `bytes_per_row`. That works for every
-    format, also NV12, YU12, 422P and 444P. Formats are four-character codes of V4L2, as for `wstac run --format`.
+    or raw bytes, uint8 (n, bytes), with their `size` (width, height) and, if rows are padded, `bytes_per_row`. That
+    works for every format, also NV12, YU12, 422P and 444P. Formats are four-character codes of V4L2, as for `wstac run
+    --format`.
 
     Above 45 frames per second, round(fps / 30) frames are added up to one; an incomplete one at the end is left out.
-    `matrix` ("bt601", "bt709") and `range` ("limited", "full") give the YCbCr encoding. Raises `Error` for any other type or shape,
-    and if layout and frames do not fit each other. Each frame is copied before it is computed without the interpreter's lock.
+    `matrix` ("bt601", "bt709") and `range` ("limited", "full") give the YCbCr encoding. Raises `Error` for any other
+    type or shape, and if layout and frames do not fit each other. Each frame is copied before it is computed without
+    the interpreter's lock.
 
     >>> import numpy, wstac
     >>> wstac.features(numpy.full((2, 400, 400), 51, numpy.uint8))
@@ -68,9 +71,9 @@ class Pipeline(Recorded):
     """Takes frames of your own, one by one, and returns events.
 
     Formats, shapes and arguments are those of `features`. Without `size` and `format`, those of the first frame count.
-    The first 25 frames (0.8 s) are the baseline: nothing may touch the sensor during them. One thread at a time may push.
-    `fps` is the rate of the frames, to which speeds are proportional. Without it a warning says that 30 are assumed.
-    `config` states the camera's readout, 0 for a global shutter; without it, fast slides are not reliable.
+    The first 25 frames (0.8 s) are the baseline: nothing may touch the sensor during them. One thread at a time may
+    push. `fps` is the rate of the frames, to which speeds are proportional. Without it a warning says that 30 are
+    assumed. `config` states the camera's readout, 0 for a global shutter; without it, fast slides are not reliable.
 
     >>> import wstac
     >>> scene = wstac.simulate("Saw3@150,90deg,seed=7", size=(400, 400))
@@ -88,13 +91,13 @@ class Pipeline(Recorded):
     >>> pipeline.motions, pipeline.slips, pipeline.early_textures, pipeline.incomplete, pipeline.lost
     ([], [], [], [], [])
 
-    With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in it.
-    With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
+    With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in
+    it. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
 
     `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
     `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error`
-    once, and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs it.
-    Times are those of `push` if the pipeline is `timed`, else they follow from `fps` and the number of the frame.
+    once, and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs
+    it. Times are those of `push` if the pipeline is `timed`, else they follow from `fps` and the number of the frame.
 
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
@@ -184,12 +187,18 @@ class Pipeline(Recorded):
         time_ns = self._time(time_ns)
         numbers = _skin.numbers("sums", sums)
         if self._native is None:
-            raise _wstac.Error('sums: format or size is not given, expected both, as in Pipeline("GREY", size=(400, 400))')
+            raise _wstac.Error(
+                'sums: format or size is not given, expected both, as in Pipeline("GREY", size=(400, 400))'
+            )
         return self._pushed(self._native.push_sums(numbers, time_ns))
 
     def _time(self, time_ns: Optional[int]) -> Optional[int]:
         if (time_ns is not None) != self._timed:
-            found = "no time_ns, expected its time with timed=True" if self._timed else "a time_ns, expected timed=True for it"
+            found = (
+                "no time_ns, expected its time with timed=True"
+                if self._timed
+                else "a time_ns, expected timed=True for it"
+            )
             raise _wstac.Error(f"frame: has {found}")
         return None if time_ns is None else _frames.count("time_ns", time_ns, 0, (1 << 63) - 1)
 

@@ -41,7 +41,8 @@ def plot_event(event: Event, ax: Optional[Axes] = None) -> Axes:
 
 
 def plot_features(recording: Recording, ax: Optional[Axes] = None) -> Axes:
-    """Draws the ten features of a recording or a simulated scene over its frames, and a shade behind each event's touch.
+    """Draws the ten features of a recording or a simulated scene over its frames, and a shade behind each event's
+    touch.
 
     Without `ax`, a new figure is made. Returns the axes. Needs matplotlib.
 

@@ -73,8 +73,8 @@ class Recording:
     notes: list[str]
     """What nothing states of it, such as where its taxels are, and what follows for the answers: for a person."""
     frames: Optional[Frames]
-    """The frames that arrived, in the shape that `wstac.features` takes for their format, (n, …). None without `frames`, and for
-    scenes with fidelity "taxel"."""
+    """The frames that arrived, in the shape that `wstac.features` takes for their format, (n, …). None without
+    `frames`, and for scenes with fidelity "taxel"."""
     frame_numbers: NDArray[np.int64]
     """The number of each frame among all camera frames, lost ones included, (n,)."""
     timestamps: NDArray[np.float64]
@@ -123,11 +123,11 @@ def read(
 ) -> Recording:
     """Reads all of a recording (FILE.mcap), or of any other source that ends, as arrays.
 
-    Features and events are computed again from the frames, with the recording's own configuration unless `config` gives another.
-    They are those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are left out; with them
-    they are all in memory. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
-    `sensor` is the name of one sensor of a recording of several.
-    Raises `Error` if it cannot be read to its end: `wstac recover` repairs a recording.
+    Features and events are computed again from the frames, with the recording's own configuration unless `config` gives
+    another. They are those of the recorded run, and what `wstac run FILE.mcap` prints. Without `frames` the pixels are
+    left out; with them they are all in memory. With `path_samples`, events have the samples that models of the path
+    take (`Event.path_sample`). `sensor` is the name of one sensor of a recording of several. Raises `Error` if it
+    cannot be read to its end: `wstac recover` repairs a recording.
 
     >>> import numpy, pathlib, tempfile, wstac
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.y4m"
@@ -141,7 +141,9 @@ def read(
     name = os.fsdecode(source)
     if _wstac.is_camera(name):
         raise Error(f"{name}: a camera has no end, expected a file; wstac.open gives its events as they come")
-    options = source_options(config, models, model, fps=fps, matrix=matrix, range=range, path_samples=path_samples, sensor=sensor)
+    options = source_options(
+        config, models, model, fps=fps, matrix=matrix, range=range, path_samples=path_samples, sensor=sensor
+    )
     return _recording(_wstac.open_source(name, options, True), frames, [])
 
 
@@ -159,10 +161,10 @@ def simulate(
 ) -> Recording:
     """Simulates a scene: frames, features, events, and the truth about them.
 
-    `scene` is "Saw3@150", optionally with ",90deg" and ",seed=7"; or a path, FILE.toml; or the keys and tables of a scene
-    (`wstac scene --help` lists them). The same scene gives the same bytes on every machine. Without `frames` pixels are made and
-    left out. With `path_samples`, events have the samples that models of the path take. The key fidelity = "taxel" makes no pixels,
-    which is much faster.
+    `scene` is "Saw3@150", optionally with ",90deg" and ",seed=7"; or a path, FILE.toml; or the keys and tables of a
+    scene (`wstac scene --help` lists them). The same scene gives the same bytes on every machine. Without `frames`
+    pixels are made and left out. With `path_samples`, events have the samples that models of the path take. The key
+    fidelity = "taxel" makes no pixels, which is much faster.
 
     >>> import wstac
     >>> scene = wstac.simulate({"specimen": "Tri3", "speed": 120, "fidelity": "taxel", "sensor": {"size": [640, 480]}})

@@ -21,8 +21,9 @@ _OF_INPUTS = {"path": "path_sample", "taxel-path": "taxel_path_sample", "frames"
 class EventSamples(Estimator):
     """Turns events into an array of samples, (n, 700), as the first step of a pipeline of scikit-learn.
 
-    `input` says which samples: "path" or "taxel-path" along the path, "taxels" (n, 1750) of events that were made with `path_samples`, or "frames"
-    over time. An event without such a sample becomes a row of zeros, for which a classifier has no answer.
+    `input` says which samples: "path" or "taxel-path" along the path, "taxels" (n, 1750) of events that were made with
+    `path_samples`, or "frames" over time. An event without such a sample becomes a row of zeros, for which a classifier
+    has no answer.
 
     >>> import wstac
     >>> events = wstac.simulate("Saw3@150", frames=False, path_samples=True).events
@@ -47,7 +48,8 @@ class EventSamples(Estimator):
         return self
 
     def transform(self, X: Iterable[Event]) -> Any:
-        """Returns the samples of events, int16 (n, 700): an array, or what `set_output` or `sklearn.set_config` asks for."""
+        """Returns the samples of events, int16 (n, 700): an array, or what `set_output` or `sklearn.set_config` asks
+        for."""
         name = _OF_INPUTS.get(self.input)
         if name is None:
             raise Error(f"input is {self.input!r}, expected {', '.join(_OF_INPUTS)}")

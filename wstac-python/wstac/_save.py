@@ -45,8 +45,8 @@ def save(
     The estimator is one of scikit-learn or a `Pipeline`, of XGBoost, LightGBM or CatBoost; `wstac model --help` lists
     the kinds. Those of scikit-learn need the package skl2onnx, and those of LightGBM onnxmltools. X has samples as the
     estimator takes them, times their scale, best not those of the training: (n, 700), or ten numbers for each of the
-    first frames, or (n, 1750) of taxels. `input` is the sample: "frames", "path", "taxel-path" or "taxels". `labels` are the names of
-    `estimator.classes_`, which XGBoost numbers.
+    first frames, or (n, 1750) of taxels. `input` is the sample: "frames", "path", "taxel-path" or "taxels". `labels`
+    are the names of `estimator.classes_`, which XGBoost numbers.
 
     Raises `Error`, a `ValueError`, if more than 0.5 % of the answers differ; there is no file then. Returns the model.
 
@@ -122,7 +122,8 @@ def _samples(X: Any) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
     """Returns samples as real numbers (n, inputs), and as int16 (n, 700), or (n, 1750) of taxels."""
     real = np.asarray(X, dtype=np.float64)
     if real.ndim != 2 or not len(real) or real.shape[1] % 10 or real.shape[1] not in (*range(10, 701), TAXELS):
-        raise Error(f"X: shape {real.shape}, expected (n, 700), or ten numbers for each of the first frames, or (n, {TAXELS}) of taxels")
+        expected = f"(n, 700), or ten numbers for each of the first frames, or (n, {TAXELS}) of taxels"
+        raise Error(f"X: shape {real.shape}, expected {expected}")
     units = np.rint(real * UNITS)
     # NaN fails both comparisons.
     if not ((np.abs(units + 0.5) < 32769) & (np.abs(real * UNITS - units) < 1e-3)).all():

@@ -109,10 +109,10 @@ class SpeedFit:
 def fit_speed(data: Union[DataSet, Sequence[DataSet]], *, fps: Optional[float] = None) -> SpeedFit:
     """Fits the published speed law to slides of known speeds. The slower a slide is, the longer it is lit.
 
-    `data` is a file of `wstac dataset`, the arrays of `wstac.dataset`, or several of them. The arrays are `speed` in mm/s
-    (NaN if it is not known), `duration` in lit frames (-1 if there is none), and optionally `reliable` and `fps`. `fps`
-    is the camera's frames per second, for data sets that do not state it; 30 by default. At least three different speeds
-    are needed. The law is valid for one sensor, one specimen length and one threshold.
+    `data` is a file of `wstac dataset`, the arrays of `wstac.dataset`, or several of them. The arrays are `speed` in
+    mm/s (NaN if it is not known), `duration` in lit frames (-1 if there is none), and optionally `reliable` and `fps`.
+    `fps` is the camera's frames per second, for data sets that do not state it; 30 by default. At least three different
+    speeds are needed. The law is valid for one sensor, one specimen length and one threshold.
 
     >>> import wstac
     >>> data = wstac.dataset({"specimens": ["Saw3"], "speeds": [100, 120, 140, 160, 180, 200], "slides": 18})
@@ -133,7 +133,9 @@ def fit_speed(data: Union[DataSet, Sequence[DataSet]], *, fps: Optional[float] =
     for one in sets:
         rate, arrays = _arrays(one, fps)
         if rates and abs(rate / rates[0] - 1) > RATE_OFF:
-            raise _wrong(_name(one), "fps", f"{rate:g} frames per second, expected {rates[0]:g}, as the sets before have")
+            raise _wrong(
+                _name(one), "fps", f"{rate:g} frames per second, expected {rates[0]:g}, as the sets before have"
+            )
         rates.append(rate)
         speed, duration, reliable = arrays
         has_speed, has_duration, is_reliable = ~np.isnan(speed), duration >= 0, reliable != 0

@@ -39,7 +39,8 @@ class FeatureFrame:
     features: NDArray[np.int16] = field(repr=False)
     """Its ten features, as `Frame.features` has them."""
     taxel_sums: NDArray[np.uint32] = field(repr=False)
-    """The taxel sums that it is made of: uint32 (5, 5). The mean of the camera frames that arrived stands for lost ones. 0 of a board."""
+    """The taxel sums that it is made of: uint32 (5, 5). The mean of the camera frames that arrived stands for lost
+    ones. 0 of a board."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +58,16 @@ class Frame:
     timestamp: float
     """Its time in s: the driver's own, or from 0 by its number and the rate (`End.clock`)."""
     taxels: NDArray[np.float32] = field(repr=False)
-    """Taxels as fractions of full scale, 0 to 1: float32 (5, 5), the first row at the top. NaN of a board, which sends none."""
+    """Taxels as fractions of full scale, 0 to 1: float32 (5, 5), the first row at the top. NaN of a board, which sends
+    none."""
     features: Optional[NDArray[np.int16]] = field(repr=False)
-    """The ten features of the feature frame that it completed, five rows, then five columns, in units of 1/2048 of a natural
-    logarithm: int16 (10,). None if it completed none: above 45 frames per second, frames are added up."""
+    """The ten features of the feature frame that it completed, five rows, then five columns, in units of 1/2048 of a
+    natural logarithm: int16 (10,). None if it completed none: above 45 frames per second, frames are added up."""
     feature_frame: Optional[int]
     """Number of that feature frame."""
     picture: Optional[Frames] = field(repr=False)
-    """Its pixels in the shape that `wstac.features` takes for their format; None unless they were asked for, or if there are none."""
+    """Its pixels in the shape that `wstac.features` takes for their format; None unless they were asked for, or if
+    there are none."""
     records: list[Record] = field(repr=False)
     """The records since the frame before, such as an `Event` that it completed."""
     sums: NDArray[np.uint32] = field(repr=False)
@@ -72,7 +75,8 @@ class Frame:
     stamp: Optional[datetime] = field(repr=False)
     """Wall-clock time at which it was taken, with the time zone UTC; None where the source knows none."""
     completed: list[FeatureFrame] = field(repr=False)
-    """The feature frames since the frame before: one that lost frames have completed, and one that it completed itself."""
+    """The feature frames since the frame before: one that lost frames have completed, and one that it completed
+    itself."""
 
     @property
     def event(self) -> Optional[Event]:
@@ -96,9 +100,11 @@ class Stream(Recorded):
     (1, 19, 74, 140)
     >>> stream.slips, stream.early_textures, stream.incomplete, stream.faults, stream.lost, stream.notes
     ([], [], [], [], [], [])
+    >>> stream.bytes_per_row, stream.ros_encoding, stream.completed, stream.is_recording, stream.end_recording()
+    (1280, 'mono8', [], False, None)
 
-    In a program of asyncio, `async for` waits for events in a thread, and so do `aframes` and `arecords`. A task that is cancelled
-    meanwhile closes the stream.
+    In a program of asyncio, `async for` waits for events in a thread, and so do `aframes` and `arecords`. A task that
+    is cancelled meanwhile closes the stream.
 
     >>> import asyncio, wstac
     >>> async def main():
@@ -113,6 +119,7 @@ class Stream(Recorded):
         super().__init__()
         self._native = native
         self._waiting: list[Record] = []
+        self._completed: list[FeatureFrame] = []
 
     @property
     def about(self) -> str:
@@ -156,7 +163,8 @@ class Stream(Recorded):
 
     @property
     def notes(self) -> list[str]:
-        """What nothing states of the source, such as where its taxels are, and what follows for the answers: for a person.
+        """What nothing states of the source, such as where its taxels are, and what follows for the answers: for a
+        person.
 
         Of a board, what it says of itself, and what happens to its line: the first 999 notes and the last one.
         """
@@ -171,14 +179,16 @@ class Stream(Recorded):
         return self
 
     def __next__(self) -> Event:
-        """Returns the next event. Raises `Error` if the source fails, after all events before that, and after `close`."""
+        """Returns the next event. Raises `Error` if the source fails, after all events before that, and after
+        `close`."""
         for record in self.records():
             if isinstance(record, Event):
                 return record
         raise StopIteration
 
     def records(self) -> Iterator[Record]:
-        """Yields every record as it comes: events, motions, ends of contacts, slips, early textures, faults, lost frames, and the end.
+        """Yields every record as it comes: events, motions, ends of contacts, slips, early textures, faults, lost
+        frames, and the end.
 
         Raises `Error` if the source fails, after all records before that.
 
@@ -197,8 +207,8 @@ class Stream(Recorded):
     def frames(self, pictures: bool = False) -> Iterator[Frame]:
         """Yields every camera frame as it comes, with its taxels, its features, and the records that followed from it.
 
-        With `pictures` also its pixels. The records are those of `records`, which then yields what followed after the last
-        frame. Raises `Error` if the source fails.
+        With `pictures` also its pixels. The records are those of `records`, which then yields what followed after the
+        last frame; `completed` has the feature frames that did. Raises `Error` if the source fails.
 
         >>> import wstac
         >>> for frame in wstac.open("scene:Saw3@150,90deg").frames():
@@ -210,18 +220,18 @@ class Stream(Recorded):
             found = self._native.next_frame(pictures)
             self._take(found["records"])
             self._waiting += found["records"]
+            each = (found[name] for name in ("feature_frames", "last_frames", "features", "taxel_sums"))
+            self._completed += [
+                FeatureFrame(int(at), int(last), features, sums) for at, last, features, sums in zip(*each)
+            ]
             if not len(found["frame_numbers"]):
                 if not found["records"]:
                     return
                 continue
             code, width, height, bytes_per_row = self._native.shape
-            raw, numbers = found.get("frames"), found["feature_frames"]
+            raw, number = found.get("frames"), int(found["frame_numbers"][0])
             records, self._waiting = self._waiting, []
-            number = int(found["frame_numbers"][0])
-            completed = [
-                FeatureFrame(int(at), int(last), features, sums)
-                for at, last, features, sums in zip(numbers, found["last_frames"], found["features"], found["taxel_sums"])
-            ]
+            completed, self._completed = self._completed, []
             own = completed[-1] if completed and completed[-1].last_frame == number else None
             yield Frame(
                 number=number,
@@ -235,6 +245,11 @@ class Stream(Recorded):
                 stamp=found["stamps"][0],
                 completed=completed,
             )
+
+    @property
+    def completed(self) -> list[FeatureFrame]:
+        """The feature frames since the last frame of `frames`: at the end, those that lost frames have completed."""
+        return list(self._completed)
 
     def __aiter__(self) -> AsyncIterator[Event]:
         return self._in_threads(iter(self))
@@ -284,14 +299,15 @@ class Stream(Recorded):
 
     @property
     def ros_encoding(self) -> Optional[str]:
-        """Encoding of its pictures in `sensor_msgs/Image` of ROS 2, of planes that of the first; None if it has none."""
+        """Encoding of its pictures in `sensor_msgs/Image` of ROS 2, of planes that of the first; None if it has
+        none."""
         return self._native.ros_encoding
 
     def restart_baseline(self) -> None:
         """Gathers a new baseline from the next frame on: 25 frames during which nothing may touch the sensor.
 
-        Like the orders below, it is refused with an `Error` by a board, after the end, and during a recording, whose replay
-        would not know of it. It may be called while another thread reads, and then waits for at most a second.
+        Like the orders below, it is refused with an `Error` by a board, after the end, and during a recording, whose
+        replay would not know of it. It may be called while another thread reads, and then waits for at most a second.
 
         >>> import wstac
         >>> with wstac.open("scene:Saw3@150,90deg") as stream:
@@ -302,19 +318,27 @@ class Stream(Recorded):
         self._native.restart_baseline()
 
     def reconfigure(self, config: Configuration) -> None:
-        """Uses another configuration from the next frame on, with a new baseline. Numbers and times of frames go on."""
+        """Uses another configuration from the next frame on, with a new baseline. Numbers and times of frames go on.
+
+        >>> import wstac
+        >>> with wstac.open("scene:Saw3@150,90deg") as stream:
+        ...     stream.reconfigure({"trigger": {"window": 7}})
+        ...     stream.use_models("builtin")
+        """
         self._native.reconfigure(native_config(config) or _wstac.Config())
 
     def use_models(self, models: Models) -> None:
         """Names textures with these models, in place of all others."""
         self._native.use_models(native_models(models, None))
 
-    def start_recording(self, file: Path, labels: Optional[Mapping[str, str]] = None, *, features_only: bool = False) -> None:
+    def start_recording(
+        self, file: Path, labels: Optional[Mapping[str, str]] = None, *, features_only: bool = False
+    ) -> None:
         """Restarts the baseline, and records to a new MCAP file from the next frame on.
 
-        `labels` are its labels, such as {"specimen": "Saw3"}. With `features_only` it has taxel sums and no pictures. The end of
-        the source or a full disk ends it, too; `stop_recording` then gives the result. Open a camera with `every`, or frames that
-        the program does not read in time are missing.
+        `labels` are its labels, such as {"specimen": "Saw3"}. With `features_only` it has taxel sums and no pictures.
+        The end of the source or a full disk ends it, too; `stop_recording` then gives the result. Open a camera with
+        `every`, or frames that the program does not read in time are missing.
 
         >>> import pathlib, tempfile, wstac
         >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
@@ -334,7 +358,8 @@ class Stream(Recorded):
         return self._native.is_recording()
 
     def stop_recording(self) -> int:
-        """Ends the recording, and returns the number of its frames. Raises `Error` if there is none, or if not all could be written."""
+        """Ends the recording, and returns the number of its frames. Raises `Error` if there is none, or if not all
+        could be written."""
         ended = self.end_recording()
         if ended is None:
             raise _wstac.Error(f"{self.about}: has no recording in progress")
@@ -357,9 +382,9 @@ class Stream(Recorded):
         >>> import wstac
         >>> stream = wstac.open("scene:Saw3@150,90deg")
         >>> stream.close()
-        >>> next(stream)
+        >>> next(stream)  # doctest: +ELLIPSIS
         Traceback (most recent call last):
-        wstac.Error: scene: Saw3 at 150 mm/s, 90 degrees, seed 0, 140 frames of 1280x720 GREY: the stream is closed; open its source again
+        wstac.Error: scene: Saw3 at 150 mm/s...: the stream is closed; open its source again
         """
         self._native.close()
 
@@ -406,28 +431,28 @@ def open(
 ) -> Stream:
     """Opens any source of the command, to iterate over its events as they come.
 
-    `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m, "-", a folder of PNGs or JPEGs, or FILE.mcap.
-    It may be a board (/dev/ttyACM0, tcp:HOST:PORT), which finds events itself: its `frames` have features and no taxels, and
-    `baud` is the rate of a serial line in bits per second, 115200 by default.
-    `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also those of scenes. `model` is
-    another name of it, as the command has; `read`, `simulate` and `Pipeline` take it, too.
+    `source` is a camera (/dev/videoN, or rpicam: on a Raspberry Pi), "scene:Saw3@150", "scene:FILE.toml", FILE.y4m,
+    "-", a folder of PNGs or JPEGs, or FILE.mcap. It may be a board (/dev/ttyACM0, tcp:HOST:PORT), which finds events
+    itself: its `frames` have features and no taxels, and `baud` is the rate of a serial line in bits per second, 115200
+    by default. `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also
+    those of scenes. `model` is another name of it, as the command has; `read`, `simulate` and `Pipeline` take it, too.
 
-    The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a camera
-    or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as {"gain": 3}.
-    `motion` gives a `Motion` of every frame while something slides, among the records. With `path_samples`, events have the
-    samples that models of the path take (`Event.path_sample`). With `at_once`, an event comes as soon as its answers are certain,
-    without a sample. `every` hands out all frames of a camera, even if the program is
-    slower. `sensor` is the name of one sensor of a recording of several. With `paced`, a file or scene is read at the rate of
-    its frames. Raises `Error` if the source cannot be used.
+    The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a
+    camera or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as
+    {"gain": 3}. `motion` gives a `Motion` of every frame while something slides, among the records. With
+    `path_samples`, events have the samples that models of the path take (`Event.path_sample`). With `at_once`, an event
+    comes as soon as its answers are certain, without a sample. `every` hands out all frames of a camera, even if the
+    program is slower. `sensor` is the name of one sensor of a recording of several. With `paced`, a file or scene is
+    read at the rate of its frames. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", model="builtin") as stream:
     ...     for event in stream:
     ...         print(event.direction.deg, event.texture.pattern)
     180.0 Saw
-    >>> wstac.open("nothing.mcap")
+    >>> wstac.open("nothing.mcap")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
-    wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, rpicam:, scene:…, a .y4m, .mcap or video file, a folder of PNGs or JPEGs, or -
+    wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, rpicam:, scene:…, a .y4m, ...
     """
     options = source_options(
         config,

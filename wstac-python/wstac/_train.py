@@ -41,13 +41,15 @@ class Training:
     test_groups: int
     """Sensors or recordings of the test."""
     accuracy: Optional[float]
-    """Fraction of slides with a right answer in the test, 0 to 1; None without a test. A slide without an answer counts as wrong."""
+    """Fraction of slides with a right answer in the test, 0 to 1; None without a test. A slide without an answer counts
+    as wrong."""
     interval: Optional[tuple[float, float]]
     """Wilson's interval of 95 % of `accuracy`."""
     accuracy_of_answered: Optional[float]
     """Fraction of right answers among the slides with an answer: neither without a sample, nor said to be unknown."""
     confusion: Optional[NDArray[np.int64]] = field(repr=False, compare=False)
-    """Slides by label and answer, in the order of `model.labels`. The last column is that of slides without an answer."""
+    """Slides by label and answer, in the order of `model.labels`. The last column is that of slides without an
+    answer."""
 
 
 def train(
@@ -64,9 +66,10 @@ def train(
 ) -> Training:
     """Trains a texture model, tests it, and writes the model file `output`: what `wstac train` does, without a figure.
 
-    `sets` are data sets (.npz), recordings (.mcap, or folders of them) or a sweep (.toml); without any, slides of 500 sensors are
-    simulated, which takes about a minute. Slides of one sensor or recording are never on both sides of the test. The arguments are
-    the options of the command. Raises `Error` if all slides are of one group; `test=0` trains without a test.
+    `sets` are data sets (.npz), recordings (.mcap, or folders of them) or a sweep (.toml); without any, slides of 500
+    sensors are simulated, which takes about a minute. Slides of one sensor or recording are never on both sides of the
+    test. The arguments are the options of the command. Raises `Error` if all slides are of one group; `test=0` trains
+    without a test.
 
     >>> import pathlib, tempfile, wstac
     >>> folder = pathlib.Path(tempfile.mkdtemp())

@@ -1,4 +1,5 @@
-"""Installs the node where ros2 run and ros2 launch look for it. It needs the Python package wstac, which pip installs."""
+"""Installs the node where ros2 run and ros2 launch look for it. It needs the Python package wstac, which pip
+installs."""
 
 from setuptools import setup
 

@@ -1,12 +1,14 @@
 """The node /wstac/node: sensors as topics, with services, parameters and diagnostics.
 
-    ros2 run wstac_ros node --ros-args -p sensors:="['left=/dev/video0', 'right=scene:Saw3@150']"
+ros2 run wstac_ros node --ros-args -p sensors:="['left=/dev/video0', 'right=scene:Saw3@150']"
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import re
+import stat
 import sys
 import threading
 from collections.abc import Callable
@@ -146,11 +148,23 @@ class SensorsNode(Node):
             raise wstac.Error(IS_FOLDER)
         if not FILE.fullmatch(file):
             raise wstac.Error(f"file is {file!r}, expected the name of a file without folders")
-        path = self._folder / file
-        if path.is_symlink() or (path.exists() and not path.is_file()):
-            # Whoever reads a pipe may wait forever.
-            raise wstac.Error(f"file is {file!r}: a link or no file, expected a file")
-        return path
+        return self._folder / file
+
+    def _content(self, file: str, most_mb: int) -> bytes:
+        """Returns the content of a file that a service names. It is opened once: what is checked is what is read."""
+        refusal = wstac.Error(f"file is {file!r}: a link or no file, expected a file")
+        try:
+            # Whoever opens a pipe may wait forever.
+            opened = os.open(self._path(file), os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+        except OSError as error:
+            raise refusal if error.errno == errno.ELOOP else wstac.Error(f"{file}: {error.strerror}") from error
+        with os.fdopen(opened, "rb") as content:
+            if not stat.S_ISREG(os.fstat(opened).st_mode):
+                raise refusal
+            whole = content.read((most_mb << 20) + 1)
+        if len(whole) > most_mb << 20:
+            raise wstac.Error(f"file is {file!r}: larger than {most_mb} MB, expected a smaller file")
+        return whole
 
     def _restart_baseline(self, sensor: Sensor, _request: Any, _response: Any) -> str:
         sensor.stream.restart_baseline()
@@ -158,20 +172,25 @@ class SensorsNode(Node):
 
     def _load_configuration(self, sensor: Sensor, request: LoadFile.Request, _response: Any) -> str:
         try:
-            config = wstac.Config.read(self._path(request.file))
+            config = wstac.Config(self._content(request.file, 1).decode())
+        except UnicodeDecodeError:
+            raise wstac.Error(f"{request.file}: is no text, expected TOML") from None
         except wstac.Error as error:
             if place := TOML.match(str(error)):
                 # The rest quotes the file, and whoever asks may not read it.
                 self.get_logger().error(f"{sensor.name}: {error}")
                 raise wstac.Error(f"{request.file}: {place[1]} is wrong; the log of the node says why") from error
-            raise
+            raise wstac.Error(str(error).replace("configuration:", f"{request.file}:", 1)) from error
         sensor.stream.reconfigure(config)
         return f"{request.file} is used"
 
     def _load_model(self, sensor: Sensor, request: LoadFile.Request, _response: Any) -> str:
-        is_shipped = request.file == "builtin" or request.file.startswith("builtin:")
-        model = request.file if is_shipped else self._path(request.file)
-        sensor.stream.use_models([wstac.Model.load(model)])
+        file = request.file
+        if file == "builtin" or file.startswith("builtin:"):
+            model = wstac.Model.load(file)
+        else:
+            model = wstac.Model.from_bytes(self._content(file, 256), file)
+        sensor.stream.use_models([model])
         return f"{request.file} is used"
 
     def _start_recording(self, sensor: Sensor, request: StartRecording.Request, response: Any) -> str:

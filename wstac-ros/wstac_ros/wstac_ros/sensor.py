@@ -54,7 +54,7 @@ class Sensor:
         self._counts, self._lost = Counter[str](), Counter[str]()
         self._before: tuple[int, int] = (0, 0)
         self.recorded = ""
-        self._last = Time()
+        self._last, self._has_taxels = Time(), False
         self._times: dict[int, Time] = {}
         # Those that are there at the start are logged by the node.
         self._noted = len(stream.notes)
@@ -110,6 +110,8 @@ class Sensor:
         try:
             while self._read_frames(self.with_pictures):
                 pass
+            for one in self.stream.completed:
+                self._take_completed(one, self._last)
             self._take_records(self.stream.records(), self._now())
         except Exception as error:
             # Whatever it is, the other sensors go on. At the end of the context the stream is closed while it is read.
@@ -174,19 +176,22 @@ class Sensor:
         now = messages.time_of(frame.stamp) if frame.stamp else self._now()
         if frame.picture is not None and self.stream.ros_encoding:
             self._put_picture(frame.picture, Header(stamp=now, frame_id=self.frame_id))
-        has_taxels = frame.taxels[0, 0] == frame.taxels[0, 0]
+        self._has_taxels = bool(frame.taxels[0, 0] == frame.taxels[0, 0])
         for one in frame.completed:
-            self._counts["frames"] = one.number + 1
             # What lost frames have completed ended with the frame before.
-            self._times[one.number] = now if one.last_frame == frame.number else self._last
-            if len(self._times) > MOST_TIMES:
-                del self._times[next(iter(self._times))]
-            header = Header(stamp=self._times[one.number], frame_id=self.frame_id)
-            self._put("features", messages.features(one.number, one.features, header))
-            if has_taxels:
-                self._put("taxels", messages.taxels(one.number, one.taxel_sums, header))
+            self._take_completed(one, now if one.last_frame == frame.number else self._last)
         self._last = now
         self._take_records(frame.records, now)
+
+    def _take_completed(self, one: wstac.FeatureFrame, time: Time) -> None:
+        self._counts["frames"] = one.number + 1
+        self._times[one.number] = time
+        if len(self._times) > MOST_TIMES:
+            del self._times[next(iter(self._times))]
+        header = Header(stamp=time, frame_id=self.frame_id)
+        self._put("features", messages.features(one.number, one.features, header))
+        if self._has_taxels:
+            self._put("taxels", messages.taxels(one.number, one.taxel_sums, header))
 
     def _take_records(self, records: Iterable[Any], now: Time) -> None:
         for record in records:
