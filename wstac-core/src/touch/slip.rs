@@ -375,6 +375,7 @@ impl SlipDetector {
 
     /// Returns whether the press has lit one row or column only, and most of the light since is of others: a slow slide
     /// arrives row by row, and the first one looked like a press.
+    #[inline(never)]
     fn arrives(&self) -> bool {
         let (mut rows, mut columns, mut lit, mut others) = (0_u8, 0_u8, 0_i64, 0_i64);
         for (taxel, (&light, &part)) in self.light.iter().zip(&self.pattern).enumerate() {
