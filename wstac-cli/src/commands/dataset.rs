@@ -65,7 +65,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "input", "units", "threads", "test", "force"])]
     lerobot: Option<PathBuf>,
 
-    /// Make only the slides or recordings from number A on, and below number B
+    /// Make only the slides or recordings from number A on, below number B
     ///
     /// The first one has number 0. Parts of a set, put together in order, are the whole set.
     #[arg(long, value_name = "A..B", value_parser = units::range)]

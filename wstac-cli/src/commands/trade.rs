@@ -68,7 +68,7 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value = "M4F", conflicts_with = "verify")]
     core: Core,
 
-    /// Run only the settings from number A on, and below number B
+    /// Run only the settings from number A on, below number B
     ///
     /// A setting is a format, stride, logarithm and law; the first has number 0. The results are map.csv and base.toml.
     /// Rows of all parts, in order, are those of the whole map.csv.
