@@ -109,10 +109,16 @@ impl Error {
     /// Creates an error of reading or writing. Its kind follows from that of the cause.
     pub fn io(subject: impl fmt::Display, cause: io::Error) -> Self {
         // A cause that is not the system's has a text of its own.
-        if cause.kind() == io::ErrorKind::NotFound && cause.raw_os_error().is_some() {
-            return Self::new(ErrorKind::NotFound, subject, "no such file or folder").caused_by(cause);
+        let plain = cause.raw_os_error().and(match cause.kind() {
+            io::ErrorKind::NotFound => Some("no such file or folder"),
+            io::ErrorKind::IsADirectory => Some("is a folder, expected a file"),
+            io::ErrorKind::PermissionDenied => Some("this user has no permission for it"),
+            _ => None,
+        });
+        match plain {
+            Some(text) => Self::new(cause.kind().into(), subject, text).caused_by(cause),
+            None => Self::with_cause(cause.kind().into(), subject, cause),
         }
-        Self::with_cause(cause.kind().into(), subject, cause)
     }
 
     /// Creates an error of a configuration that the core refuses.
@@ -246,6 +252,12 @@ mod tests {
             (ErrorKind::NotFound, "a.y4m: no such file or folder")
         );
         assert!(missing.is_not_found() && !missing.is_io());
+        for (code, text) in
+            [(libc::EISDIR, "is a folder, expected a file"), (libc::EACCES, "this user has no permission for it")]
+        {
+            let error = Error::io("a.y4m", io::Error::from_raw_os_error(code));
+            assert_eq!((error.message(), error.source().is_some()), (text, true));
+        }
         let cause = missing.source().and_then(|cause| cause.downcast_ref::<io::Error>()).unwrap();
         assert_eq!(cause.kind(), io::ErrorKind::NotFound);
 

@@ -98,8 +98,8 @@ impl Arguments {
     }
 }
 
-const NO_READOUT: &str = "no presses tell the readout; if the camera has a rolling shutter, press a flat plate slowly on all \
-                          whiskers, hold it, and let go, three times";
+const NO_READOUT: &str = "no presses tell the readout, or they were too fast or too slow; if the camera has a rolling shutter, \
+                          press a flat plate on all whiskers within 20 to 300 ms, hold it, and let go, three times";
 
 const HELP: &str = r#"Pictures that can be used:
   It may be turned by up to 15 degrees, seen in perspective or through a
@@ -117,7 +117,7 @@ Refusals:
   replaces, or the file that --overlay names.
 
 The readout of a rolling shutter:
-  Press a flat plate slowly, within about 20 ms, on all whiskers, hold it
+  Press a flat plate within 20 to 300 ms on all whiskers, hold it
   for half a second, and let go; do so three times. A press and its
   release tell the time from the first to the last row of the picture,
   which is written as [sensor] readout_ms. It is left out if presses are

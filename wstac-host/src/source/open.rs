@@ -41,7 +41,7 @@ pub struct OpenOptions {
     /// Frames per second, such as 30 or 30000/1001
     ///
     /// Of a recording, the rate replaces the one in the file. A camera is asked for it. A scene is simulated at it.
-    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", value_parser = option_text::frame_rate))]
+    #[cfg_attr(feature = "clap", arg(long, value_name = "RATE", allow_negative_numbers = true, value_parser = option_text::frame_rate))]
     pub fps: Option<FrameRate>,
 
     /// Pixel format to ask a camera for, such as YUYV, GREY or MJPG

@@ -11,7 +11,8 @@ pub(super) struct Plane {
 impl Plane {
     /// Returns the number at a column and row, or `None` outside.
     pub(super) fn at(&self, x: usize, y: usize) -> Option<f32> {
-        if x < self.size[0] { self.values.get(y * self.size[0] + x).copied() } else { None }
+        let [columns, rows] = self.size;
+        if x < columns && y < rows { self.values.get(y * columns + x).copied() } else { None }
     }
 
     /// Returns the means of squares of 2 `reach` + 1 cells, computed twice.
@@ -49,6 +50,17 @@ impl Plane {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn nothing_lies_outside() {
+        let plane = Plane { size: [7, 4], values: vec![0.25; 28] };
+        assert_eq!(plane.at(6, 3), Some(0.25));
+        // A spot at the first row or column looks one cell before it.
+        let before = 0_usize.wrapping_sub(1);
+        for (x, y) in [(7, 0), (0, 4), (before, 0), (0, before)] {
+            assert_eq!(plane.at(x, y), None);
+        }
+    }
 
     #[test]
     fn smoothing_keeps_what_is_even_and_spreads_a_point_evenly() {
