@@ -225,7 +225,7 @@ def check_esp32(programs, wstac, package):
     frames = records[-1]["frames"]
     for period, pattern, share in ((40000, r"lost frames: (\d+)", 0.2), (16667, r"surplus frames: (\d+)", 0.5)):
         counts = [int(count) for count in re.findall(pattern, programs.run(here, "qvga.raw", period))]
-        if not counts or abs(counts[-1] - share * frames) > 0.1 * share * frames + 30:
+        if not counts or abs(counts[-1] - share * frames) > 0.1 * share * frames + 2:
             fail(f"a frame in {period} µs: {counts[-1:]}, expected {share * frames:.0f} of {frames}")
     print(f"ESP32: two examples on {len(CORES)} cores print the {len(expected)} lines of wstac run; {len(faults)} faults, 2 other rates")
 

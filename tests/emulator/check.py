@@ -422,9 +422,9 @@ class Check:
             (answer,) = [content for content in asked(board, request(SETTINGS), IN_USE) if content[0] == IN_USE]
             return answer[1:-1], answer[-1]
 
-        def after_power(board, clip=()):
+        def after_power(board, clip=(), sensor=Ov7725):
             """Returns the board after it was without power."""
-            again = self.board(clip)
+            again = self.board(clip, sensor)
             self.carry(board, again)
             return again
 
@@ -463,6 +463,13 @@ class Check:
                 problems.append(f"after a reset at write {cut}, {found} is used")
         if left != {True, False}:
             problems.append("a reset shows the old settings only, or the new ones: this shows less than it should")
+        # An exposure is bounded by the sensor that is there, of another one by that one.
+        exposed = lambda lines: compiled_in[:-1] + bytes([1]) + as_varint(lines)
+        (answer,) = [content for content in asked(board, request(SET, *exposed(501)), ANSWER) if content[0] == ANSWER]
+        asked(board, request(SET, *exposed(500)), ANSWER, 0)
+        found = answer[1:], in_use(board), in_use(after_power(board, sensor=Gc2145))
+        if found != (bytes([1, 2]) + as_varint(501) + as_varint(500), (exposed(500), 1), (exposed(399), 1)):
+            problems.append(f"exposures are answered and used as {found}")
         asked(board, request(FORGET), ANSWER, 0)
         if in_use(board) != (compiled_in, 0):
             problems.append("settings are not forgotten")

@@ -106,7 +106,7 @@ def cost(elf, clip):
         f"about {cycles:,.0f} cycles per frame, estimated, and {busy:,.0f} of waiting for the sensor's bus: "
         f"{100 * (cycles + busy) / FRAME:.1f} % of the time"
     )
-    return words, {"frame": frame, "flash": flash, "ram": ram + stack, "AXI SRAM": accesses["AXI SRAM"], "cycles": cycles + busy}
+    return words, {"frame": frame, "flash": flash, "ram": ram + stack, "AXI SRAM": accesses["AXI SRAM"], "cycles": cycles + busy, "accesses": accesses}
 
 
 def main():

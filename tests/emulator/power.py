@@ -1,48 +1,53 @@
 #!/usr/bin/env python3
 """Counts what a program of the STM32H743 does per frame time with an HM01B0: untouched, during slides, and at rest.
 
-    power.py ELF CLIP.raw REST     CLIP.raw: slides, as frames of 320 x 240 GREY, of which the first are dark; REST: the seconds that
-                                   the program was built with as WSTAC_REST
+    power.py WSTAC ELF REST     WSTAC: the command on the host; REST: the seconds that ELF was built with as WSTAC_REST
 
-Prints JSON. Instructions and accesses are counted in runs of their own: see `count_accesses`.
+Prints JSON. Accesses per instruction are those of `cost`, in every mode: the emulator begins some blocks twice while it counts them,
+so a run of its own would not have those of its instructions. Fails if the program's events are not the host's, or if it does not rest.
 """
 
 import json
 import math
 import sys
+import tempfile
 
-from emulate import CLOCK, FRAME, WAITS, Board, frames_of
+from check import SCENE, Host
+from emulate import CLOCK, FRAME, WAITS, Board, cost
 from model import i2c
 from model.sensor import Hm01b0
 
+# The rows of an HM01B0 with eight wires: 376 clocks, each of 4 of 24 MHz.
+READOUT_MS = 239 * 376 * 4 / 24_000
+# A program that rests takes less than this of what it takes before.
+MOST_AT_REST = 0.5
 
-def counted(elf, clip, spans, accesses):
-    """Returns what a frame time takes in spans of the clip, each from one frame to another one: reads and writes of memories, or all
-    else."""
+
+def counted(elf, clip, spans):
+    """Returns what a frame time takes in spans of the clip, each from one frame to another one, and the board."""
     board = Board(elf, clip, Hm01b0)
     machine, camera = board.machine, board.camera
     (bus,) = (part for part in machine.peripherals if part.base == i2c.I2C1)
     # The time of the bus is added up, and nobody waits: the instructions of a wait are no cost.
     bus.clock, bus.byte_time = lambda: math.inf, 9 * CLOCK // 100_000
-    machine.count_accesses() if accesses else machine.count_instructions()
+    machine.count_instructions()
 
     def reach(frame):
         machine.run(lambda: camera.frame is not None and camera.frame >= frame or camera.frame is None and machine.now > 400 * FRAME)
         if camera.frame is None:
             sys.exit(f"{elf}: no frame is used")
-        found = machine.accesses if accesses else {"instructions": machine.instructions, "bus": bus.busy, "peripherals": machine.accesses["peripherals"]}
-        return machine.now, dict(found)
+        return machine.now, {"instructions": machine.instructions, "bus": bus.busy, "peripherals": machine.accesses["peripherals"]}
 
     means = []
     for begin, end in spans:
         (began, first), (ended, last) = reach(begin), reach(end)
         means.append({key: (number - first[key]) * FRAME / (ended - began) for key, number in last.items()})
-    return means
+    return means, board
 
 
-def mode(numbers, memory):
-    """Returns the numbers of a mode."""
-    memory = memory | {"peripherals": numbers["peripherals"]}
+def mode(numbers, each):
+    """Returns the numbers of a mode, whose instructions have so many accesses each."""
+    memory = {name: many * numbers["instructions"] for name, many in each.items()} | {"peripherals": numbers["peripherals"]}
     cycles = numbers["instructions"] + sum(memory[name] * more for name, more in WAITS.items()) + numbers["bus"]
     return numbers | {"cycles": cycles, "RAM": memory["DTCM"] + memory["AXI SRAM"], "flash": memory["flash"], "hertz": CLOCK, "awake": cycles / FRAME}
 
@@ -51,15 +56,24 @@ def main():
     """Counts in each mode."""
     if len(sys.argv) != 4:
         sys.exit(__doc__)
-    _, elf, file, rest = sys.argv
-    clip, first = frames_of(file), 30 * int(rest) + 60
-    dark, spans, slides = clip[:1] * (first + 70), [(30, 59), (first, first + 60)], [(25, len(clip) - 2)]
-    (watching, resting), (touched,) = counted(elf, dark, spans, False), counted(elf, clip, slides, False)
-    (quiet,), (busy,) = counted(elf, dark[:70], spans[:1], True), counted(elf, clip, slides, True)
-    # The emulator runs some blocks twice while it counts accesses, and what is written to the sensor between frames goes wrong. So
-    # accesses at rest are taken to be as many per instruction as before.
-    few = {name: number * resting["instructions"] / watching["instructions"] for name, number in quiet.items()}
-    print(json.dumps({"watching": mode(watching, quiet), "touched": mode(touched, busy), "resting": mode(resting, few)}))
+    _, wstac, elf, rest = sys.argv
+    first = 30 * int(rest) + 60
+    with tempfile.TemporaryDirectory() as folder:
+        host = Host(wstac, folder)
+        clip, frames = host.rendered(SCENE.read_text(), "power", READOUT_MS)
+        (touched,), board = counted(elf, frames, [(25, len(frames) - 2)])
+        found, expected = host.of_line(board.run()), host.of_file(clip, readout_ms=READOUT_MS)
+        events = [[line for line in lines if json.loads(line)["kind"] == "event"] for lines in (found, expected)]
+        if not events[1] or events[0] != events[1]:
+            sys.exit(f"{elf}: events are {events[0]}, expected {events[1]}")
+    (watching, resting), _ = counted(elf, frames[:1] * (first + 70), [(30, 59), (first, first + 60)])
+    _, whole = cost(elf, frames)
+    each = {name: many / whole["frame"] for name, many in whole["accesses"].items()}
+    modes = {name: mode(numbers, each) for name, numbers in (("watching", watching), ("touched", touched), ("resting", resting))}
+    cycles = {name: numbers["cycles"] for name, numbers in modes.items()}
+    if not cycles["touched"] >= cycles["watching"] > cycles["resting"] / MOST_AT_REST:
+        sys.exit(f"{elf}: cycles are {cycles}, expected more when touched, and less than {MOST_AT_REST} of them at rest")
+    print(json.dumps(modes))
 
 
 if __name__ == "__main__":

@@ -121,6 +121,12 @@ def main():
     refused(says(copy, script, M0, *pico, WSTAC_MHZ="24"), 'WSTAC_MHZ is "24", expected the MHz of the core, 120, 72 or 48')
     refused(says(copy, script, M33, "rp2350", "rp", "node", WSTAC_MHZ="48"), 'WSTAC_MHZ is "48", which only a Pico has')
     refused(says(copy, script, M0, *pico, WSTAC_REST="4"), 'WSTAC_REST is "4", expected whole seconds without light, 5 to 3600')
+    refused(says(copy, script, M0, *pico, WSTAC_REST="0"), 'WSTAC_REST is "0", expected whole seconds without light, 5 to 3600')
+    refused(says(copy, script, M0, *pico, WSTAC_MHZ="48", WSTAC_FPS="60"), 'WSTAC_MHZ is "48", too slow for WSTAC_FPS=60')
+    with tempfile.NamedTemporaryFile("w", suffix=".toml") as late:
+        print("[trigger]\nbacktrack = 9", file=late, flush=True)
+        refused(says(copy, script, M0, *pico, WSTAC_REST="60", WSTAC_CONFIG=late.name), "[trigger] backtrack is 9, with which WSTAC_REST")
+        taken(says(copy, script, M0, *pico, WSTAC_CONFIG=late.name))
     refused(says(copy, script, M0, *pico, "motion", WSTAC_REST="60"), "WSTAC_REST leaves too few frames for the feature motion")
     # A board with an STM32H743 without its row.
     copy = package("h743")

@@ -11,7 +11,6 @@ import json
 import shutil
 import subprocess
 import sys
-import tempfile
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -57,13 +56,11 @@ def counts(wstac):
         sys.exit("ci/measure power: npm is missing, which ci/boards pico installs")
     subprocess.run(["npm", "ci", "--silent", "--no-audit", "--no-fund"], cwd=PICO, check=True)
     programs = {name: build(*how) for name, how in PROGRAMS.items()}
-    with tempfile.TemporaryDirectory() as folder, ThreadPoolExecutor(2) as pool:
-        clip = Path(folder) / "clip.raw"
-        subprocess.run([wstac, "scene", "render", HERE / "two_slides.toml", "-o", clip], check=True, capture_output=True)
+    with ThreadPoolExecutor(2) as pool:
 
         def count(name):
             if name == "h743":
-                return output(sys.executable, HERE.parent / "emulator/power.py", programs[name], clip, REST)
+                return output(sys.executable, HERE.parent / "emulator/power.py", wstac, programs[name], REST)
             return output("node", "power.mjs", wstac, programs[name], REST, cwd=PICO)
 
         return dict(zip(programs, pool.map(count, programs), strict=True))

@@ -30,7 +30,7 @@ import {
   range,
   same,
 } from './host.mjs';
-import { rests, slow } from './rest.mjs';
+import { deaf, rests, slow } from './rest.mjs';
 import { exposure, settings } from './settings.mjs';
 import { bootloader, late, modem, reopened, unread } from './usb_check.mjs';
 import { FEATURES, HELLO, request } from './wire.mjs';
@@ -252,6 +252,7 @@ faulty('features, 1 data wire', one, 6, {}, [], []);
 for (const fps of [15, 25, 60]) rate(fps, `${eight}.${fps}`);
 slow('48 MHz', host, `${eight}.slow`);
 rests('a slide after a rest', host, `${eight}.slow`, taking ? [30, 80, 150, 300] : [150], taking ? [0, 1, 2, 3] : [0]);
+deaf('no acknowledge at the end of a rest', host, `${eight}.slow`);
 slowBus('a bus of 100 kHz', eight);
 slowBus('a bus of 100 kHz at 60 frames per second', `${eight}.60`, 60);
 for (const [wires, program] of [[8, eight], [4, four], [1, one]]) {

@@ -133,7 +133,7 @@ pub(crate) mod of_direction {
         let numbered = degrees.map_err(|reason| match reason {
             Reason::NeverLit => Numbered::NeverLit,
             Reason::NoSlide(contact) => Numbered::NoSlide(contact),
-            // By arrival times, the direction is missing for the reason of the speed, which a host takes.
+            // By arrival times, the host gives the direction the speed's reason.
             _ => Numbered::NoOrder,
         });
         numbered.serialize(serializer)

@@ -69,7 +69,7 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
             text("WSTAC_MHZ")
         ));
     };
-    let Some(rest @ (0 | 5..=3600)) = number("WSTAC_REST", 0) else {
+    let Some(rest) = rest(&variable) else {
         return Err(format!(
             "WSTAC_REST is \"{}\", expected whole seconds without light, 5 to 3600; help: without it, the board \
              never rests",
@@ -85,6 +85,11 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
             "WSTAC_MHZ is \"48\", with which USB loses events (RP2040-E16); help: use 72, or leave usb out".to_owned()
         );
     }
+    if mhz == 48 && fps > 30 {
+        return Err(format!(
+            "WSTAC_MHZ is \"48\", too slow for WSTAC_FPS={fps}; help: use 72, or at most 30 per second"
+        ));
+    }
     if rest > 0 && has("motion") {
         return Err("WSTAC_REST leaves too few frames for the feature motion; help: leave one of them out".to_owned());
     }
@@ -97,6 +102,21 @@ pub const MHZ: u32 = {mhz};
 pub const REST: u32 = {rest};
 "
     ))
+}
+
+/// Returns the seconds without light after which a board rests, 0 if it never does; `None` if the variable is wrong.
+fn rest(variable: impl Fn(&str) -> Option<String>) -> Option<u32> {
+    variable("WSTAC_REST").map_or(Some(0), |text| text.parse().ok().filter(|rest| (5..=3600).contains(rest)))
+}
+
+/// Checks that an event that begins while a sensor rests is not reliable: its sample begins so many frames earlier.
+pub fn backtrack(frames: u8) -> Result<(), String> {
+    if frames < 10 && env::var_os("WSTAC_REST").is_some_and(|text| !text.is_empty()) {
+        return Err(format!(
+            "[trigger] backtrack is {frames}, with which WSTAC_REST would lose the begin of a touch; help: use 10"
+        ));
+    }
+    Ok(())
 }
 
 /// Checks that every program for an STM32H743 says where its flash is.

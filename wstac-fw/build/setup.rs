@@ -68,6 +68,7 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
         Kernel::Micromath => "micromath::Micromath",
     };
     let trigger = config.trigger().map_err(|error| error.to_string())?;
+    check::backtrack(trigger.backtrack())?;
     let (following, follow) = match config.following().map_err(|error| error.to_string())? {
         None => ("FixedBaseline", "wstac_core::paper::baseline_policy::FixedBaseline".to_owned()),
         Some(follow) => {

@@ -277,6 +277,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         let picture = Picture::new(stripes.capture().rows(0).len(), frame_bytes);
         stripes.capture_mut().set_signals(sensor.signals);
         reader.state_readout(sensor.readout);
+        let (_, _, trigger) = store.parameters();
         Self {
             store,
             i2c,
@@ -300,7 +301,8 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
             bus_failures: 0,
             // It is made only in a build that has it.
             rest: array::from_fn(|_| {
-                Rest::new(sensor.settings, if sensor.resting().is_some() { rest::DARK } else { u32::MAX })
+                let can_rest = sensor.resting().is_some() && trigger.backtrack() >= rest::FEWEST_BACKTRACK;
+                Rest::new(sensor.settings, if can_rest { rest::DARK } else { u32::MAX })
             }),
         }
     }
@@ -441,6 +443,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 self.bus_failures = 0;
                 if self.rest.first().is_some_and(Rest::is_slow) {
                     self.meter.restart();
+                    self.reader.telemetry_mut().millihertz = None;
                     return true;
                 }
                 wrong_rate(&mut self.meter, self.stripes.capture(), self.reader, &self.sensor)
@@ -454,26 +457,39 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
         };
         if let Some(fault) = lost {
             self.reader.abandon_frame(self.line);
-            (self.stage, self.absent) = (Stage::SetUp, Told::Again);
-            self.line.absence(&mut self.absent, fault);
+            self.set_up_again(fault);
         } else if mem::take(&mut self.absent) != Told::None {
             self.line.fault(Fault::SensorBack);
         }
         lost.is_none()
     }
 
+    /// Reports this fault. The sensor is set up before more of its frames are used.
+    fn set_up_again(&mut self, fault: Fault<'_>) {
+        (self.stage, self.absent) = (Stage::SetUp, Told::Again);
+        self.line.absence(&mut self.absent, fault);
+    }
+
     /// Lets the sensor rest after a long time without light, and return at the first light.
     fn let_rest(&mut self) {
+        if self.stage != Stage::Run {
+            return;
+        }
         let Some(rest) = self.rest.first_mut() else { return };
         let settings = match rest.push(self.reader.is_lit()) {
             None => return,
             Some(RestState::Full) => return self.stripes.set_pace(1),
             Some(RestState::Resting) => self.sensor.resting().unwrap_or(rest.awake),
             Some(RestState::Returning) => rest.awake,
+            Some(RestState::Overdue) => return self.set_up_again(Fault::LostSync),
         };
         // When it returns, one more frame may come late.
         self.stripes.set_pace(sensor::RESTS.into());
-        self.sensor.change(settings, &mut self.i2c);
+        if !self.sensor.change(settings, &mut self.i2c) {
+            // Settings that were written and do not act are read back as right.
+            let fault = gone(&mut self.i2c);
+            self.set_up_again(fault);
+        }
     }
 
     /// Reports why frames were lost.
@@ -487,10 +503,7 @@ impl<B: Board, const WIDTH: usize, const STRIPES: usize> Running<B, WIDTH, STRIP
                 Fault::Overrun
             }
             stripes::Fault::LostSync => Fault::LostSync,
-            stripes::Fault::Silent => {
-                (self.stage, self.absent) = (Stage::SetUp, Told::Again);
-                return self.line.absence(&mut self.absent, Fault::SensorSilent);
-            }
+            stripes::Fault::Silent => return self.set_up_again(Fault::SensorSilent),
         };
         self.line.fault(fault);
     }
@@ -734,7 +747,10 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
         #[cfg(feature = "models")]
         reader.keep_model(*store, *line);
         let mut fault = match identify(sensors, store.exposure(), bus) {
-            Ok(sensor) => return (sensor, said),
+            Ok(sensor) => {
+                store.limit_exposure(sensor.longest_exposure);
+                return (sensor, said);
+            }
             Err(fault) => fault,
         };
         Timer::after(WAKES).await;
@@ -751,7 +767,7 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
     }
 }
 
-/// Looks for a sensor once, and sets it up with this exposure.
+/// Looks for a sensor once, and sets it up with this exposure, or with its longest one.
 // It is not inlined, so that sensors and faults do not lie on the stack of a function that runs for ever.
 #[inline(never)]
 fn identify(
@@ -761,7 +777,7 @@ fn identify(
 ) -> Result<CameraSensor, Fault<'static>> {
     let mut fault = Fault::SensorGone { lines: None };
     for sensor in sensors {
-        let sensor = CameraSensor { lines: exposure, ..*sensor };
+        let sensor = CameraSensor { lines: exposure.map(|lines| lines.min(sensor.longest_exposure)), ..*sensor };
         match sensor.identify(i2c) {
             Ok(()) => {
                 sensor.set_up(i2c, &mut Delay)?;

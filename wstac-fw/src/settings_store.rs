@@ -30,6 +30,12 @@ pub trait SettingsStore {
     /// Returns the layout, the darkness floor and the trigger.
     fn parameters(&self) -> (Layout, Floor, TriggerConfig);
 
+    /// Takes the longest exposure in lines of the sensor that was found. A longer one is shortened, but not in the
+    /// flash.
+    fn limit_exposure(&mut self, longest: u16) {
+        let _ = longest;
+    }
+
     /// Returns the exposure in lines, if it is not that of the sensor's table.
     fn exposure(&self) -> Option<u16> {
         None
@@ -151,6 +157,11 @@ impl<F: Storage> KeptSettings<F> {
 impl<F: Storage> SettingsStore for KeptSettings<F> {
     fn parameters(&self) -> (Layout, Floor, TriggerConfig) {
         (self.layout, self.settings.floor, self.settings.trigger)
+    }
+
+    fn limit_exposure(&mut self, longest: u16) {
+        self.longest = longest;
+        self.settings.exposure = self.settings.exposure.map(|lines| lines.min(longest));
     }
 
     fn exposure(&self) -> Option<u16> {

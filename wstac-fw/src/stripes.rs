@@ -24,6 +24,8 @@
 //! | lost sync | no frame began for 1.5 frame times, but then lines arrive | 1.9 frame times |
 //! | silent sensor | no frame began for 1.5 frame times, and no lines arrive | 1.9 frame times |
 //!
+//! While a sensor rests, these are times of the frames that it sends ([`Stripes::set_pace`]).
+//!
 //! After each of them, capture restarts at the next vertical sync. The time tells how many frames were lost: a frame
 //! that begins n frame times after the one before follows n − 1 lost ones.
 

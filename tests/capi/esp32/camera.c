@@ -33,7 +33,7 @@ static int lock(sensor_t *sensor, int enable)
     return 0;
 }
 
-static sensor_t chip = {lock, lock};
+static sensor_t chip = {lock, lock, lock, lock, lock};
 
 sensor_t *esp_camera_sensor_get(void)
 {
@@ -75,7 +75,7 @@ static bool has(const char *fault)
 camera_fb_t *esp_camera_fb_get(void)
 {
     int64_t time_us;
-    EXPECT(out == 0 && locked == 2);
+    EXPECT(out == 0 && locked == 5);
     do {
         read_frame();
     } while (has("missing"));

@@ -59,6 +59,9 @@ typedef struct _sensor sensor_t;
 struct _sensor {
     int (*set_gain_ctrl)(sensor_t *sensor, int enable);
     int (*set_exposure_ctrl)(sensor_t *sensor, int enable);
+    int (*set_whitebal)(sensor_t *sensor, int enable);
+    int (*set_awb_gain)(sensor_t *sensor, int enable);
+    int (*set_aec2)(sensor_t *sensor, int enable);
 };
 
 esp_err_t esp_camera_init(const camera_config_t *config);

@@ -153,7 +153,8 @@ pub fn start() -> Peripherals {
     peripherals
 }
 
-/// Stops the clocks of what no board uses: a quarter of what the chip draws while the core sleeps.
+/// Stops the clocks of what no board uses: by the data sheet, a quarter of the current of all clocks while the core
+/// sleeps.
 #[cfg(feature = "rp2040")]
 fn stop_unused_clocks() {
     CLOCKS.wake_en0().modify(|w| {

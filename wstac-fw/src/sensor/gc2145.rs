@@ -4,8 +4,8 @@
 //! Espressif, OpenMV and MediaTek. There was no data sheet and no sensor, so nothing of this is confirmed on hardware.
 //!
 //! The rate is arithmetic. A row takes blank columns + delay + width / 2 + 4 clocks, and a frame blank rows + height +
-//! 16 rows. With 24 MHz / 4 × (1 + 0xF8) / (1 + 0xFA), these are the 30.0 and 20.0 frames per second of Linux's 1280 ×
-//! 720 and 1600 × 1200, and the 47 µs per row of MediaTek. Whether 16 or 8 rows are added is within 2 %.
+//! 16 rows. With 24 MHz / 4 × (1 + multiplier) / (1 + divider), these are the 30.0 and 20.0 frames per second of
+//! Linux's 1280 × 720 and 1600 × 1200, and the 47 µs per row of MediaTek. Whether 16 or 8 rows are added is within 2 %.
 //!
 //! The port's clock is up to four times that one, which is 6 MHz. So more pixels do not fit in 1/30 s: the lens must
 //! show the whiskers in a fifth of the array's width.

@@ -145,9 +145,9 @@ impl ExposurePart {
     }
 }
 
-/// Returns the longest exposure in lines that each of these sensors can have.
+/// Returns the longest exposure in lines that any of these sensors can have. That of the one that is found may be less.
 pub fn longest_exposure(sensors: &[CameraSensor]) -> u16 {
-    sensors.iter().map(|sensor| sensor.longest_exposure).min().unwrap_or(0)
+    sensors.iter().map(|sensor| sensor.longest_exposure).max().unwrap_or(0)
 }
 
 /// A sensor that rests sends one of so many frames. The sample of a touch that ends the rest begins ten frames before
@@ -330,8 +330,9 @@ impl CameraSensor {
         hm01b0::resting(self)
     }
 
-    /// Changes to settings of the same registers while the sensor sends frames. Returns false if the bus failed; the
-    /// watch over settings finds that, too.
+    /// Changes to settings of the same registers while the sensor sends frames. Returns false if the bus failed: they
+    /// may not act then, although the watch over settings finds them as they should be.
+    #[must_use]
     pub fn change<B: I2c>(&mut self, settings: &'static [&'static [Setting]], bus: &mut B) -> bool {
         let before = mem::replace(&mut self.settings, settings);
         let mut port = Port(Registers::new(bus, self.address, self.addressing));

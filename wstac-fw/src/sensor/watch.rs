@@ -6,7 +6,7 @@ use embedded_hal::i2c::I2c;
 use super::{CameraSensor, Port, SensorError};
 use crate::sccb::Registers;
 
-/// The settings that are read back per frame, in turn. All of a table are read within a second.
+/// The settings that are read back per frame, in turn. All of a table are read within 30 frames.
 const PER_FRAME: usize = 2;
 
 /// The position in a table whose settings are read back.

@@ -23,7 +23,7 @@ typedef struct {
     uint32_t used, lost, surplus;
     /*
      * Whether there is a time of a last frame, and whether a frame since was not behind it; this time, and how far the
-     * time line is behind it, in microseconds x fps_numerator.
+     * time line is behind it, in microseconds x fps_numerator, negative if it is ahead.
      */
     bool has_time, is_back;
     int64_t time_us, behind;

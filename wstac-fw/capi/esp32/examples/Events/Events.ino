@@ -1,10 +1,12 @@
 /*
  * Prints the tactile events of a camera on an ESP32-S3 or ESP32. The pins are those of the XIAO ESP32S3 Sense; choose
  * its PSRAM in the settings of the board. Nothing may touch the sensor for the first second.
+ *
+ * The package has no library for Xtensa, which these chips are: docs/C.md#on-an-esp32 says how to build one.
  */
 #include <wstac_esp32_camera.h>
 
-/* The rate of the camera with this size. Another rate loses frames, or has surplus ones. */
+/* Set it to what your camera sends. Another rate loses frames, or has surplus ones. */
 static const uint32_t FRAMES_PER_SECOND = 30;
 
 static WstacEsp32 sensor;
@@ -57,8 +59,9 @@ void setup()
     }
     /* Light that a camera regulates is no touch. */
     sensor_t *chip = esp_camera_sensor_get();
-    if (chip == NULL || chip->set_exposure_ctrl(chip, 0) != 0 || chip->set_gain_ctrl(chip, 0) != 0)
-        Serial.printf("the camera does not hold exposure and gain: slow changes of light may be events\n");
+    if (chip == NULL || (chip->set_exposure_ctrl(chip, 0) | chip->set_aec2(chip, 0) | chip->set_gain_ctrl(chip, 0) |
+                         chip->set_whitebal(chip, 0) | chip->set_awb_gain(chip, 0)) != 0)
+        Serial.printf("the camera does not hold exposure, gain and white: slow changes of light may be events\n");
 }
 
 void loop()

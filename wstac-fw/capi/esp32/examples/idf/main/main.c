@@ -4,12 +4,14 @@
  *     frame=35 contact=slide speed=150.1 direction=90.0
  *
  * The pins are those of the XIAO ESP32S3 Sense. Nothing may touch the sensor for the first second.
+ *
+ * The package has no library for Xtensa, which these chips are: docs/C.md#on-an-esp32 says how to build one.
  */
 #include <stdio.h>
 
 #include "wstac_esp32_camera.h"
 
-/* The rate of the camera with this size. Another rate loses frames, or has surplus ones: a line says so. */
+/* Set it to what your camera sends. Another rate loses frames, or has surplus ones: a line says so. */
 #define FRAMES_PER_SECOND 30
 
 static WstacEsp32 sensor;
@@ -41,11 +43,12 @@ static const camera_config_t camera = {
     .grab_mode = CAMERA_GRAB_LATEST,
 };
 
-/* Light that a camera regulates is no touch. Returns false if the camera refuses. */
-static bool lock_exposure(void)
+/* Light that a camera regulates is no touch. Returns false if the camera refuses a part of it. */
+static bool lock_controls(void)
 {
     sensor_t *chip = esp_camera_sensor_get();
-    return chip != NULL && chip->set_exposure_ctrl(chip, 0) == 0 && chip->set_gain_ctrl(chip, 0) == 0;
+    return chip != NULL && (chip->set_exposure_ctrl(chip, 0) | chip->set_aec2(chip, 0) | chip->set_gain_ctrl(chip, 0) |
+                            chip->set_whitebal(chip, 0) | chip->set_awb_gain(chip, 0)) == 0;
 }
 
 static void report(WstacFwPipeline *pipeline, WstacFwStatus status)
@@ -84,8 +87,8 @@ void app_main(void)
         printf("no camera: esp_camera_init returns 0x%x; %s\n", (unsigned)error, wstac_fw_status_text(status));
         return;
     }
-    if (!lock_exposure())
-        printf("the camera does not hold exposure and gain: slow changes of light may be events\n");
+    if (!lock_controls())
+        printf("the camera does not hold exposure, gain and white: slow changes of light may be events\n");
     for (;;) {
         const char *wrong = wstac_esp32_take_camera(&sensor);
         /* The texts are constants: the same fault again is the same address. */
