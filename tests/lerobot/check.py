@@ -232,7 +232,7 @@ def check_rate(folder: Path) -> None:
     run("dataset", "--lerobot", folder / "fast", folder / "60.mcap")
     rows = columns(pq.read_table(folder / "fast/data"))
     features, known = rows["observation.tactile.features"].astype(float), rows["observation.tactile.motion_known"]
-    assert np.isnan(features[0]).all() and np.isfinite(features[1:]).all() and known.sum() > 10, known.sum()
+    assert np.isnan(features[0]).all() and np.isfinite(features[1:]).all() and known.any(), features[:3]
     at = {int(frame): row for frame, row in enumerate(wstac.read(folder / "60.mcap").features)}
     assert all(np.array_equal(features[k] * 2048, at[(k - 1) // 2]) for k in range(1, len(features))), features.shape
     # As long as the next is not known.
