@@ -85,7 +85,10 @@ fn a_set_of_lerobot_needs_the_python_package_and_recordings() {
     fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
     for (name, why) in [(python.to_str().unwrap(), "No module named wstac"), ("/nowhere/python3", "No such file")] {
         let (code, said) = run(name, &["a.mcap"]);
-        assert!(code == Some(2) && said.contains(why) && said.contains("help: pip install wstac[lerobot]"), "{said}");
+        assert!(
+            code == Some(2) && said.contains(why) && said.contains("help: install the wheel with [lerobot]"),
+            "{said}"
+        );
     }
     let (code, said) = run("/nowhere/python3", &[]);
     assert!(code == Some(2) && said.contains("has no recordings"), "{said}");

@@ -38,7 +38,7 @@ while True:
     while time.monotonic() < end: pass
     time.sleep(0.005)
 """
-CONDITIONS = (("no load", 0, False), ("load", 0, True), ("load, nice −15", -15, True))
+CONDITIONS = (("no load of its own", 0, False), ("load", 0, True), ("load, nice −15", -15, True))
 
 
 def busy() -> float:
@@ -108,7 +108,8 @@ def check(found: dict[str, re.Match[str]], all_frames: int) -> None:
         frames, lost, late, events = (int(match[field]) for field in range(1, 5))
         if frames + lost != all_frames or late > frames:
             sys.exit(f"loops: {name} counts {frames} frames and {lost} lost, expected {all_frames} in all")
-        if lost == 0 and not events:
+        # Who loses more may lose the touch.
+        if lost * 10 <= all_frames and not events:
             sys.exit(f"loops: {name} finds no event in {frames} frames")
 
 
@@ -134,6 +135,11 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=60)
     parser.add_argument("--keep", action="store_true")
     given = parser.parse_args()
+    # Better now than after two conditions.
+    nice = min(nice for _, nice, _ in CONDITIONS)
+    tried = "import os, sys; os.setpriority(os.PRIO_PROCESS, 0, int(sys.argv[1]))"
+    if subprocess.run([sys.executable, "-c", tried, str(nice)], stderr=subprocess.DEVNULL, check=False).returncode:
+        sys.exit(f"loops: priority {nice} is refused, expected the rights of root")
     with tempfile.TemporaryDirectory() as folder:
         tools = (given.wstac, given.rust, given.prefix, given.python)
         rows = table(*commands(Path(folder), *tools, given.seconds))

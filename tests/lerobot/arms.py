@@ -206,7 +206,12 @@ def check_refused(folder: Path, file: Path, run: Callable[..., str]) -> int:
     (here / "empty.csv").write_text("")
     (here / "no.mcap").write_text("no recording")
     (here / "no.parquet").write_text("no table")
+    (here / "twice.csv").write_text("\n".join(["time,shoulder,elbow,goal,shoulder", *lines[1:]]))
+    (here / "blank.csv").write_text("\n".join([lines[0], "", *lines[1:7], "", "-0.94,nan,1,2,x", *lines[8:]]))
+    (here / "forged.csv").write_text("\n".join(["time,\x1b[2J,elbow,goal,text", *lines[1:]]))
     numbers = [float(s) if k != 8 else None for k, s in enumerate(values[:, 0])]
+    far = {"time": pa.array([10**18 + k for k in range(len(values))], pa.timestamp("us"))}
+    pq.write_table(pa.table({**far, **{name: pa.array(values[:, k]) for k, name in enumerate([*STATE, *ACTION])}}), here / "far.parquet")
     for name, shoulder in (("null", pa.array(numbers)), ("text", pa.array(["a"] * len(values)))):
         of = {"time": pa.array(seconds), "shoulder": shoulder, "elbow": pa.array(values[:, 1]), "goal": pa.array(values[:, 2])}
         pq.write_table(pa.table(of), here / f"{name}.parquet")
@@ -214,6 +219,12 @@ def check_refused(folder: Path, file: Path, run: Callable[..., str]) -> int:
     zero = {"header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""}}
     for name, change in (("absent", {"name": ["a", "b", "c"]}), ("fewer", {"position": [1.0]}), ("zero", zero)):
         write_mcap(here / f"{name}.mcap", nanoseconds, values, **change)
+    write_mcap(here / "twice.mcap", nanoseconds, values, name=["elbow", "elbow", "goal"])
+    for name in ("zero.mcap", "null.parquet"):
+        whole = bytearray((here / name).read_bytes())
+        # The names and sizes at its ends stay.
+        whole[64 : len(whole) // 2] = bytes(byte ^ 0xA5 for byte in whole[64 : len(whole) // 2])
+        (here / f"damaged.{name.split('.')[1]}").write_bytes(whole)
     ros = {"topic": "/arm/joint_states"}
     refused = [
         ({"file": "gap.csv"}, "gap.csv: row 300 is the nearest to 2.0"),
@@ -224,6 +235,13 @@ def check_refused(folder: Path, file: Path, run: Callable[..., str]) -> int:
         ({"file": "empty.csv"}, "empty.csv: is empty"),
         ({"file": "back.csv"}, "back.csv: row 50: the time goes back from"),
         ({"file": "nan.csv"}, "nan.csv: row 7: column 'shoulder' is 'nan', expected a number"),
+        ({"file": "blank.csv"}, "blank.csv: row 7: column 'shoulder' is 'nan', expected a number"),
+        ({"file": "twice.csv"}, "twice.csv: has 2 columns 'shoulder', expected names that differ"),
+        ({"file": "forged.csv"}, "forged.csv: has no column 'shoulder', expected one of time, \\u001b[2J, elbow"),
+        ({"file": "far.parquet", "time": "time"}, "far.parquet (start clock) is from 1000000000000.000 s"),
+        ({"file": "damaged.parquet"}, "damaged.parquet: is no Parquet, or is damaged ("),
+        ({"file": "damaged.mcap", **ros}, "damaged.mcap: is no MCAP with messages of ROS 2, or is damaged ("),
+        ({"file": "twice.mcap", **ros}, "twice.mcap: row 5: name has elbow, elbow, goal, expected names that differ"),
         ({"file": "short.csv"}, "short.csv: row 7: column 'elbow' is '', expected a number"),
         ({"file": "there-is-none.csv"}, "there-is-none.csv: no such file"),
         ({"file": "good.csv", "time": "t"}, "good.csv: has no column 't', expected one of time, shoulder, elbow, goal, text"),
@@ -243,7 +261,7 @@ def check_refused(folder: Path, file: Path, run: Callable[..., str]) -> int:
     for keys, said in refused:
         (here / "arm.toml").write_text(joined(**keys))
         found = run("dataset", "--lerobot", folder / "new", file, "--arm", here / "arm.toml", fails=True)
-        assert said in found, (keys, found)
+        assert said in found and "\x1b" not in found and "Traceback" not in found, (keys, found)
     for text, said in (("", "has [], expected the tables [state] and [action]"), ("[state]\nclock = 'start'", 'no key "file"'), ("[", "arm.toml: ")):
         (here / "arm.toml").write_text(text)
         assert said in run("dataset", "--lerobot", folder / "new", file, "--arm", here / "arm.toml", fails=True), text

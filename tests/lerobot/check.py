@@ -7,16 +7,19 @@ LeRobot's own base class.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 from importlib.metadata import distributions
 from pathlib import Path
+from unittest import mock
 
 CAMERA_PACKAGE = Path(__file__).resolve().parents[2] / "wstac-python/lerobot_camera_wstac"
 # All that LeRobot asks for is 8 GB, and its cameras need none of it. A copy is built: pip writes into the folder.
@@ -31,6 +34,8 @@ import pandas  # noqa: E402
 import pyarrow as pa  # noqa: E402
 import pyarrow.parquet as pq  # noqa: E402
 import wstac  # noqa: E402
+import wstac._video  # noqa: E402
+import wstac.lerobot  # noqa: E402
 from lerobot.cameras.utils import make_cameras_from_configs  # noqa: E402
 from lerobot_camera_wstac import WstacCameraConfig  # noqa: E402
 
@@ -221,6 +226,54 @@ def check_datasets(found: Path, info: dict, rows: pa.Table) -> None:
     print(f"datasets {datasets.__version__}: {len(loaded)} rows")
 
 
+def check_rate(folder: Path) -> None:
+    """At 60 frames per second, each second frame completes features, which the row behind it repeats."""
+    run("record", "scene:Saw3@150", "--fps", "60", "--size", "400x400", "-o", folder / "60.mcap")
+    run("dataset", "--lerobot", folder / "fast", folder / "60.mcap")
+    rows = columns(pq.read_table(folder / "fast/data"))
+    features, known = rows["observation.tactile.features"].astype(float), rows["observation.tactile.motion_known"]
+    assert np.isnan(features[0]).all() and np.isfinite(features[1:]).all() and known.any(), features[:3]
+    at = {int(frame): row for frame, row in enumerate(wstac.read(folder / "60.mcap").features)}
+    assert all(np.array_equal(features[k] * 2048, at[(k - 1) // 2]) for k in range(1, len(features))), features.shape
+    # As long as the next is not known.
+    assert np.array_equal(known[1:-1:2], known[2::2][: len(known[1:-1:2])]), known
+    info = json.loads((folder / "fast/meta/info.json").read_text())
+    assert info["fps"] == 60, info
+
+
+def check_stopped(folder: Path) -> None:
+    """A signal leaves no folder, nor does a full disk, and a video that is cut is found."""
+    code = "import sys, wstac.lerobot; sys.exit(wstac.lerobot.main(sys.argv[1:]))"
+    for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+        command = [sys.executable, "-c", code, folder / "stopped", "scene:Saw3@150"]
+        with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
+            while not list(folder.glob(".stopped.*/set/videos")):
+                assert process.poll() is None, process.stderr.read()
+                time.sleep(0.01)
+            process.send_signal(number)
+            assert process.wait(30) == 128 + number, (number, process.stderr.read())
+        assert not list(folder.glob("*stopped*")) and not list(folder.glob(".stopped*")), number
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    with mock.patch.multiple(wstac.lerobot.pq.ParquetWriter, write_table=full, close=full):
+        try:
+            wstac.lerobot.write(folder / "full", ["scene:Saw3@150"], size=(96, 64))
+            raise AssertionError("a full disk is written to")
+        except OSError as error:
+            assert error.errno == 28, error
+    assert not list(folder.glob("*full*")) and not list(folder.glob(".full*"))
+    video = wstac._video.Video(folder, 30, (96, 64))
+    whole = next((folder / "small/videos").rglob("*.mp4"))
+    for length, said in ((10**4, "ends at frame "), (1, "has more frames than its episodes")):
+        try:
+            list(video.sampled([length], whole))
+            raise AssertionError(f"a video of {length} frames")
+        except wstac.Error as error:
+            assert said in str(error), error
+
+
 def check_others(folder: Path, files: list[Path]) -> None:
     """Checks sets without pictures, with scaled ones, of scenes, and what is refused."""
     run("record", f"scene:{folder}/b.toml", "-o", folder / "sums.mcap", "--features-only")
@@ -238,6 +291,10 @@ def check_others(folder: Path, files: list[Path]) -> None:
     assert "observation.tactile.motion" not in json.loads((folder / "quiet/meta/stats.json").read_text())
     assert np.isnan(columns(pq.read_table(folder / "quiet/data"))["observation.tactile.motion"]).all()
     new, [a, b, _] = folder / "new", files
+    check_rate(folder)
+    (folder / "plain").mkdir()
+    assert (folder / "small").stat().st_mode == (folder / "plain").stat().st_mode, oct((folder / "small").stat().st_mode)
+    check_stopped(folder)
     (folder / "bad.mcap").write_text("no recording")
     (folder / "empty").mkdir()
     refused = [
@@ -256,13 +313,16 @@ def check_others(folder: Path, files: list[Path]) -> None:
     for arguments, said in refused:
         found = run("dataset", *arguments, fails=True)
         assert said in found, (arguments, found)
+        assert "Traceback" not in found, found
         assert not list(folder.glob("*new*")) and not list(folder.glob(".new*")), list(folder.iterdir())
+    for size in ("33x20", "big"):
+        assert wstac.lerobot.main(["--size", size, str(new), str(a)]) == 2, size
     environment = os.environ | {"WSTAC_PYTHON": sys.executable, "PATH": "/nowhere"}
     done = subprocess.run([WSTAC, "dataset", "--lerobot", new, a], capture_output=True, text=True, env=environment, check=False)
     assert done.returncode == 1 and "ffmpeg is not installed" in done.stderr, done
     environment["WSTAC_PYTHON"] = "/nowhere/python3"
     done = subprocess.run([WSTAC, "dataset", "--lerobot", new, a], capture_output=True, text=True, env=environment, check=False)
-    assert done.returncode == 2 and "help: pip install wstac[lerobot]" in done.stderr, done
+    assert done.returncode == 2 and "help: install the wheel with [lerobot]" in done.stderr, done
     print(f"refused: {len(refused) + 2} mistakes")
 
 
@@ -289,6 +349,23 @@ def check_camera() -> None:
     # The slide lights up both.
     assert all(max(frame.max() for frame in frames) > 2 * frames[0].max() for frames in shown.values())
     camera = make_cameras_from_configs({"tactile": WstacCameraConfig(source="scene:Saw3@150", show="taxels")})["tactile"]
+    # Connected again, it is new: the end of before is not its own.
+    for _ in range(3):
+        camera.connect()
+        assert camera.async_read(2000) is not None
+        time.sleep(0.1)
+        assert camera.async_read(2000) is not None
+        camera.disconnect()
+    camera.connect()
+    try:
+        camera.connect()
+        raise AssertionError("a camera is connected twice")
+    except ConnectionError as error:
+        assert "is connected" in str(error), error
+    with mock.patch.object(camera, "async_read", side_effect=TimeoutError), contextlib.suppress(TimeoutError):
+        camera.disconnect()
+        camera.connect()
+    assert not camera.is_connected
     camera.connect()
     time.sleep(6)
     try:

@@ -66,3 +66,17 @@ class Film:
         small = "-c:v libwebp_anim -quality 45 -compression_level 6 -loop 0".split()
         content = b"".join(picture.tobytes() for picture in self.pictures)
         subprocess.run(["ffmpeg", "-loglevel", "error", *raw, "-vf", drawn, *small, file], check=True, input=content)
+
+
+def form_of(content: bytes) -> tuple[int, int, int, int]:
+    """Returns width and height of an animated WebP, its number of pictures, and how long it lasts, in ms."""
+    assert content[:4] == b"RIFF" and content[8:16] == b"WEBPVP8X", content[:16]
+    number = lambda at: int.from_bytes(content[at : at + 3], "little")
+    at, count, lasts = 12, 0, 0
+    while at < len(content):
+        if content[at : at + 4] == b"ANMF":
+            # Behind the chunk's head of 8 bytes: x, y, width, height and duration, of 3 bytes each.
+            count, lasts = count + 1, lasts + number(at + 20)
+        size = int.from_bytes(content[at + 4 : at + 8], "little")
+        at += 8 + size + size % 2
+    return number(24) + 1, number(27) + 1, count, lasts

@@ -124,13 +124,29 @@ CANDIDATES = (
 
 @dataclass(frozen=True)
 class Judged:
-    """A model file and whether each slide that tests is named right; one that is said to be unknown is not."""
+    """A model file and whether each slide that tests is named right; one that is said to be unknown is not.
+
+    `known`, `named` and `confidence` are (n,), too; `named` is whether the class of an unknown slide is right all the
+    same. `rejected` is whether each slide of an unknown texture is said to be unknown.
+    """
 
     input: Input
     candidate: Candidate
     size: int
     right: np.ndarray
+    known: np.ndarray
+    named: np.ndarray
+    confidence: np.ndarray
+    rejected: np.ndarray
     alike: int
+
+    @property
+    def calibration_error(self) -> float:
+        """The expected calibration error of the answers that are given, over 15 ranges of confidence."""
+        confidence, named = self.confidence[self.known], self.named[self.known]
+        places = np.minimum((confidence * 15).astype(int), 14)
+        sums = [abs((confidence - named)[places == place].sum()) for place in range(15)]
+        return float(sum(sums) / len(confidence))
 
 
 @dataclass(frozen=True)
@@ -179,7 +195,8 @@ def judged(wanted: Input, candidate: Candidate, sets: Sets, folder: Path, keep: 
     known = np.array(found["known"]) & sets.test.measured
     unknown = ~np.array(evaluated(path, sets.unknown)["known"])[sets.unknown.measured]
     print(f"{path}: {100 * (named & known).mean():.2f} %, unknown {100 * unknown.mean():.1f} %", file=sys.stderr, flush=True)
-    return Judged(wanted, candidate, path.stat().st_size, named & known, alike)
+    confidence = np.array(found["confidence"])
+    return Judged(wanted, candidate, path.stat().st_size, named & known, known, named, confidence, unknown, alike)
 
 
 def trained(wanted: Input, candidate: Candidate, sets: Sets, path: Path) -> int:
@@ -285,6 +302,12 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
     head = [
         "file", "bytes", "accuracy, %", "at 50 to 200 mm/s, %", "equal to the trained model"
     ]
+    # docs/ANSWERS.md has those of the others.
+    short = "; ".join(
+        f"{name_of(model)} {model.calibration_error:.4f}, {100 * model.rejected.mean():.1f},"
+        f" {100 * (1 - model.known.mean()):.1f}"
+        for model in models if "16mm" in name_of(model)
+    )
     intro = paragraph(
         "These models name the ten specimens of the simulated sensor from light along the path of a touch (SPEC §10).",
         "`path` models take ten sums, and `taxel-path` models 25 taxels.",
@@ -319,6 +342,9 @@ Do not edit them.
 {training}
 
 {table(head, rows, range(1, 5))}
+
+Calibration error, unknown textures found and trained ones refused in %:
+{short}.
 
 ## New textures from five slides each
 

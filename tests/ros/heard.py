@@ -311,6 +311,7 @@ def check_services(folder: Path, listener: Listener) -> None:
     (folder / "right.toml").write_text("[trigger]\nwindow = 7\n")
     (folder / "secret.toml").write_text("[trigger]\nhunter2\n")
     os.mkfifo(folder / "pipe.toml")
+    (folder / "folder.toml").mkdir()
     (folder / "link.toml").symlink_to(folder / "right.toml")
     source = scene(folder, "hand", lead_in=3000)
     listener.hear("hand", "features", "picture")
@@ -329,6 +330,10 @@ def check_services(folder: Path, listener: Listener) -> None:
             refused(call(LoadFile, "load_configuration", file=name), "without folders")
         refused(call(LoadFile, "load_configuration", file="link.toml"), "link")
         refused(call(LoadFile, "load_configuration", file="pipe.toml"), "expected a file")
+        there = len(os.listdir(f"/proc/{process.pid}/fd"))
+        for _ in range(20):
+            refused(call(LoadFile, "load_configuration", file="folder.toml"), "expected a file")
+        same(len(os.listdir(f"/proc/{process.pid}/fd")) < there + 10, True, "descriptors after folders")
         answer = call(LoadFile, "load_configuration", file="secret.toml")
         refused(answer, "secret.toml: TOML line 2")
         same(("hunter2" in answer.message, "hunter2" in process.said()), (False, True), "who reads what is in a file")

@@ -20,10 +20,15 @@ int main(int argc, char **argv)
         std::fputs("bounded_loop: wrong arguments, expected FRAMES [PASSES]\n", stderr);
         return 2;
     }
+    const int passes = argc == 3 ? std::atoi(argv[2]) : 1;
+    if (passes < 1) {
+        std::fprintf(stderr, "bounded_loop: PASSES is %s, expected 1 or more\n", argv[2]);
+        return 2;
+    }
     std::ifstream file(argv[1], std::ios::binary);
     const std::vector<char> bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
     const std::size_t size = std::size_t(WIDTH) * HEIGHT, count = bytes.size() / size;
-    const std::size_t end = count * std::size_t(argc == 3 ? std::atoi(argv[2]) : 1);
+    const std::size_t end = count * std::size_t(passes);
     WstacFrames frames = WstacFrames();
     frames.width = WIDTH, frames.height = HEIGHT, frames.format = "GREY", frames.fps_numerator = RATE;
     frames.fps_denominator = 1;

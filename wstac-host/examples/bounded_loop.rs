@@ -22,7 +22,10 @@ fn main() -> Result<(), Error> {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let (file, passes) = match &arguments[..] {
         [file] => (file, 1_usize),
-        [file, passes] => (file, passes.parse().map_err(|_| wrong("PASSES is no number, expected 1 or more"))?),
+        [file, passes] => match passes.parse() {
+            Ok(passes @ 1..) => (file, passes),
+            _ => return Err(wrong(&format!("PASSES is {passes:?}, expected 1 or more"))),
+        },
         _ => return Err(wrong("wrong arguments, expected FRAMES [PASSES]")),
     };
     let bytes = fs::read(file).map_err(|error| Error::io(file, error))?;

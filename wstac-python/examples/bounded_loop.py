@@ -12,9 +12,14 @@ import wstac
 
 WIDTH, HEIGHT, RATE, DEADLINE_MS = 640, 480, 30, 10.0
 
+if len(sys.argv) not in (2, 3):
+    sys.exit("bounded_loop: wrong arguments, expected FRAMES [PASSES]")
+passes = sys.argv[2] if len(sys.argv) > 2 else "1"
+if not passes.isdecimal() or int(passes) < 1:
+    sys.exit(f"bounded_loop: PASSES is {passes!r}, expected 1 or more")
 frames = np.fromfile(sys.argv[1], np.uint8)
 frames = frames[: len(frames) // (WIDTH * HEIGHT) * WIDTH * HEIGHT].reshape(-1, HEIGHT, WIDTH)
-end = len(frames) * (int(sys.argv[2]) if len(sys.argv) > 2 else 1)
+end = len(frames) * int(passes)
 if end == 0:
     sys.exit("bounded_loop: FRAMES has no frame of 640 x 480 GREY")
 pipeline = wstac.Pipeline("GREY", size=(WIDTH, HEIGHT), fps=RATE, motion=True)

@@ -35,6 +35,7 @@ class WstacCamera(Camera):
         super().__init__(config)
         self.config = config
         self._stream: wstac.Stream | None = None
+        self._thread: threading.Thread | None = None
         self._news = threading.Condition()
         self._frame, self._at, self._is_new, self._error = None, 0.0, False, None
 
@@ -47,6 +48,8 @@ class WstacCamera(Camera):
         return []
 
     def connect(self, warmup: bool = True) -> None:
+        if self._stream is not None:
+            raise ConnectionError(f"{self.config.source}: is connected, expected a call of disconnect before")
         size = (self.width, self.height) if self.width and self.height and self.config.show == "picture" else None
         self._stream = wstac.open(self.config.source, fps=self.fps, size=size, paced=True)
         if self.config.show == "picture":
@@ -55,9 +58,14 @@ class WstacCamera(Camera):
             self.width, self.height = self.width or 80, self.height or 80
         self.fps = self.fps or round(self._stream.fps)
         self._frame, self._is_new, self._error = None, False, None
-        threading.Thread(target=self._follow, args=(self._stream,), daemon=True).start()
-        if warmup:
-            self.async_read(10_000)
+        self._thread = threading.Thread(target=self._follow, args=(self._stream,), daemon=True)
+        self._thread.start()
+        try:
+            if warmup:
+                self.async_read(10_000)
+        except BaseException:
+            self.disconnect()
+            raise
 
     def _follow(self, stream: wstac.Stream) -> None:
         error: Exception = RuntimeError(f"{self.config.source}: has ended")
@@ -76,6 +84,8 @@ class WstacCamera(Camera):
     def _picture(self, frame: wstac.Frame, stream: wstac.Stream) -> np.ndarray:
         code = stream.format.rstrip()
         if self.config.show == "taxels":
+            if np.isnan(frame.taxels).any():
+                raise ValueError(f"{self.config.source}: sends no taxels, expected a camera, a recording or a scene")
             light = np.clip(frame.taxels * self.config.gain * 255, 0, 255).astype(np.uint8)
             plane = light[np.ix_(np.arange(self.height) * 5 // self.height, np.arange(self.width) * 5 // self.width)]
         elif code in ("RGB3", "BGR3"):
@@ -115,4 +125,7 @@ class WstacCamera(Camera):
     def disconnect(self) -> None:
         if self._stream is not None:
             self._stream.close()
-            self._stream = None
+            # Its end is not that of the next connection.
+            if self._thread is not None:
+                self._thread.join()
+            self._stream = self._thread = None

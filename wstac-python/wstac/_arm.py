@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import NotFoundError
+from ._visible import line as one_line
 from ._wstac import Error
 
 Values = NDArray[np.float64]
@@ -74,6 +75,8 @@ def _keys(where: str, table: Any) -> dict[str, Any]:
             isinstance(value, list) and value and all(isinstance(name, str) for name in value)
         ):
             raise Error(f"{where} columns is {value!r}, expected a list of names")
+        if key == "columns" and len(set(value)) < len(value):
+            raise Error(f"{where} columns is {value!r}, expected names that differ")
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if key == "within_ms" and not (is_number and 0 < value < math.inf):
             raise Error(f"{where} within_ms is {value!r}, expected a number of milliseconds above 0")
@@ -119,7 +122,7 @@ class Arm:
         return f"{self._times[0]:.3f} s to {self._times[-1]:.3f} s"
 
     def at(self, time: float) -> Optional[Values]:
-        """Returns the values at a time, or None before the first and after the last.
+        """Returns the values at a time, or None if it is more than within_ms before the first or after the last.
 
         Raises `Error` in a gap: no row is as near as the key within_ms demands.
         """
@@ -143,6 +146,11 @@ class Arm:
         return between
 
 
+def _listed(names: list[str]) -> str:
+    """Returns names of a file as one line."""
+    return one_line(", ".join(names))
+
+
 def _numbers(file: Path, row: int, column: str, text: Any) -> float:
     """Returns a number of a table, or tells where there is none."""
     try:
@@ -160,17 +168,24 @@ def _columns(file: Path, keys: Mapping[str, Any], there: list[str]) -> tuple[str
     names = keys["columns"] or [name for name in there if name != time]
     for name in (time, *names):
         if name not in there:
-            raise Error(f"{file}: has no column {name!r}, expected one of {', '.join(there)}")
+            raise Error(f"{file}: has no column {name!r}, expected one of {_listed(there)}")
+        if there.count(name) > 1:
+            raise Error(f"{file}: has {there.count(name)} columns {name!r}, expected names that differ")
     if not names:
         raise Error(f"{file}: has no column besides {time!r}, expected those of an arm")
     return time, names
 
 
+def _damaged(file: Path, kind: str, error: Exception) -> Error:
+    said = " ".join(str(error).split()) or type(error).__name__
+    return Error(f"{file}: is no {kind}, or is damaged ({one_line(said)}), expected a whole file: copy it again")
+
+
 def _csv(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Values]:
-    """Reads a table with a line of names. Row 1 is the line behind them."""
+    """Reads a table with a line of names. Row 1 is behind them; empty lines are no rows."""
     with open(file, newline="", encoding="utf-8-sig") as opened:
         try:
-            rows = list(csv.reader(opened))
+            rows = [row for row in csv.reader(opened) if row]
         except (ValueError, csv.Error) as error:
             raise Error(f"{file}: is no CSV: {error}") from None
     if not rows:
@@ -180,9 +195,8 @@ def _csv(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Values
     places = [there.index(name) for name in (time, *names)]
     values = []
     for number, row in enumerate(rows[1:], 1):
-        if row:
-            texts = [row[place] if place < len(row) else "" for place in places]
-            values.append([_numbers(file, number, name, text) for name, text in zip((time, *names), texts)])
+        texts = [row[place] if place < len(row) else "" for place in places]
+        values.append([_numbers(file, number, name, text) for name, text in zip((time, *names), texts)])
     table = np.array(values, np.float64).reshape(len(values), 1 + len(names))
     return names, table[:, 0] * _SECONDS[keys["unit"]], table[:, 1:]
 
@@ -194,14 +208,18 @@ def _parquet(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Va
 
     try:
         table = pq.read_table(file)
-    except pa.ArrowInvalid as error:
-        raise Error(f"{file}: is no Parquet: {error}") from None
+    except (pa.ArrowException, OSError) as error:
+        # Damage has no number of an error of the system.
+        if isinstance(error, OSError) and error.errno:
+            raise
+        raise _damaged(file, "Parquet", error) from None
     time, names = _columns(file, keys, table.column_names)
     columns, unit = [], _SECONDS[keys["unit"]]
     for name in (time, *names):
         column = table[name].combine_chunks()
         if name == time and pa.types.is_timestamp(column.type):
-            column, unit = column.cast(pa.timestamp("ns")).cast(pa.int64()), 1e-9
+            # Not in ns: 64 bits of them end in 2262.
+            unit, column = _SECONDS[column.type.unit], column.cast(pa.int64())
         try:
             column = column.cast(pa.float64(), safe=False)
         except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
@@ -218,7 +236,6 @@ def _parquet(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Va
 def _mcap(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Values]:
     """Reads messages of ROS 2 as the schema in the file has them: JointState, or another with its fields."""
     try:
-        from mcap.exceptions import McapError  # type: ignore[import, unused-ignore]
         from mcap.reader import make_reader  # type: ignore[import, unused-ignore]
         from mcap_ros2.decoder import DecoderFactory  # type: ignore[import, unused-ignore]
     except ImportError:
@@ -234,13 +251,15 @@ def _mcap(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Value
             found = reader.get_summary()
             topics = sorted({channel.topic for channel in found.channels.values()}) if found else []
             if found and topic not in topics:
-                raise Error(f"{file}: has no topic {topic!r}, expected one of {', '.join(topics) or 'none'}")
+                raise Error(f"{file}: has no topic {topic!r}, expected one of {_listed(topics) or 'none'}")
             for row, one in enumerate(reader.iter_decoded_messages(topics=[topic]), 1):
                 message, schema = one.decoded_message, one.schema.name if one.schema else "none"
                 if not hasattr(message, "name") or not hasattr(message, field):
                     raise Error(f"{file}: {topic} has messages {schema}, expected sensor_msgs/msg/JointState")
                 joints, numbers = list(message.name), list(getattr(message, field))
                 names = names or joints
+                if len(set(joints)) < len(joints):
+                    raise Error(f"{file}: row {row}: name has {_listed(joints)}, expected names that differ")
                 if len(joints) != len(numbers):
                     raise Error(
                         f"{file}: row {row}: {field} has {len(numbers)} values, expected {len(joints)} as name has"
@@ -248,7 +267,7 @@ def _mcap(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Value
                 at = dict(zip(joints, numbers))
                 absent = [name for name in names if name not in at]
                 if absent:
-                    raise Error(f"{file}: row {row}: has no joint {absent[0]!r}, expected one of {', '.join(joints)}")
+                    raise Error(f"{file}: row {row}: has no joint {absent[0]!r}, expected one of {_listed(joints)}")
                 values.append([_numbers(file, row, name, at[name]) for name in names])
                 nanoseconds = one.message.log_time
                 if stamp == "header.stamp":
@@ -256,8 +275,9 @@ def _mcap(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Value
                     if not nanoseconds:
                         raise Error(f'{file}: row {row}: header.stamp is 0\nhelp: set time = "log_time"')
                 times.append(nanoseconds * 1e-9)
-        except (McapError, ValueError, EOFError) as error:
-            if isinstance(error, Error):
-                raise
-            raise Error(f"{file}: is no MCAP with messages of ROS 2: {' '.join(str(error).split())}") from None
+        except (Error, OSError):
+            raise
+        except Exception as error:
+            # Damaged bytes reach struct, zstandard, lz4 and the decoder, each with errors of its own.
+            raise _damaged(file, "MCAP with messages of ROS 2", error) from None
     return names, np.array(times), np.array(values, np.float64)

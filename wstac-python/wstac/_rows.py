@@ -37,6 +37,8 @@ class Rows:
         self.lost, self.cut = 0, 0
         self.start_ns: Optional[int] = None
         """Wall-clock time of the first row's light since 1970, in ns; None where the source knows none."""
+        # What the newest feature frame says: above 45 frames per second, not every frame completes one.
+        self._known: dict[str, Any] = {}
         self._first: Optional[Frame] = None
         self._last: Optional[Frame] = None
 
@@ -66,6 +68,7 @@ class Rows:
             gap, before = frame.number - before - 1, frame.number
             self._first = self._first or frame
             self._last = frame
+            self._follow(frame, gap)
             arm = {name: arm.at(self._time(frame, arm.clock)) for name, arm in self._arms.items()}
             if any(values is None for values in arm.values()):
                 self.cut += 1
@@ -78,18 +81,26 @@ class Rows:
             self._add(frame, gap, frame.timestamp - started, arm)
             yield frame
 
-    def _add(self, frame: Frame, gap: int, time: float, arm: dict[str, Any]) -> None:
+    def _follow(self, frame: Frame, gap: int) -> None:
+        """Keeps features and motion until the next are known, or frames are lost."""
+        if frame.features is None and not gap and self._known:
+            return
         motions = [record for record in frame.records if isinstance(record, Motion)]
         direction = motions[-1].direction.deg if motions else None
         velocity = (math.nan, math.nan)
         if direction is not None:
             speed, angle = motions[-1].speed.mm_s, math.radians(direction)
             velocity = (speed * math.cos(angle), speed * math.sin(angle))
-        row = {
-            "observation.tactile.taxels": frame.taxels.reshape(25),
+        self._known = {
             "observation.tactile.features": [math.nan] * 10 if frame.features is None else frame.features / 2048,
             "observation.tactile.motion": velocity,
             "observation.tactile.motion_known": direction is not None,
+        }
+
+    def _add(self, frame: Frame, gap: int, time: float, arm: dict[str, Any]) -> None:
+        row = {
+            "observation.tactile.taxels": frame.taxels.reshape(25),
+            **self._known,
             "observation.tactile.slip": any(isinstance(record, Slip) for record in frame.records),
             "tactile.time_s": time,
             "tactile.lost": gap,
@@ -129,7 +140,10 @@ class Rows:
         """Returns what a person should know of the episode."""
         made = [f"{self._source}: {note}" for note in self._stream.notes]
         if self.lost:
-            made.append(f"{self._source}: {self.lost} frames were lost and have no row (column tactile.lost)")
+            count = "1 frame was lost and has" if self.lost == 1 else f"{self.lost} frames were lost and have"
+            made.append(f"{self._source}: {count} no row (column tactile.lost)")
         if self.cut:
-            made.append(f"{self._source}: {self.cut} frames before and after the arm's values have no row")
+            count = "1 frame" if self.cut == 1 else f"{self.cut} frames"
+            has = "has" if self.cut == 1 else "have"
+            made.append(f"{self._source}: {count} before and after the arm's values {has} no row")
         return made

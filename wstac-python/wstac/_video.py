@@ -46,10 +46,14 @@ class Video:
             video_key=PICTURE, chunk_index=self.number // CHUNK, file_index=self.number % CHUNK
         )
 
+    def _file_size(self) -> int:
+        # ffmpeg makes the file at its first frames.
+        return self.path.stat().st_size if self.path.exists() else 0
+
     def begin(self, source: str, stream: Stream) -> None:
         """Begins an episode: in the same file, if that is not too large and has frames of the same form."""
         code, (width, height) = stream.format.rstrip(), stream.size
-        if self._ffmpeg and (self._form != (code, width, height) or self.path.stat().st_size > MOST_MB << 20):
+        if self._ffmpeg and (self._form != (code, width, height) or self._file_size() > MOST_MB << 20):
             self.end()
             self.number, self.frames = self.number + 1, 0
         size = self._wanted or (width, height)
@@ -78,7 +82,7 @@ class Video:
         try:
             self._ffmpeg = subprocess.Popen(command, stdin=subprocess.PIPE, stderr=self._errors)
         except FileNotFoundError:
-            raise Error(f"{source}: ffmpeg is not installed, expected it to write videos") from None
+            raise Error(f"{source}: ffmpeg is not installed\nhelp: sudo apt install ffmpeg") from None
 
     def add(self, picture: NDArray[Any]) -> None:
         """Writes a frame."""
@@ -87,6 +91,7 @@ class Video:
             self._ffmpeg.stdin.write(np.ascontiguousarray(picture).data.cast("B"))
         except BrokenPipeError:
             self.end()
+            raise Error(f"{self.path}: ffmpeg ended before the last frame, expected one that runs") from None
         self.frames += 1
 
     def end(self) -> None:
@@ -96,9 +101,12 @@ class Video:
         self._ffmpeg.communicate()
         code, self._ffmpeg = self._ffmpeg.returncode, None
         if code:
-            self._errors.seek(0)
-            said = " ".join(self._errors.read().decode(errors="replace").split())
-            raise Error(f"{self.path.name}: ffmpeg failed with exit code {code}: {said}")
+            raise self._failed(self.path, code)
+
+    def _failed(self, path: Path, code: int) -> Error:
+        self._errors.seek(0)
+        said = " ".join(self._errors.read().decode(errors="replace").split())
+        return Error(f"{path}: ffmpeg failed with exit code {code}, expected 0: {said or 'it said nothing'}")
 
     def abandon(self) -> None:
         """Stops the program that writes it."""
@@ -112,15 +120,27 @@ class Video:
         width, height = self.size
         step = max(1, width // _SAMPLED_WIDTH)
         command = ["ffmpeg", "-nostdin", "-v", "error", "-i", str(path)]
-        decoder = subprocess.Popen([*command, "-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:1"], stdout=subprocess.PIPE)
+        command += ["-f", "rawvideo", "-pix_fmt", "rgb24", "pipe:1"]
+        decoder = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=self._errors)
         assert decoder.stdout
-        for length in lengths:
-            wanted = set(np.linspace(0, length - 1, min(length, _SAMPLED)).round().astype(int).tolist())
-            pictures = []
-            for number in range(length):
-                raw = decoder.stdout.read(width * height * 3)
-                if number in wanted:
-                    pictures.append(np.frombuffer(raw, np.uint8).reshape(height, width, 3)[::step, ::step])
-            yield np.stack(pictures)
-        decoder.stdout.close()
-        decoder.wait()
+        try:
+            for length in lengths:
+                wanted = set(np.linspace(0, length - 1, min(length, _SAMPLED)).round().astype(int).tolist())
+                pictures = []
+                for number in range(length):
+                    raw = decoder.stdout.read(width * height * 3)
+                    if len(raw) < width * height * 3:
+                        if code := decoder.wait():
+                            raise self._failed(path, code)
+                        raise Error(f"{path}: ends at frame {number} of an episode, expected {length}: write it again")
+                    if number in wanted:
+                        pictures.append(np.frombuffer(raw, np.uint8).reshape(height, width, 3)[::step, ::step])
+                yield np.stack(pictures)
+            if decoder.stdout.read(1):
+                raise Error(f"{path}: has more frames than its episodes, expected {sum(lengths)}: write it again")
+            if code := decoder.wait():
+                raise self._failed(path, code)
+        finally:
+            decoder.kill()
+            decoder.stdout.close()
+            decoder.wait()

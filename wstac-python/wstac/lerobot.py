@@ -1,4 +1,4 @@
-"""Recordings as a data set of LeRobot v3.0: `pip install wstac[lerobot]`, and ffmpeg.
+"""Recordings as a data set of LeRobot v3.0, with the wheel's extra `lerobot` and ffmpeg.
 
     import wstac.lerobot
 
@@ -10,12 +10,14 @@ It is what `wstac dataset --lerobot set saw3.mcap fla0.mcap --arm arm.toml` runs
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import os
 import shutil
+import signal
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Optional, Union
@@ -23,7 +25,7 @@ from typing import Any, Optional, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _arm, _stream
+from . import _arm, _stream, _visible
 from ._models import Config, Configuration
 from ._rows import Rows
 from ._stream import Frame, Stream
@@ -34,7 +36,7 @@ try:
     import pyarrow as pa  # type: ignore[import, unused-ignore]
     import pyarrow.parquet as pq  # type: ignore[import, unused-ignore]
 except ImportError as _error:
-    raise ImportError("pyarrow: is not installed\nhelp: pip install wstac[lerobot]") from _error
+    raise ImportError("pyarrow: is not installed\nhelp: install the wheel with [lerobot] (docs/SETS.md)") from _error
 
 __all__ = ["Summary", "write"]
 
@@ -67,6 +69,7 @@ def write(
     size: Optional[tuple[int, int]] = None,
     sensor: Optional[str] = None,
     config: Configuration = None,
+    say: Optional[Callable[[str], object]] = None,
 ) -> Summary:
     """Writes a new folder with a data set of LeRobot v3.0.
 
@@ -74,31 +77,43 @@ def write(
 
     `arm` is a TOML file that says how the arm's state and action are joined (`wstac dataset --help`). `task` is that of
     recordings without the label task; else it is made of the label specimen. `size` scales the pictures. `sensor` is
-    that of recordings of several. Raises `Error` if a source or the arm cannot be used; no folder is left then.
+    that of recordings of several. `say` is called with a line as each source begins. Raises `Error` if a source or the
+    arm cannot be used; no folder is left then.
     """
     target = Path(folder)
     if target.exists():
         raise Error(f"{target}: exists, expected the name of a new folder")
-    if size is not None and (min(size) < 2 or size[0] % 2 or size[1] % 2):
-        raise Error(f"size is {size[0]}x{size[1]}, expected even numbers, as H.264 demands")
+    _check_size(size)
     joins = {} if arm is None else _arm.read_tables(Path(arm))
     found = list(_found(sources))
     target.absolute().parent.mkdir(parents=True, exist_ok=True)
-    new = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.absolute().parent))
-    writer = _Writer(new, size)
+    hidden = Path(tempfile.mkdtemp(prefix=f".{target.name}.", dir=target.absolute().parent))
     try:
-        for source in found:
-            with _stream.open(source, config=config, motion=True, sensor=sensor) as stream:
-                arms = {key: _arm.Arm(keys, Path(arm or "").parent, Path(source).stem) for key, keys in joins.items()}
-                writer.episode(source, stream, arms, task)
-        summary = writer.finish()
-        new.chmod(0o755)
+        # A folder in it has the mode that the umask gives.
+        new = hidden / "set"
+        new.mkdir()
+        writer = _Writer(new, size)
+        try:
+            for number, source in enumerate(found, 1):
+                if say:
+                    say(f"{source}: source {number} of {len(found)}")
+                with _stream.open(source, config=config, motion=True, sensor=sensor) as stream:
+                    name = Path(source).stem
+                    arms = {key: _arm.Arm(keys, Path(arm or "").parent, name) for key, keys in joins.items()}
+                    writer.episode(source, stream, arms, task)
+            summary = writer.finish()
+        except BaseException:
+            writer.abandon()
+            raise
         new.rename(target)
         return summary
-    except BaseException:
-        writer.abandon()
-        shutil.rmtree(new, ignore_errors=True)
-        raise
+    finally:
+        shutil.rmtree(hidden, ignore_errors=True)
+
+
+def _check_size(size: Optional[tuple[int, int]]) -> None:
+    if size is not None and (min(size) < 2 or size[0] % 2 or size[1] % 2):
+        raise Error(f"size is {size[0]}x{size[1]}, expected even numbers, as H.264 demands")
 
 
 def _found(sources: Iterable[Union[str, os.PathLike[str]]]) -> Iterator[str]:
@@ -295,17 +310,21 @@ class _Writer:
             place = (f"videos/{PICTURE}/chunk_index", f"videos/{PICTURE}/file_index")
             here = [episode for episode in self._episodes if (episode[place[0]], episode[place[1]]) == (chunk, at)]
             path = self._folder / NAME.format(video_key=PICTURE, chunk_index=chunk, file_index=at)
-            for episode, pictures in zip(here, video.sampled([episode["length"] for episode in here], path)):
+            # The video first: it is read to its end, which it checks.
+            for pictures, episode in zip(video.sampled([episode["length"] for episode in here], path), here):
                 of = _stats(pictures.reshape(-1, 3) / 255) or {}
                 shaped = {name: values if name == "count" else values.reshape(3, 1, 1) for name, values in of.items()}
                 self._stats[episode["episode_index"]][PICTURE] = {**shaped, "count": np.array([len(pictures)])}
 
     def abandon(self) -> None:
-        """Stops writing."""
-        if self._data:
-            self._data.close()
-        if self._video:
-            self._video.abandon()
+        """Stops writing, also on a full disk."""
+        try:
+            if self._video:
+                self._video.abandon()
+        finally:
+            if self._data:
+                with contextlib.suppress(OSError, pa.ArrowException):
+                    self._data.close()
 
 
 _TASKS = (("task_index", "task_index", "int64", "int64", None), ("task", "task", "unicode", "object", None))
@@ -318,6 +337,19 @@ def _array(values: NDArray[Any], feature: dict[str, Any]) -> pa.Array:
     return flat if width == 1 else pa.FixedSizeListArray.from_arrays(flat, width)
 
 
+def _size_of(text: str) -> tuple[int, int]:
+    width, x, height = text.partition("x")
+    if not (x and width.isdecimal() and height.isdecimal()):
+        raise Error(f"--size is {text!r}, expected WIDTHxHEIGHT such as 320x240")
+    size = int(width), int(height)
+    _check_size(size)
+    return size
+
+
+def _say(text: object) -> None:
+    print(_visible.lines(f"wstac: {text}"), file=sys.stderr, flush=True)
+
+
 def main(arguments: Optional[list[str]] = None) -> int:
     """Runs the command, and returns its exit code."""
     parser = argparse.ArgumentParser(prog="wstac dataset --lerobot", allow_abbrev=False)
@@ -326,26 +358,38 @@ def main(arguments: Optional[list[str]] = None) -> int:
     for name in ("arm", "task", "size", "sensor", "config"):
         parser.add_argument(f"--{name}")
     given = parser.parse_args(arguments)
+    came: list[int] = []
+
+    def stop(number: int, _frame: object) -> None:
+        # The first one stops; further ones would stop what removes the folder.
+        came.append(number)
+        if len(came) == 1:
+            raise KeyboardInterrupt
+
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        # What nohup ignores stays so.
+        if signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, stop)
     try:
-        size = None
-        if given.size is not None:
-            width, x, height = given.size.partition("x")
-            if not (x and width.isdecimal() and height.isdecimal()):
-                raise Error(f"--size is {given.size!r}, expected WIDTHxHEIGHT such as 320x240")
-            size = int(width), int(height)
-        options = {"arm": given.arm, "task": given.task, "size": size, "sensor": given.sensor}
+        size = None if given.size is None else _size_of(given.size)
+    except Error as error:
+        _say(error)
+        return 2
+    try:
         config = None if given.config is None else Config.read(given.config)
-        summary = write(given.folder, given.sources, config=config, **options)
+        options = {"arm": given.arm, "task": given.task, "size": size, "sensor": given.sensor}
+        summary = write(given.folder, given.sources, config=config, say=_say, **options)
     except KeyboardInterrupt:
-        return 130
+        return 128 + (came or [signal.SIGINT])[0]
     except (Error, OSError) as error:
-        print(f"wstac: {error}", file=sys.stderr)
+        _say(error)
         return 1
     for note in summary.notes:
-        print(f"wstac: {note}", file=sys.stderr)
-    lost = f", {summary.lost} frames lost" if summary.lost else ""
-    episodes = f"{summary.episodes} episode{'s' if summary.episodes != 1 else ''}"
-    print(f"wstac: {given.folder}: {episodes}, {summary.frames} frames{lost}", file=sys.stderr)
+        _say(note)
+    counted = [(summary.episodes, "episode"), (summary.frames, "frame")]
+    episodes, frames = (f"{count} {what}{'s' if count != 1 else ''}" for count, what in counted)
+    lost = f", {summary.lost} frame{'s' if summary.lost != 1 else ''} lost" if summary.lost else ""
+    _say(f"{given.folder}: {episodes}, {frames}{lost}")
     return 0
 
 

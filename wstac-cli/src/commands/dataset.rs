@@ -227,7 +227,10 @@ With --lerobot, for policies:
     observation.state, action    of the arm
     tactile.time_s               when the light came, from the first row
     tactile.lost                 frames lost just before; they have no row
-  timestamp is frame_index / fps, as LeRobot demands.
+  timestamp is frame_index / fps, as LeRobot demands. Above 45 frames
+  per second, features and motion are of round(fps / 30) frames added:
+  rows repeat the last ones. They are nan before the first, and from a
+  loss to the next.
   ARM.toml has the tables [state] and [action], or one of them:
     file = "{name}.csv"    # beside ARM.toml; {name} is the recording's
                            # name without ending. Or .parquet, .mcap
@@ -240,10 +243,11 @@ With --lerobot, for policies:
     clock = "wall"         # times are since 1970; "driver": the clock of
                            # the camera's driver; "start": from the
                            # recording's first frame
-    join = "linear"        # between two rows; or "nearest"
+    join = "linear"        # between two rows; or "nearest", which angles
+                           # that wrap need
     within_ms = 20         # the nearest row is no farther away
-  Frames before the arm's first row and after its last have no row. A gap
-  or a missing number in between is an error.
+  Frames more than within_ms before the arm's first row or after its last
+  have no row. A gap or a missing number in between is an error.
 
 In Python:
   set = numpy.load("FILE.npz")

@@ -158,9 +158,14 @@ class SensorsNode(Node):
             opened = os.open(self._path(file), os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
         except OSError as error:
             raise refusal if error.errno == errno.ELOOP else wstac.Error(f"{file}: {error.strerror}") from error
-        with os.fdopen(opened, "rb") as content:
+        try:
+            # fdopen refuses a folder, and leaves it open.
             if not stat.S_ISREG(os.fstat(opened).st_mode):
                 raise refusal
+        except BaseException:
+            os.close(opened)
+            raise
+        with os.fdopen(opened, "rb") as content:
             whole = content.read((most_mb << 20) + 1)
         if len(whole) > most_mb << 20:
             raise wstac.Error(f"file is {file!r}: larger than {most_mb} MB, expected a smaller file")

@@ -39,7 +39,13 @@ pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<(), Stop> {
         return Err(Error::new(ErrorKind::Usage, "--lerobot", message).into());
     }
     let python = std::env::var_os("WSTAC_PYTHON").unwrap_or_else(|| "python3".into());
-    let tried = Command::new(&python).args(["-c", "import wstac.lerobot"]).output();
+    // A file wstac.py in the folder where this runs is not the package (from Python 3.11).
+    let start = || {
+        let mut command = Command::new(&python);
+        command.env("PYTHONSAFEPATH", "1");
+        command
+    };
+    let tried = start().args(["-c", "import wstac.lerobot"]).output();
     let name = python.display();
     let why = match &tried {
         Ok(tried) if tried.status.success() => None,
@@ -51,7 +57,9 @@ pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<(), Stop> {
         Err(error) => Some(error.to_string()),
     };
     if let Some(why) = why {
-        let message = format_args!("{why}; help: pip install wstac[lerobot], or name its Python by WSTAC_PYTHON");
+        let message = format_args!(
+            "{why}; help: install the wheel with [lerobot] (docs/SETS.md), or name its Python by WSTAC_PYTHON"
+        );
         return Err(Error::new(ErrorKind::Usage, name, message).into());
     }
     let options = &arguments.of_episodes;
@@ -59,7 +67,7 @@ pub(super) fn run(arguments: &Arguments, folder: &Path) -> Result<(), Stop> {
     let texts = [("--task", &options.task), ("--size", &options.size), ("--sensor", &options.sensor)];
     let paths = paths.into_iter().filter_map(|(name, path)| Some((name, path.as_ref()?.as_os_str())));
     let texts = texts.into_iter().filter_map(|(name, text)| Some((name, text.as_deref()?)));
-    let mut command = Command::new(&python);
+    let mut command = start();
     command.args(["-m", "wstac.lerobot"]);
     for (name, value) in paths.chain(texts) {
         // One word, so that a value may begin with a hyphen.

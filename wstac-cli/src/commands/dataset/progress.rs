@@ -71,26 +71,52 @@ impl Drop for ProgressLine {
 
 /// Does one long piece of work, and says every second on a terminal, otherwise every minute, that it goes on.
 pub(in crate::commands) fn while_working<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    let is_terminal = std::io::stderr().is_terminal();
-    let between = if is_terminal { Duration::from_secs(1) } else { BETWEEN_LINES };
+    if !std::io::stderr().is_terminal() {
+        return while_saying(BETWEEN_LINES, what, |line: &str| note(line), work);
+    }
+    let write = |line: &str| {
+        let _ = write!(std::io::stderr(), "\r{line}\x1b[K");
+    };
+    let result = while_saying(Duration::from_secs(1), what, write, work);
+    write("");
+    result
+}
+
+/// Does work, and after each interval passes a line to `say`: `what`, and for how long it has gone on.
+fn while_saying<T>(between: Duration, what: &str, say: impl Fn(&str) + Send, work: impl FnOnce() -> T) -> T {
     let started = Instant::now();
     let (done, waits) = channel::<()>();
     std::thread::scope(|scope| {
         scope.spawn(move || {
             while waits.recv_timeout(between) == Err(RecvTimeoutError::Timeout) {
-                let seconds = started.elapsed().as_secs();
-                if is_terminal {
-                    let _ = write!(std::io::stderr(), "\r{what}: {seconds} s\x1b[K");
-                } else {
-                    note(format_args!("{what}: {seconds} s"));
-                }
-            }
-            if is_terminal {
-                let _ = write!(std::io::stderr(), "\r\x1b[K");
+                say(&format!("{what}: {} s", started.elapsed().as_secs()));
             }
         });
         let result = work();
         drop(done);
         result
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_work_says_that_it_goes_on() {
+        let patience = Duration::from_mins(1);
+        let (said, heard) = channel();
+        let say = move |line: &str| said.send(line.to_owned()).unwrap_or_default();
+        let lines = while_saying(Duration::from_millis(5), "training", say, || {
+            [heard.recv_timeout(patience).unwrap(), heard.recv_timeout(patience).unwrap()]
+        });
+        let is_line = |line: &String| {
+            line.strip_prefix("training: ").and_then(|rest| rest.strip_suffix(" s")?.parse::<u64>().ok()).is_some()
+        };
+        assert!(lines.iter().all(is_line), "{lines:?}");
+        // Short work says nothing, and is not waited for.
+        let started = Instant::now();
+        assert_eq!(while_saying(patience, "training", |line| panic!("{line}"), || 7), 7);
+        assert!(started.elapsed() < patience);
+    }
 }
