@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # Files all of whose tests are on the page.
 FILES = [
-    *("tests/whole/extremes*.rs", "tests/whole/error_bounds/[!m]*.rs", "tests/whole/ln.rs", "tests/long/[!m]*.rs"),
+    *("tests/whole/extremes*.rs", "tests/whole/error_bounds/[!m]*.rs", "tests/long/[!m]*.rs"),
     *("tests/command/hostile.rs", "tests/untouched.rs", "wstac-core/src/model/tests/extremes.rs"),
 ]
 
