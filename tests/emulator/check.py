@@ -988,7 +988,6 @@ def halt_at_end(board, cycles):
 
 
 def main():
-    """Runs all cases."""
     if len(sys.argv) < 10 or len(sys.argv) % 3 != 1:
         sys.exit(__doc__)
     _, wstac, elf, openmv, weact, taking, to_send, *other = sys.argv

@@ -30,7 +30,6 @@ class Dma(Registers):
         self.machine, self.mux, self.total = machine, mux, 0
 
     def irqs(self):
-        """Returns its interrupt, while an enabled flag is set."""
         control, flags = self.values.get(SCR, 0), self.values.get(LISR, 0)
         asked = flags & HALF and control & HTIE or flags & FULL and control & TCIE or flags & ERROR and control & TEIE
         return {DMA_IRQ} if asked else set()
@@ -80,16 +79,13 @@ class Dcmi(Registers):
         self.dma, self.capturing, self.row, self.rest = dma, False, 0, b""
 
     def reset(self):
-        """Resets the registers."""
         super().reset()
         self.capturing = False
 
     def irqs(self):
-        """Returns its interrupt, while an enabled flag is set."""
         return {DCMI_IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
 
     def write(self, offset, value):
-        """Stores a register."""
         if offset == ICR:
             self.values[RIS] = self.values.get(RIS, 0) & ~value
             return
@@ -104,7 +100,6 @@ class Dcmi(Registers):
         return first, first + (size >> 16 & 0x3FFF), start & 0x3FFF, (size & 0x3FFF) + 1
 
     def enabled(self):
-        """Returns whether it is on."""
         return bool(self.values.get(CR, 0) & ENABLE)
 
     def uses_frames(self):
@@ -113,7 +108,6 @@ class Dcmi(Registers):
         return not self.values.get(IER, 0) & LINE and self.values.get(CR, 0) & wants == wants
 
     def flag(self, flag):
-        """Sets a flag, if it is on."""
         if self.enabled():
             self.values[RIS] = self.values.get(RIS, 0) | flag
 

@@ -75,7 +75,6 @@ class Rcc(Registers):
             raise ValueError(f"the PLL makes {vco:,.0f} Hz of {reference:,.0f} Hz, which its oscillator is not for")
 
     def read(self, offset):
-        """Returns a register, with the bits that the hardware sets."""
         value = super().read(offset)
         if offset == CR:
             for on, ready in READY:
@@ -109,7 +108,6 @@ class Pwr(Registers):
             raise ValueError("the supply is lowered while its highest range is on")
 
     def read(self, offset):
-        """Returns a register, with the bits that the hardware sets."""
         ready = {CSR1: 1 << 13, D3CR: 1 << 13, CR3: 1 << 16 | 1 << 26}
         return super().read(offset) | ready.get(offset, 0)
 

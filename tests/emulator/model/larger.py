@@ -68,7 +68,6 @@ class Ov2640(Sensor):
         return self._sizes()[1] + (self[0x12D] | self[0x12E] << 8) + (self[0x146] | self[0x147] << 8)
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         clock = XCLK * self.SPEED * (2 if self[0x111] & 0x80 else 1) / ((self[0x111] & 0x3F) + 1)
         clock /= {2: 2, 3: 4}.get(self[0x132] >> 6, 1)
         return (self._sizes()[0] + (self[0x12B] | (self[0x12A] & 0xF0) << 4)) / clock
@@ -105,7 +104,6 @@ class Ov2640(Sensor):
         return max(4, min(divided[0], out[0]) & ~1), max(1, min(divided[1], out[1]))
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * (1 if self[0x05] & 1 else self._taken()[1] / self.size()[1])
 
     def bytes_per_line(self):
@@ -125,7 +123,6 @@ class Ov2640(Sensor):
         return "UYVY" if self[0xDA] & 1 else "YUYV"
 
     def chroma(self):
-        """Returns U and V if effects fix them."""
         effects = self.effects()
         fixed = self[0x86] & 0x10 and effects.get(0, 0) & 0x18 == 0x18
         return (effects.get(5, 0), effects.get(6, 0)) if fixed else None
@@ -150,7 +147,6 @@ class Ov2640(Sensor):
         return bool(self[0x104] & 0x80), bool(self[0x104] & 0x40), right + self._taken()[0] - 800, down + self._taken()[1] - 600
 
     def bars(self):
-        """Returns whether color bars hide the picture."""
         return bool(self[0x112] & 2)
 
 
@@ -161,8 +157,6 @@ class SlowOv2640(Ov2640):
 
 
 class Ov5640(WordSensor):
-    """OV5640."""
-
     ADDRESS, IDENTITY, RESET = 0x3C, {0x300A: 0x56, 0x300B: 0x40}, (0x3008, 0x82)
     DEFAULTS = {
         0x3008: 0x02, 0x300E: 0x58, 0x3034: 0x1A, 0x3035: 0x11, 0x3036: 0x69, 0x3037: 0x03, 0x3108: 0x16, 0x3503: 0x00, 0x3804: 0x0A,
@@ -224,15 +218,12 @@ class Ov5640(WordSensor):
         return max(8, wide - 2 * left), max(8, high - 2 * top)
 
     def lines(self):
-        """Returns the lines of a frame."""
         return max(self._word(0x380E), self._read()[1] + self.BLANK[1] // 4) + self._word(0x350C)
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         return max(self._word(0x380C, 13), self._read()[0] + self.BLANK[0]) / self._clock()
 
     def period(self):
-        """Returns the seconds of a frame."""
         return self.array_line() * self.lines()
 
     def size(self):
@@ -243,11 +234,9 @@ class Ov5640(WordSensor):
         return max(4, wide & ~1), max(1, min(fed[1], out[1]))
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * (self._fed()[1] / self.size()[1] if self[0x5001] & 0x20 else 1)
 
     def bytes_per_line(self):
-        """Returns the bytes of a line."""
         return on_time(super().bytes_per_line(), self._port_clock(), self.row())
 
     def format(self):
@@ -260,7 +249,6 @@ class Ov5640(WordSensor):
         return "YUYV" if order in (0, 1) else "UYVY"
 
     def chroma(self):
-        """Returns U and V if effects fix them."""
         fixed = self[0x5001] & 0x80 and self[0x5580] & 0x18 == 0x18
         return (self[0x5583], self[0x5584]) if fixed else None
 
@@ -285,7 +273,6 @@ class Ov5640(WordSensor):
         return self[0x3821] & 6 == 6, self[0x3820] & 6 == 6, right + binned, down + bool(self[0x3821] & 6) + bool(self[0x3820] & 6)
 
     def bars(self):
-        """Returns whether a test picture hides the scene."""
         return bool(self[0x503D] & 0x80)
 
 
@@ -334,7 +321,6 @@ class Gc2145(Sensor):
         return columns / self.clock() * max(1, self[0x99] >> 4)
 
     def period(self):
-        """Returns the seconds of a frame."""
         return self.row() / max(1, self[0x99] >> 4) * self.lines()
 
     def size(self):
@@ -373,11 +359,9 @@ class Gc2145(Sensor):
         return curve(round(gain, 6), GAMMA_AT_RESET if bent else STRAIGHT, 0x06 if bent else 64)
 
     def view(self):
-        """Returns how the picture lies."""
         right = self._word(0x0B, 11) - 640 + self._word(0x93, 11) + (self[0x99] & 15) - 1
         down = self._word(0x09, 11) - 480 + self._word(0x91, 11) + (self[0x99] >> 4) - 1
         return bool(self[0x17] & 1), bool(self[0x17] & 2), right, down
 
     def bars(self):
-        """Returns whether a test picture hides the scene."""
         return bool(self[0x81] & 1)

@@ -53,7 +53,6 @@ class Port(Registers):
         self.number, self.sensor, self.changed = number, sensor, changed
 
     def read(self, offset):
-        """Returns a register."""
         if offset != IDR:
             return super().read(offset)
         lines = [number for port, number in (SCL, SDA) if port == self.number]

@@ -281,21 +281,16 @@ class Mt9m114(WordSensor):
         return False
 
     def period(self):
-        """Returns the seconds of a frame that is not sent."""
         return 1 / 30
 
     def row(self):
-        """Returns the seconds of a row that is not sent."""
         return self.period() / self.size()[1]
 
     def size(self):
-        """Returns the size of a frame that is not sent."""
         return 1280, 960
 
 
 class Ov7690(Sensor):
-    """OV7690."""
-
     ADDRESS, IDENTITY = 0x21, {0x0A: 0x76, 0x0B: 0x91, 0x1C: 0x7F, 0x1D: 0xA2}
     DEFAULTS = {
         0x01: 0x40, 0x02: 0x40, 0x03: 0x40, 0x0C: 0x16, 0x0E: 0x00, 0x0F: 0x01, 0x10: 0x00, 0x11: 0x00, 0x12: 0x00,
@@ -311,7 +306,6 @@ class Ov7690(Sensor):
         return self.present and self.is_on() and bool(self[0x0C] & 2) and not self[0x0E] & 8
 
     def drives_data(self):
-        """Returns whether the data pins are driven."""
         return bool(self[0x0C] & 4)
 
     def clock(self):
@@ -331,11 +325,9 @@ class Ov7690(Sensor):
         return night * self.array_line() * self.lines()
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         return max((self[0x2A] & 0x70) << 4 | self[0x2B], 1) / self.clock()
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * self.number(0xCA, 0xCB, 1) / self.size()[1]
 
     def size(self):
@@ -368,11 +360,9 @@ class Ov7690(Sensor):
         return bool(self[0x3E] & 0x10)
 
     def chroma(self):
-        """Returns U and V if special effects fix them."""
         return (self[0xDA], self[0xDB]) if self[0x81] & 0x20 and self[0xD2] & 0x18 == 0x18 else None
 
     def light(self):
-        """Returns the table of exposure, gains and gamma."""
         lines = min(self.number(0x0F, 0x10, 8), self.lines() - 4)
         gain = doublings(self[0x00]) * (1, 2, 2, 4)[self[0x15] & 3]
         white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x40
@@ -387,7 +377,6 @@ class Ov7690(Sensor):
         return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
 
     def bars(self):
-        """Returns whether color bars hide the picture."""
         return bool(self[0x0C] & 1 or self[0x82] & 8)
 
 
@@ -417,8 +406,6 @@ class Ov7692(Ov7690):
 
 
 class Ov7725(Sensor):
-    """OV7725."""
-
     ADDRESS, IDENTITY = 0x21, {0x0A: 0x77, 0x0B: 0x21, 0x1C: 0x7F, 0x1D: 0xA2}
     DEFAULTS = {
         0x01: 0x80, 0x02: 0x80, 0x03: 0x80, 0x08: 0x00, 0x0C: 0x10, 0x0D: 0x41, 0x0E: 0x01, 0x10: 0x40, 0x11: 0x80,
@@ -441,18 +428,15 @@ class Ov7725(Sensor):
         return night * self.array_line() * self.lines()
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         multiplier = (1, 4, 6, 8)[self[0x0D] >> 6]
         divider = 1 if self[0x11] & 0x40 else 2 * ((self[0x11] & 0x3F) + 1)
         pixels = (576 if self[0x12] & 0x40 else 784) + (self[0x2B] | (self[0x2A] & 0xF0) << 4)
         return pixels * 2 * divider / (XCLK * multiplier)
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * 2 * self[0x1A] / self.size()[1]
 
     def size(self):
-        """Returns the size behind the scaler."""
         half = 2 if self[0x12] & 0x40 else 1
         window = (self[0x18] * 4 + (self[0x32] & 3), self[0x1A] * 2 + (self[0x32] >> 2 & 1))
         array = (640 // half, 480 // half)
@@ -477,11 +461,9 @@ class Ov7725(Sensor):
         return "YUYV" if self[0x0C] & 0x10 else "UYVY"
 
     def chroma(self):
-        """Returns U and V if special effects fix them."""
         return (self[0x60], self[0x61]) if self[0x64] & 0x20 and self[0xA6] & 0x18 == 0x18 else None
 
     def light(self):
-        """Returns the table of exposure, gains and gamma."""
         lines = min(self.number(0x08, 0x10, 8), self.lines() - 4)
         white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x80
         effect = 0.5 if self[0x64] & 0x20 and self[0xA6] & 0x64 else 1
@@ -497,7 +479,6 @@ class Ov7725(Sensor):
         return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
 
     def bars(self):
-        """Returns whether color bars hide the picture."""
         return bool(self[0x0C] & 1 or self[0x66] & 0x20)
 
 
@@ -539,7 +520,6 @@ class Ov7670(Sensor):
         return night * self.array_line() * self.lines()
 
     def row(self):
-        """Returns the seconds from a row of what is sent to the next."""
         return self.array_line() * (self._fraction(4) if self._is_scaled() else 1)
 
     def _is_scaled(self):
@@ -587,7 +567,6 @@ class Ov7670(Sensor):
         return "UYVY" if self[0x3A] & 8 else "YUYV"
 
     def chroma(self):
-        """Returns U and V if they are fixed."""
         return (self[0x67], self[0x68]) if self[0x3A] & 0x10 else None
 
     def light(self):
@@ -614,7 +593,6 @@ class Ov7670(Sensor):
         return bool(self[0x1E] & 0x20), bool(self[0x1E] & 0x10), right // 2, down // 2
 
     def bars(self):
-        """Returns whether a test picture hides the scene."""
         return bool(self[0x12] & 2 or self[0x42] & 8 or (self[0x70] | self[0x71]) & 0x80)
 
 
@@ -631,7 +609,6 @@ class Hm0360(WordSensor):
     SWITCHES, AUTOMATIC = (0x2000, 1), ((1, 0x0202, 0x0203),)
 
     def drives(self):
-        """Returns whether frames come."""
         return self.present and self.is_on() and bool(self[0x0100] & 1)
 
     def _is_noise(self):
@@ -648,7 +625,6 @@ class Hm0360(WordSensor):
         return max(self.number(0x0342, 0x0343, 8), self.size()[0]) / clock
 
     def period(self):
-        """Returns the seconds of a frame."""
         return self.row() * self.lines()
 
     def size(self):
@@ -675,7 +651,6 @@ class Hm0360(WordSensor):
         return curve(round(lines / self.nominal * gain, 6), knots, slope)
 
     def view(self):
-        """Returns how the picture lies."""
         return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
 
     def bars(self):
@@ -707,7 +682,6 @@ class Hm01b0(WordSensor):
         return not self[0x3068] & 1
 
     def lines(self):
-        """Returns the lines of a frame."""
         return max(self.number(0x0340, 0x0341, 8), self.size()[1] + self.FEWEST_BLANK)
 
     def row(self):
@@ -754,7 +728,6 @@ class Hm01b0(WordSensor):
         return curve(round(lines / self.nominal * gain * (1 + (black - 16) / 512), 6), STRAIGHT, 64)
 
     def view(self):
-        """Returns how the picture lies."""
         return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
 
     def bars(self):

@@ -30,11 +30,9 @@ class Usart(Registers):
         self.arrived += data
 
     def irqs(self):
-        """Returns its interrupt, while an enabled state lasts."""
         return {IRQ} if self._state() & self.values.get(CR1, 0) & (RXNE | TXE) else set()
 
     def read(self, offset):
-        """Returns a register."""
         if offset == ISR:
             return self._state()
         if offset == RDR:
