@@ -44,7 +44,8 @@ class Dma(Registers):
         super().write(offset, value)
 
     def take(self, data):
-        """Writes words into the ring. Returns whether the stream is on. An address out of reach ends it (RM0433, errors of the DMA)."""
+        """Writes words into the ring. Returns whether the stream is on. An address out of reach ends it (RM0433, errors
+        of the DMA)."""
         wants = CIRCULAR | ON
         if self.values.get(SCR, 0) & wants != wants or self.mux.read(0) & 0x7F != REQUEST:
             return False
@@ -94,7 +95,8 @@ class Dcmi(Registers):
             self.capturing &= self.enabled()
 
     def _window(self):
-        """Returns first and last line of the window, the clocks of a line before it, and those in it (RM0433, DCMI_CWSTRT)."""
+        """Returns first and last line of the window, the clocks of a line before it, and those in it (RM0433,
+        DCMI_CWSTRT)."""
         start, size = self.values.get(CWSTRT, 0), self.values.get(CWSIZE, 0)
         first = start >> 16 & 0x1FFF
         return first, first + (size >> 16 & 0x3FFF), start & 0x3FFF, (size & 0x3FFF) + 1
@@ -158,8 +160,8 @@ class Camera:
 
     @property
     def line_time(self):
-        """Returns the cycles from a line to the next. Of the time between frames, that of eight comes before the first line.
-        Settings that are wrong may leave less time.
+        """Returns the cycles from a line to the next. Of the time between frames, that of eight comes before the first
+        line. Settings that are wrong may leave less time.
         """
         return min(round(self.clock * self.sensor.row()), self.period // (self.sensor.size()[1] + 15))
 

@@ -18,9 +18,10 @@ READY = ((0, 2), (7, 8), (12, 13), (16, 17), (24, 25), (26, 27), (28, 29))
 
 
 class Rcc(Registers):
-    """Oscillators and PLLs are ready when they are on, and the clock switch follows its setting. `has_hse` is whether the
-    board's clock of `hse` hertz works, which is a crystal unless the program has to `bypass` its oscillator. `cause` has
-    the flags of the last reset's cause. A PLL outside its range is an error, and a core at another clock than the model's.
+    """Oscillators and PLLs are ready when they are on, and the clock switch follows its setting. `has_hse` is whether
+    the board's clock of `hse` hertz works, which is a crystal unless the program has to `bypass` its oscillator.
+    `cause` has the flags of the last reset's cause. A PLL outside its range is an error, and a core at another clock
+    than the model's.
     """
 
     def __init__(self, hse, bypass):

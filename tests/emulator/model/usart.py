@@ -8,8 +8,8 @@ RXNE, TC, TXE = 1 << 5, 1 << 6, 1 << 7
 
 
 class Usart(Registers):
-    """The serial line. `sent` has the bytes that came out, which only do so if `has_pin()`, and `receive` sends it some.
-    `speed` is how many times as fast it is as its registers say, for cases that would take long. Until the time
+    """The serial line. `sent` has the bytes that came out, which only do so if `has_pin()`, and `receive` sends it
+    some. `speed` is how many times as fast it is as its registers say, for cases that would take long. Until the time
     `storm_until`, another byte is there as soon as one was read: an interrupt that never rests.
     """
 
