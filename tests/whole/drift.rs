@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::trigger::{Rule, Trigger, TriggerConfig};
 use wstac_host::config::Config;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::session::Session;
@@ -95,6 +96,27 @@ fn an_hour_of_drift_makes_a_kept_baseline_fire_and_a_followed_one_not() {
     }
     println!("durations as without drift: {same}, a frame off: {off}");
     assert!(same >= 24, "{same} of 30 durations are the same");
+}
+
+/// No golden vector has light that falls by more than the margin.
+#[test]
+fn a_baseline_moves_by_no_more_than_the_margin_in_its_time_constant() {
+    let config = TriggerConfig::new(5, 1.0, 10, Rule::Signed, 0.2).unwrap();
+    let mut trigger = Trigger::with(config, 0, TrackingBaseline::new(16).unwrap());
+    let push = |trigger: &mut Trigger<_>, level: i16, frames: u32| {
+        for _ in 0..frames {
+            trigger.push([level; 10], false);
+        }
+        trigger.baseline().unwrap().totals()[0]
+    };
+    let mut before = push(&mut trigger, -8000, 25);
+    // Something covers the light, which falls by 6000 units per frame. The margin is 409.6 units per frame, 10240 of a
+    // total.
+    for _ in 0..100 {
+        let now = push(&mut trigger, -14_000, 5);
+        assert!((0..=10_240 / 16 + 1).contains(&(before - now)), "{before} to {now}");
+        before = now;
+    }
 }
 
 #[test]
