@@ -21,7 +21,7 @@ use crate::{interval, share};
 const SLIDES: u64 = 2000;
 const OTHERS: u64 = 1000;
 const OBJECTS_EACH: u64 = 300;
-pub(crate) const OF_CONDITION: u64 = 96;
+const OF_CONDITION: u64 = 96;
 /// Width of the sensor between its outer whiskers, in mm.
 const SPAN_MM: f64 = 16.0;
 /// Frames after an object has left in which its velocity may be said first: that of a short one is known when it has.
@@ -258,8 +258,8 @@ fn last_lit(shots: &[[u32; TAXELS]]) -> usize {
 
 /// Follows the touch of an object. A velocity is wrong if it is neither that of the object in this frame, nor across an
 /// edge.
-fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u64) -> OfObject {
-    let Drawn { mut script, truth: drawn } = draw(kind, condition.fault, OBJECT_SPEEDS, seed, number);
+fn follow_object(kind: scenes::Kind, condition: Condition, number: u64) -> OfObject {
+    let Drawn { mut script, truth: drawn } = draw(kind, condition.fault, OBJECT_SPEEDS, number);
     script.sensor.readout_ms = condition.readout_ms.unwrap_or(script.sensor.readout_ms);
     let Replayed { velocities, truth, end_s, shots, whole } = replay(&script, condition);
     let rate = script.sensor.rate;
@@ -295,14 +295,14 @@ fn follow_object(kind: scenes::Kind, condition: Condition, seed: u64, number: u6
 }
 
 /// Returns the table of live motion by kind of object.
-pub(crate) fn objects(seed: u64, count: u64) -> String {
+fn objects() -> String {
     let mut page = String::from(
         "| object | first velocity: answered, % of touches | within 3 frames of the last whisker \
          | wrong, % of answered | all velocities: % of frames | wrong, % |\n\
          | --- | --- | --- | --- | --- | --- |\n",
     );
     for (name, kind) in OBJECTS {
-        let all = each(count, |number| follow_object(kind, PLAIN, seed, number));
+        let all = each(OBJECTS_EACH, |number| follow_object(kind, PLAIN, number));
         let first: Vec<bool> = all.iter().filter_map(|one| one.first).collect();
         let sum = |of: &dyn Fn(&OfObject) -> usize| all.iter().map(of).sum::<usize>();
         let said = sum(&|one| one.said);
@@ -321,13 +321,13 @@ pub(crate) fn objects(seed: u64, count: u64) -> String {
 }
 
 /// Returns the table of live motion by what the camera does to a mix of objects.
-pub(crate) fn cameras(seed: u64, count: u64) -> String {
+pub(crate) fn cameras() -> String {
     let mut page = String::from(
         "| mix of objects | first velocity: answered, % of touches | wrong, % of answered | all velocities: wrong, % |\n\
          | --- | --- | --- | --- |\n",
     );
     for condition in CONDITIONS {
-        let all = each(count, |number| follow_object(scenes::Kind::Mix, condition, seed, number));
+        let all = each(OF_CONDITION, |number| follow_object(scenes::Kind::Mix, condition, number));
         let first: Vec<bool> = all.iter().filter_map(|one| one.first).collect();
         let wrong = first.iter().filter(|is_wrong| **is_wrong).count();
         let [said, of_them] = [all.iter().map(|one| one.said).sum(), all.iter().map(|one| one.wrong).sum()];
@@ -390,9 +390,9 @@ pub(crate) fn tables(page: &mut String) {
         format!("{} of {} {name}", wrong(&touches), touches.len())
     });
     page.push_str(include_str!("live_objects.txt"));
-    *page += &objects(scenes::JUDGE, OBJECTS_EACH);
+    *page += &objects();
     page.push('\n');
-    *page += &cameras(scenes::JUDGE, OF_CONDITION);
+    *page += &cameras();
     page.push('\n');
     let _ = writeln!(
         page,

@@ -2,8 +2,7 @@
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
 //! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `slip`, `textures` or `learn` (new textures) it
 //! writes only that section, and with `base` only the tables of the kinds of touch and of cameras, whose lines are
-//! lines of the page. With `objects` or `live-objects` and their options it prints a table of objects for whoever sets
-//! limits, by other seeds than those of the page.
+//! lines of the page.
 
 mod live;
 mod objects;
@@ -198,15 +197,7 @@ fn kinds(page: &mut String) {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    if let Some((part, options)) = arguments.split_first() {
-        if part == "objects" {
-            return objects::run(options);
-        }
-        if part == "live-objects" {
-            let number = |at: usize, default| options.get(at).map_or(default, |text| text.parse().expect("a number"));
-            let (seed, count) = (number(0, 1), number(1, 300));
-            return print!("{}", live::objects(seed, count) + &live::cameras(seed, count));
-        }
+    if let Some(part) = arguments.first() {
         let mut section = String::new();
         match part.as_str() {
             "motion" => motion(&mut section),
@@ -216,12 +207,10 @@ fn main() {
             "judge" => objects::section(&mut section),
             "at-once" => objects::at_once::section(&mut section),
             "slip" => slip::section(&mut section),
-            "conditions" => {
-                section = textures::conditions::section(|name| options.iter().all(|part| name.contains(part.as_str())));
-            }
+            "conditions" => section = textures::conditions::section(),
             "base" => {
                 kinds(&mut section);
-                section += &live::cameras(objects::scenes::JUDGE, live::OF_CONDITION);
+                section += &live::cameras();
             }
             "period" => section = textures::periods::section(),
             "learn" => section = textures::learning(),

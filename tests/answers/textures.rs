@@ -223,7 +223,7 @@ pub(crate) fn section() -> String {
     }
     page += &head("speed", BY_SPEED);
     page += &by_speed(&tens[..DETAILED], &slides);
-    page += &conditions::section(|_| true);
+    page += &conditions::section();
     page + &learning()
 }
 

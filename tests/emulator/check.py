@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Checks the programs of boards with an STM32H743 on modeled ones: its events and features are those of `wstac run` on the same
-frames, whatever happens to the camera.
+"""Checks the programs of boards with an STM32H743 on modeled ones: its events and features are those of `wstac run` on
+the same frames, whatever happens to the camera.
 
     check.py WSTAC ELF OPENMV WEACT TAKING SENT CONFIG MODEL OTHER…
 
-WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7, WEACT that of
-the WeAct MiniSTM32H743. TAKING
-takes linear models of the path over the link (feature `models`), and SENT is such a model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. ELF.15, ELF.25 and ELF.60 are ELF
-at these frame rates. The last OTHER
-learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
+WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7, WEACT that
+of the WeAct MiniSTM32H743. TAKING takes linear models of the path over the link (feature `models`), and SENT is such a
+model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. ELF.15,
+ELF.25 and ELF.60 are ELF at these frame rates. The last OTHER learns textures (feature `learn`). Needs the packages of
+requirements.txt (`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -51,15 +51,16 @@ HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, TIME, SETTINGS, SET
 TEXTURES, LEARN, STOP_LEARNING, FORGET_TEXTURE = 11, 12, 13, 14
 MODEL, SEND_MODEL, MODEL_PIECE, FORGET_MODEL = 15, 16, 17, 18
 # Messages from the board, by their numbers.
-EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE, ANSWER, LEARNING, LEARNED, BOARD_MODEL = 3, 13, 14, 15, 16, 17, 18, 19, 20
+EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE = 3, 13, 14, 15, 16
+ANSWER, LEARNING, LEARNED, BOARD_MODEL = 17, 18, 19, 20
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
 # Of the OV7725: 240 rows, each of two lines of 784 pixels, at two clocks of 24 MHz per pixel.
 READOUT_MS = 239 * 2 * 784 * 2 / 24_000
-# Limits of the whole program without a model: 100 kB of flash, of which 1 kB sums rows in an interrupt and 1 kB says in numbers
-# what a camera sends, which most first flashes need; and 16 KiB of RAM with the ring and the stack, less 100 bytes.
-# Instructions of a frame of 320 x 240, its reads and writes of the AXI SRAM, which has no variables, and its cycles with
-# the time of the sensor's bus have a margin above today's; the goal was 45,000 instructions.
+# Limits of the whole program without a model: 100 kB of flash, of which 1 kB sums rows in an interrupt and 1 kB says in
+# numbers what a camera sends, which most first flashes need; and 16 KiB of RAM with the ring and the stack, less 100
+# bytes. Instructions of a frame of 320 x 240, its reads and writes of the AXI SRAM, which has no variables, and its
+# cycles with the time of the sensor's bus have a margin above today's; the goal was 45,000 instructions.
 BUDGET = {"frame": 46_500, "flash": 100_000, "ram": 16_284, "AXI SRAM": 6_500, "cycles": 200_000}
 
 
@@ -117,7 +118,8 @@ def request(message, *wanted):
 
 
 def contents(data):
-    """Returns the contents of the frames in the bytes that a board sent, without version, sequence number and checksum."""
+    """Returns the contents of the frames in the bytes that a board sent, without version, sequence number and
+    checksum."""
     found = []
     for stuffed in data.split(b"\0"):
         content, at = b"", 0
@@ -223,14 +225,16 @@ class Check:
         expected = of_kind(self.host.of_clip(readout_ms=board.sensor.readout_ms()), "event")
         problems = [] if events == expected else [f"events are {events}, expected {expected}"]
         if len(expected) != 2 or '"reliable":true' not in expected[0]:
-            problems.append(f"the clip has {expected}, expected 2 events, the first reliable: it shows less than it should")
+            expectation = "expected 2 events, the first reliable: it shows less than it should"
+            problems.append(f"the clip has {expected}, {expectation}")
         problems += [f"the log says {line}" for _, line in fault_lines(board)]
         if "on the chip's clock" in self.host.notes:
             problems.append("the board's clock is not used")
         self.say(name, problems)
 
     def rate(self, fps, sensor, readout_ms, exposure, count=None):
-        """A program for another rate: rate, readout and exposure are those of the registers, and every line is the host's."""
+        """A program for another rate: rate, readout and exposure are those of the registers, and every line is the
+        host's."""
         clip, frames = self.host.rendered(SCENE.read_text(), f"{sensor.__name__} at {fps}", readout_ms, fps)
         board = self.board(frames[:count], sensor, elf=f"{self.elf}.{fps}")
         board.sensor.nominal = exposure
@@ -243,7 +247,8 @@ class Check:
             # Above 45 per second, two frames are a feature frame: the first one behind the clip may complete one.
             found = found[: len(right)]
             if found != right or not right:
-                problems.append(f"of {kind}, {len(found)} lines are not the host's {len(right)}: {found[:2]}, {right[:2]}")
+                counts = f"{len(found)} lines are not the host's {len(right)}"
+                problems.append(f"of {kind}, {counts}: {found[:2]}, {right[:2]}")
         has = board.sensor.readout_ms(), board.sensor.period() * fps
         if abs(has[0] - readout_ms) > 1e-6 or abs(has[1] - 1) > 0.004:
             problems.append(f"readout and frame time are {has}, expected {readout_ms} and 1")
@@ -301,7 +306,10 @@ class Check:
         # The lowest word is the last one.
         if not re.search(r", revision [0-9a-f]{12}, chip 0c0b0a090807060504030201\n", self.host.notes):
             problems.append(f"the host notes {self.host.notes!r}")
-        pattern = r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, (\d+) bytes of stack used, (?:(-?[\d.]+) °C, )?(\d) events?\n"
+        pattern = (
+            r"the board: up for (\d+) s, (?:([\d.]+) frames per second, )?(\d) overruns?, 0 restarts, "
+            r"(\d+) bytes of stack used, (?:(-?[\d.]+) °C, )?(\d) events?\n"
+        )
         states = re.findall(pattern, self.host.notes)
         seconds = [int(state[0]) for state in states]
         # The clock that the frames have is 0.05 % slow, and the first second has no frames.
@@ -316,7 +324,8 @@ class Check:
         self.say(name, problems)
 
     def clock(self, name):
-        """Asked at any time of a frame, the board tells its clock. It differs from the machine's by the same time always."""
+        """Asked at any time of a frame, the board tells its clock. It differs from the machine's by the same time
+        always."""
         board = self.board(self.host.frames[:90])
         us = lambda: board.machine.now * 1_000_000 // CLOCK
         ask = lambda: board.line.receive(request(TIME, *as_varint(us())))
@@ -365,7 +374,8 @@ class Check:
         self.say(name, problems[:5])
 
     def calibrate(self, name):
-        """A host that asks for pictures, untouched and then pressed on, calibrates the board as it calibrates a camera."""
+        """A host that asks for pictures, untouched and then pressed on, calibrates the board as it calibrates a
+        camera."""
         # A picture takes the board most of a second. So the host gets the bytes of these three over and over.
         dark, lit = self.host.frames[:2], bytes(map(max, zip(*self.host.frames[30:100], strict=True)))
         shown = [*dark, lit]
@@ -399,8 +409,8 @@ class Check:
         self.say(name, problems[:5])
 
     def settings(self, name):
-        """A layout that is set over the link is kept: after a reset and without power, the answers are the host's with it.
-        A bad one is refused, and changes nothing. A reset in the middle leaves the old layout or the new one.
+        """A layout that is set over the link is kept: after a reset and without power, the answers are the host's with
+        it. A bad one is refused, and changes nothing. A reset in the middle leaves the old layout or the new one.
         """
         problems = []
 
@@ -446,7 +456,8 @@ class Check:
             problems.append("it is not used after the restart")
         words = board.flash.words
         toml = self.host.folder / "layout.toml"
-        toml.write_text(f"{CONFIG.read_text()}[layout]\nframe = [{WIDTH}, {HEIGHT}]\ntaxel = [24, 28]\ncorners = {corners}\n")
+        layout = f"[layout]\nframe = [{WIDTH}, {HEIGHT}]\ntaxel = [24, 28]\ncorners = {corners}\n"
+        toml.write_text(CONFIG.read_text() + layout)
         expected = of_kind(self.host.of_clip("--config", toml), "event")
         events = of_kind(self.host.of_line(after_power(board, self.host.frames).run()), "event")
         if events != expected or not events or events == self.events:
@@ -480,7 +491,8 @@ class Check:
         its name, and a slide of another texture is what the host says. A reset in the middle leaves it learned or not.
         """
         problems, texture = [], b"carpet"
-        scene = lambda touches, seed: f"lead_in = 30\ngap = 64\nseed = {seed}\n[sensor]\nsize = [{WIDTH}, {HEIGHT}]\n" + "".join(
+        sensor = f"[sensor]\nsize = [{WIDTH}, {HEIGHT}]\n"
+        scene = lambda touches, seed: f"lead_in = 30\ngap = 64\nseed = {seed}\n{sensor}" + "".join(
             f"[[touch]]\n{touch}\n" for touch in touches
         )
         named = bytes([len(texture)]) + texture
@@ -522,7 +534,8 @@ class Check:
         plain = of_kind(self.host.of_file(clip, "--model", model), "event")
         first = json.loads(plain[0])
         first["texture"] = {
-            "specimen": None, "pattern": None, "depth_mm": None, "class": texture.decode(), "confidence": None, "known": True
+            "specimen": None, "pattern": None, "depth_mm": None, "class": texture.decode(),
+            "confidence": None, "known": True,
         }  # fmt: skip
         expected = [json.dumps(first, separators=(",", ":")), plain[1]]
         all_of = lambda *names: b"".join(b"\1" + name for name in names) + bytes(9 - len(names))
@@ -557,8 +570,8 @@ class Check:
         clip = self.host.frames
 
         def states(board):
-            """Returns what the board says of its model: the checksum in use, whether it was sent, and what happened last,
-            without what the board takes.
+            """Returns what the board says of its model: the checksum in use, whether it was sent, and what happened
+            last, without what the board takes.
             """
             found = []
             for content in contents(bytes(board.line.sent)):
@@ -570,8 +583,8 @@ class Check:
             return found
 
         def sending(frames, cut_after=None, data=file, begin=sent_model, old=None):
-            """Returns the board after a model was sent while these frames came. The board may be reset at a write of four
-            bytes. Every tenth piece is sent twice, and every eleventh is lost at first.
+            """Returns the board after a model was sent while these frames came. The board may be reset at a write of
+            four bytes. Every tenth piece is sent twice, and every eleventh is lost at first.
             """
             board = self.board(frames, elf=elf)
             if old:
@@ -767,7 +780,8 @@ class Check:
         problems = [] if said == [SENDS, BACK] else [f"the log says {log}"]
         if not problems and not 45 <= log[0][0] <= 92:
             problems.append(f"it is said at frame {log[0][0]:.1f}, expected within 60 frames of 30")
-        if not re.search("the board: the camera " + sends("frames at another rate", rate=r"2[89]\.\d\d"), self.host.notes):
+        another_rate = sends("frames at another rate", rate=r"2[89]\.\d\d")
+        if not re.search("the board: the camera " + another_rate, self.host.notes):
             problems.append(f"the host notes {self.host.notes!r}")
         self.say(name, problems)
 
@@ -876,7 +890,8 @@ class Check:
         self.say(name, problems)
 
     def out_of_reach(self, name):
-        """The DMA takes a ring in the AXI SRAM, and none in the DTCM: then no frame is used, and the fault is reported."""
+        """The DMA takes a ring in the AXI SRAM, and none in the DTCM: then no frame is used, and the fault is
+        reported."""
         board = self.board(self.host.frames[:5])
         write, places = board.dma.write, []
 
@@ -902,7 +917,8 @@ class Check:
 
 
 def sends(what, first=".*", lines=240, words=38400, rate=r"30\.0\d", address=0x21):
-    """Returns the expression of what the host says of frames that are not 240 lines of 320 pixels and chroma at 30 per second."""
+    """Returns the expression of what the host says of frames that are not 240 lines of 320 pixels and chroma at 30 per
+    second."""
     numbers = (lines, words, rate), (240, 38400, r"30\.00")
     found, right = (f"{lines} lines, {words} words, {rate} per second" for lines, words, rate in numbers)
     return rf"at {address:#x} sends {what} \(found {found}; expected {right}\); help: check {first}"
@@ -917,7 +933,8 @@ OVERRUN, LOST_SYNC = "overrun: a frame is lost", "lost sync: a frame is lost"
 SILENT, GONE, BACK = "the sensor is silent", "no sensor answers", "the sensor sends frames"
 FOUND, UNKNOWN = "sensor {}", "the sensor is {=u16:#06x}, which is not known"
 FORGETS = "the sensor does not keep register {=u16:#04x}"
-SENDS, DIVIDED = "{=u32} lines, {=u32} words, {=u32} frames in 1000 seconds", "{=u32} times the rate: the clock is divided"
+SENDS = "{=u32} lines, {=u32} words, {=u32} frames in 1000 seconds"
+DIVIDED = "{=u32} times the rate: the clock is divided"
 HELD = "the sensor held its bus"
 CHROMA_FIRST = "chroma comes first, which is not as it was set: it is left out all the same"
 SENSOR, LAST_RUN = f"info: {FOUND}", "error: the last run ended in a panic or a fault: the message says where"
@@ -988,7 +1005,6 @@ def halt_at_end(board, cycles):
 
 
 def main():
-    """Runs all cases."""
     if len(sys.argv) < 10 or len(sys.argv) % 3 != 1:
         sys.exit(__doc__)
     _, wstac, elf, openmv, weact, taking, to_send, *other = sys.argv
@@ -998,7 +1014,10 @@ def main():
         check = Check(host, elf)
         check.axi_reads("reads of the AXI SRAM")
         check.out_of_reach("a ring in the DTCM")
-        for sensor, name in ((Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692"), (Ov7670, "OV7670"), (Hm0360, "HM0360"), (Hm01b0, "HM01B0")):
+        for sensor, name in (
+            (Ov7725, "OV7725"), (Ov7690, "OV7690"), (Ov7692, "OV7692"), (Ov7670, "OV7670"), (Hm0360, "HM0360"),
+            (Hm01b0, "HM01B0"),
+        ):
             check.plain(sensor, name)
         for fps in (15, 25, 60):
             rows, lines = (1, 329) if fps > 30 else (2, 480)
@@ -1050,7 +1069,8 @@ def main():
         check.faulty("unplugged", {90: unplug, 100: plug_in}, range(90, 120), [(90, SILENT), (90, GONE), (None, BACK)])
         for eighths in (2, 5, 7):
             stop = lambda board, eighths=eighths: unplug_in_frame(board, eighths)
-            check.faulty(f"unplugged after {eighths}/8 of a frame", {90: stop}, range(90, 999), [(90, SILENT), (90, GONE)])
+            name = f"unplugged after {eighths}/8 of a frame"
+            check.faulty(name, {90: stop}, range(90, 999), [(90, SILENT), (90, GONE)])
         # While the program looks for an OV7690: twice in the identity, at the reset, and in the settings; in a write,
         # an address and a read.
         for at in (0, 4, 9, 12, 13, 14, 15):
@@ -1071,21 +1091,32 @@ def main():
         other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x56})
         unknown = "says it is 0x2656, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
-        kept = r"does not keep what register 0x64 is set to \(address 0x21, found 0x1f, expected 0xfb\); help: check the sensor's type, the supply voltage, .*"
+        kept = (
+            r"does not keep what register 0x64 is set to \(address 0x21, found 0x1f, expected 0xfb\); help: check the "
+            "sensor's type, the supply voltage, .*"
+        )
         check.never("a setting that is not taken", [FORGETS], kept, stuck=0x64)
         # What only the frames show: the firmware reads back what it wrote.
         another, clock = "frames at another rate", "the sensor's clock, 24 MHz, then register 0x11"
-        order, wires = "bytes in another order, or with color", "the wires HREF, VSYNC and PCLK and the number of data wires"
+        order = "bytes in another order, or with color"
+        wires = "the wires HREF, VSYNC and PCLK and the number of data wires"
         for name, slips, first, told in (
-            ("60 frames per second whatever the divider", {0x11: 0x00}, [DIVIDED], sends(another, clock, rate=r"60\.\d\d")),
+            (
+                "60 frames per second whatever the divider", {0x11: 0x00}, [DIVIDED],
+                sends(another, clock, rate=r"60\.\d\d"),
+            ),
             ("45 frames per second", {0x0D: 0x81}, [], sends(another, clock, rate=r"4[45]\.\d\d")),
-            ("VGA", {0x65: 0x20}, [], sends("frames of another size", f"{wires}, then register 0x29", lines=480, words=153600)),
+            (
+                "VGA", {0x65: 0x20}, [],
+                sends("frames of another size", f"{wires}, then register 0x29", lines=480, words=153600),
+            ),
             ("RGB", {0x12: 0x06}, [], sends(order, "the data wires and the sensor's type, then register 0x0c")),
         ):
             check.never(name, [SENDS], told, first=[FOUND, *first], slips=slips)
         slow = sends(another, clock, rate=r"22\.[45]\d", address=0x30)
         check.never("an OV2640 as OpenMV's driver counts", [SENDS], slow, SlowOv2640, first=[FOUND])
-        check.never("an MT9M114", [UNKNOWN], r"says it is 0x2481 \(an MT9M114; OpenMV Cams need an OV7725\), which .*", sensor=Mt9m114)
+        told = r"says it is 0x2481 \(an MT9M114; OpenMV Cams need an OV7725\), which .*"
+        check.never("an MT9M114", [UNKNOWN], told, sensor=Mt9m114)
         check.start("60 frames per second", [FOUND, DIVIDED], slips={0x0D: 0xC1})
         check.start("chroma first", [FOUND, CHROMA_FIRST], slips={0x0C: 0x00})
         check.faulty("brown-out", {60: brown_out}, range(60, 74), [(60, FORGETS), (None, BACK)])
@@ -1108,7 +1139,8 @@ def main():
         check.lights("lights")
         words, found = cost(elf, host.frames)
         print(words)
-        over = [f"{found[key]:,.0f} of {key}, above the budget of {limit:,}" for key, limit in BUDGET.items() if found[key] > limit]
+        above = ((key, limit) for key, limit in BUDGET.items() if found[key] > limit)
+        over = [f"{found[key]:,.0f} of {key}, above the budget of {limit:,}" for key, limit in above]
         check.say("budget", over)
         failures = check.failures + check_openmv(host, openmv) + check_weact(host, weact)
     print(f"{failures} failed; {time.monotonic() - start:.0f} s")

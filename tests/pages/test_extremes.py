@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 # Files all of whose tests are on the page.
 FILES = [
-    *("tests/whole/extremes*.rs", "tests/whole/error_bounds/[!m]*.rs", "tests/whole/ln.rs", "tests/long/[!m]*.rs"),
+    *("tests/whole/extremes*.rs", "tests/whole/error_bounds/[!m]*.rs", "tests/long/[!m]*.rs"),
     *("tests/command/hostile.rs", "tests/untouched.rs", "wstac-core/src/model/tests/extremes.rs"),
 ]
 
@@ -18,7 +18,8 @@ def text(path):
 
 
 def tests_of(source):
-    """Returns the functions with `#[test]` that are neither ignored nor left out by a `#[cfg]`, whatever the order of the attributes."""
+    """Returns the functions with `#[test]` that are neither ignored nor left out by a `#[cfg]`, whatever the order of
+    the attributes."""
     found = set()
     for before, name in re.findall(r"((?:^[ \t]*(?:#\[|//)[^\n]*\n)+)[ \t]*fn (\w+)", source, re.MULTILINE):
         attributes = [line.strip() for line in before.splitlines() if line.strip().startswith("#[")]
@@ -28,21 +29,24 @@ def tests_of(source):
 
 
 def is_run(path):
-    """Returns whether `cargo test --workspace` compiles a file: a test or a root of a member, or a module of such a file."""
+    """Returns whether `cargo test --workspace` compiles a file: a test or a root of a member, or a module of such a
+    file."""
     path = Path(path)
     package = next(folder for folder in path.parents if (ROOT / folder / "Cargo.toml").is_file())
     if not (ROOT / path).is_file() or str(package) not in tomllib.loads(text("Cargo.toml"))["workspace"]["members"]:
         return False
     manifest, inside = tomllib.loads(text(package / "Cargo.toml")), path.relative_to(package)
     finds_tests = manifest["package"].get("autotests", True)
-    if str(inside) in {"src/lib.rs", "src/main.rs", *(test["path"] for test in manifest.get("test", []) if "path" in test)}:
+    named = {test["path"] for test in manifest.get("test", []) if "path" in test}
+    if str(inside) in {"src/lib.rs", "src/main.rs", *named}:
         return True
     if inside.parent == Path("tests") and finds_tests:
         return True
     folder, name = (path.parent.parent, path.parent.name) if path.stem == "mod" else (path.parent, path.stem)
     parents = [folder / "lib.rs", folder / "main.rs", folder / "mod.rs", folder.with_suffix(".rs")]
     declared = re.compile(rf"^ *(?:pub(?:\(crate\))? )?mod {name};", re.MULTILINE)
-    return any(parent != path and (ROOT / parent).is_file() and declared.search(text(parent)) and is_run(parent) for parent in parents)
+    others = [parent for parent in parents if parent != path and (ROOT / parent).is_file()]
+    return any(declared.search(text(parent)) and is_run(parent) for parent in others)
 
 
 def items():

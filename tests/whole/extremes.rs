@@ -69,40 +69,6 @@ fn all_black_is_the_floor_and_no_event() {
     }
 }
 
-/// One count in one pixel: only the taxel of the pixel sees it, wherever the pixel is in it.
-#[test]
-fn one_count_in_one_pixel_is_one_in_one_sum() {
-    let layout = Layout::paper(size(80, 80)).unwrap();
-    let camera = FrameGeometry::new(Gray, layout, FrameRate::NOMINAL).unwrap();
-    let [width, height] = layout.taxel().map(usize::from);
-    for (taxel, corner) in layout.corners().iter().enumerate() {
-        let [left, top] = corner.map(usize::from);
-        let sums_with_light_at = |x: usize, y: usize| {
-            let mut bytes = vec![0; 80 * 80];
-            bytes[y * 80 + x] = 1;
-            TaxelSums::new(camera).push_frame(&bytes).unwrap()
-        };
-        let mut only = [0; 25];
-        only[taxel] = 1;
-        let (right, bottom) = (left + width - 1, top + height - 1);
-        for (x, y) in [(left, top), (right, top), (left, bottom), (right, bottom)] {
-            assert_eq!(sums_with_light_at(x, y), only, "taxel {taxel} at ({x}, {y})");
-        }
-        for (x, y) in [(left - 1, top), (right + 1, top), (left, top - 1), (left, bottom + 1)] {
-            assert_eq!(sums_with_light_at(x, y), [0; 25], "next to taxel {taxel} at ({x}, {y})");
-        }
-    }
-    // Two counts of 16 bits in one of 25 dark taxels: a row and a column rise above the floor of one count.
-    let camera = FrameGeometry::new(Y16::default(), layout, FrameRate::NOMINAL).unwrap();
-    let mut bytes = vec![0; 2 * 80 * 80];
-    let [left, top] = layout.corners()[7].map(usize::from);
-    bytes[2 * (top * 80 + left)] = 2;
-    let full = 65_535.0 * 100.0;
-    let mut expected = [feature(1.0 / full); 10];
-    (expected[1], expected[5 + 2]) = (feature(2.0 / full), feature(2.0 / full));
-    assert_eq!(features_of::<Y16, Fixed>(camera, 0.0, &bytes), expected);
-}
-
 /// All saturated: sums are exactly A · G, and every feature is ln 5, with every format, method and kernel.
 #[test]
 fn all_saturated_is_ln_5() {
@@ -119,28 +85,6 @@ fn all_saturated_is_ln_5() {
             assert_eq!(features_of::<Any, Micromath>(camera, 0.5, &bytes), [3296; 10], "{format:?}");
         }
     }
-}
-
-/// Words above full scale (padding bits of a driver) count as full scale, and no sum exceeds A · G.
-#[test]
-fn words_above_full_scale_count_as_full_scale() {
-    let layout = stacked(size(3, 3), [3, 3], [0, 0]);
-    let word = |green: u16| green.to_le_bytes().repeat(9);
-    let ten = |green| {
-        TaxelSums::new(FrameGeometry::new(Y10::default(), layout, FrameRate::NOMINAL).unwrap()).push_frame(&word(green))
-    };
-    let twelve = |green| {
-        TaxelSums::new(FrameGeometry::new(Y12::default(), layout, FrameRate::NOMINAL).unwrap()).push_frame(&word(green))
-    };
-    let sixteen = |green| {
-        TaxelSums::new(FrameGeometry::new(Y16::default(), layout, FrameRate::NOMINAL).unwrap()).push_frame(&word(green))
-    };
-    assert_eq!([ten(1022), ten(1023), ten(1024), ten(0xFFFF)].map(|s| s.unwrap()[0]), [9198, 9207, 9207, 9207]);
-    assert_eq!(
-        [twelve(4094), twelve(4095), twelve(4096), twelve(0xF000)].map(|s| s.unwrap()[0]),
-        [36_846, 36_855, 36_855, 36_855]
-    );
-    assert_eq!([sixteen(0xFFFE), sixteen(0xFFFF)].map(|s| s.unwrap()[0]), [9 * 65_534, 9 * 65_535]);
 }
 
 // Sizes.
@@ -166,21 +110,6 @@ fn one_pixel_taxels_read_their_own_pixel() {
         let sums = TaxelSums::new(camera).push_frame(&[1, 2, 4, 8]).unwrap();
         let greens_are_second_and_third = matches!(order, BayerOrder::Rggb | BayerOrder::Bggr);
         assert_eq!(sums, [if greens_are_second_and_third { 6 } else { 9 }; 25]);
-    }
-}
-
-/// Taxels as large as the frame, all at the same place: each sums the whole frame, with every stride.
-#[test]
-fn whole_frame_taxels_sum_the_whole_frame() {
-    let layout = stacked(size(31, 17), [31, 17], [0, 0]);
-    let bytes: Vec<u8> = (0..31 * 17_u32).map(|i| (i * 7 % 251) as u8).collect();
-    for stride in [1_usize, 2, 3, 5] {
-        let counted = Stride::try_from(stride as u32).unwrap();
-        let camera = FrameGeometry::with_stride(Gray, layout, FrameRate::NOMINAL, counted).unwrap();
-        let rows = bytes.chunks(31).step_by(stride);
-        let expected: u32 = rows.flat_map(|row| row.iter().step_by(stride)).map(|&v| u32::from(v)).sum();
-        assert_eq!(TaxelSums::new(camera).push_frame(&bytes).unwrap(), [expected; 25], "stride {stride}");
-        assert_eq!(camera.pixels() as usize, 31_usize.div_ceil(stride) * 17_usize.div_ceil(stride));
     }
 }
 

@@ -11,7 +11,6 @@ mod golden_vectors;
 mod host;
 mod jpeg;
 mod learn;
-mod ln;
 mod path_models;
 mod picture;
 mod properties;

@@ -93,7 +93,7 @@ pub(crate) fn section(page: &mut String) {
     );
     let (mut early, mut reliable) = (0, 0);
     for row in ROWS.iter().filter(|row| row.kind != Kind::Mix || HARD.contains(&row.fault)) {
-        let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number, true));
+        let answered = each(SLIDES, |number| answer(row, SPEEDS, number, true));
         let tally = Tally::new(&answered);
         let after: Vec<f64> = answered.iter().filter_map(|one: &Answered| one.after).collect();
         let second = |fraction| percentile(after.clone(), fraction).map_or("–".into(), |time| format!("{time:.2}"));

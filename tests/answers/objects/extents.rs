@@ -71,7 +71,7 @@ impl Errors {
 /// The slides of touches whose velocity is reliable.
 fn reliable(answered: &[Answered]) -> impl Iterator<Item = (&Answered, Slide)> {
     let slide = |one: &Answered| one.drawn.script.touches[0].slide().copied();
-    answered.iter().filter(|one| one.answer.is_ok()).filter_map(move |one| Some((one, slide(one)?)))
+    answered.iter().filter(|one| one.answer.is_some()).filter_map(move |one| Some((one, slide(one)?)))
 }
 
 /// Writes the rows of touches of a kind in the tables that have it.

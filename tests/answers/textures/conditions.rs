@@ -217,14 +217,14 @@ fn of_scene(
     PathSlide::of_scene(*slide, sensor, script, layout, (readout, correction), is_lost).expect("the scene is valid")
 }
 
-/// Returns the table of conditions, and the objects that have names, of those whose names are wanted.
-pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
+/// Returns the table of conditions, and the objects that have names.
+pub(crate) fn section() -> String {
     let models = MODELS.map(|name| ModelFile::open(format!("builtin:{name}").as_ref()).expect("a shipped model"));
     let models = models.each_ref().map(|file| file.model().expect("a shipped model"));
     let [sums, taxels] = MODELS;
     let mut page = format!("\n{ABOUT}\n\n| condition | slides | `{sums}` | `{taxels}` | wrong |\n");
     page += "| --- | ---: | ---: | ---: | ---: |\n";
-    for (number, (name, condition, goal)) in CONDITIONS.into_iter().enumerate().filter(|(_, one)| is_wanted(one.0)) {
+    for (number, (name, condition, goal)) in CONDITIONS.into_iter().enumerate() {
         let slides = condition.slides(88_100 + number as u64);
         let [sums, taxels] = models.each_ref().map(|model| said(model, &slides));
         let right = |all: &[Option<Said>]| all.iter().filter(|said| is_right(said.as_ref())).count();
@@ -234,9 +234,9 @@ pub(crate) fn section(is_wanted: impl Fn(&str) -> bool) -> String {
             (share(right(&sums), count), interval(right(&taxels), count), interval(wrong, count));
         let _ = writeln!(page, "| {name} | {count} | {sums} | {taxels}{goal} | {wrong} |");
     }
-    let of_objects = OBJECTS.into_iter().filter(|one| is_wanted(one.0)).map(|(name, kind)| {
+    let of_objects = OBJECTS.into_iter().map(|(name, kind)| {
         let slides = each(TOUCHES, |number| {
-            let script = scenes::draw(kind, Fault::None, OBJECT_SPEEDS, scenes::JUDGE, number).script;
+            let script = scenes::draw(kind, Fault::None, OBJECT_SPEEDS, number).script;
             let slide = script.touches.last().and_then(Touch::slide).copied().expect("it slides");
             let layout = Layout::paper(script.sensor.size).expect("a layout");
             of_scene(&slide, script.light.unit, &script, (layout, None), || false)

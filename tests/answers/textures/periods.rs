@@ -77,8 +77,7 @@ pub(crate) fn section() -> String {
         );
     }
     let of_objects = OBJECTS.map(|(name, kind)| {
-        let told =
-            each(500, |number| of_scene(&textures, &draw(kind, Fault::None, [30.0, 300.0], JUDGE, number).script));
+        let told = each(500, |number| of_scene(&textures, &draw(kind, Fault::None, [30.0, 300.0], number).script));
         format!("{name} {}", interval(told.iter().flatten().count(), told.len()))
     });
     let _ = writeln!(

@@ -30,7 +30,6 @@ class Dma(Registers):
         self.machine, self.mux, self.total = machine, mux, 0
 
     def irqs(self):
-        """Returns its interrupt, while an enabled flag is set."""
         control, flags = self.values.get(SCR, 0), self.values.get(LISR, 0)
         asked = flags & HALF and control & HTIE or flags & FULL and control & TCIE or flags & ERROR and control & TEIE
         return {DMA_IRQ} if asked else set()
@@ -45,7 +44,8 @@ class Dma(Registers):
         super().write(offset, value)
 
     def take(self, data):
-        """Writes words into the ring. Returns whether the stream is on. An address out of reach ends it (RM0433, errors of the DMA)."""
+        """Writes words into the ring. Returns whether the stream is on. An address out of reach ends it (RM0433, errors
+        of the DMA)."""
         wants = CIRCULAR | ON
         if self.values.get(SCR, 0) & wants != wants or self.mux.read(0) & 0x7F != REQUEST:
             return False
@@ -80,16 +80,13 @@ class Dcmi(Registers):
         self.dma, self.capturing, self.row, self.rest = dma, False, 0, b""
 
     def reset(self):
-        """Resets the registers."""
         super().reset()
         self.capturing = False
 
     def irqs(self):
-        """Returns its interrupt, while an enabled flag is set."""
         return {DCMI_IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
 
     def write(self, offset, value):
-        """Stores a register."""
         if offset == ICR:
             self.values[RIS] = self.values.get(RIS, 0) & ~value
             return
@@ -98,13 +95,13 @@ class Dcmi(Registers):
             self.capturing &= self.enabled()
 
     def _window(self):
-        """Returns first and last line of the window, the clocks of a line before it, and those in it (RM0433, DCMI_CWSTRT)."""
+        """Returns first and last line of the window, the clocks of a line before it, and those in it (RM0433,
+        DCMI_CWSTRT)."""
         start, size = self.values.get(CWSTRT, 0), self.values.get(CWSIZE, 0)
         first = start >> 16 & 0x1FFF
         return first, first + (size >> 16 & 0x3FFF), start & 0x3FFF, (size & 0x3FFF) + 1
 
     def enabled(self):
-        """Returns whether it is on."""
         return bool(self.values.get(CR, 0) & ENABLE)
 
     def uses_frames(self):
@@ -113,7 +110,6 @@ class Dcmi(Registers):
         return not self.values.get(IER, 0) & LINE and self.values.get(CR, 0) & wants == wants
 
     def flag(self, flag):
-        """Sets a flag, if it is on."""
         if self.enabled():
             self.values[RIS] = self.values.get(RIS, 0) | flag
 
@@ -164,8 +160,8 @@ class Camera:
 
     @property
     def line_time(self):
-        """Returns the cycles from a line to the next. Of the time between frames, that of eight comes before the first line.
-        Settings that are wrong may leave less time.
+        """Returns the cycles from a line to the next. Of the time between frames, that of eight comes before the first
+        line. Settings that are wrong may leave less time.
         """
         return min(round(self.clock * self.sensor.row()), self.period // (self.sensor.size()[1] + 15))
 

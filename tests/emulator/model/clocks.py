@@ -18,9 +18,10 @@ READY = ((0, 2), (7, 8), (12, 13), (16, 17), (24, 25), (26, 27), (28, 29))
 
 
 class Rcc(Registers):
-    """Oscillators and PLLs are ready when they are on, and the clock switch follows its setting. `has_hse` is whether the
-    board's clock of `hse` hertz works, which is a crystal unless the program has to `bypass` its oscillator. `cause` has
-    the flags of the last reset's cause. A PLL outside its range is an error, and a core at another clock than the model's.
+    """Oscillators and PLLs are ready when they are on, and the clock switch follows its setting. `has_hse` is whether
+    the board's clock of `hse` hertz works, which is a crystal unless the program has to `bypass` its oscillator.
+    `cause` has the flags of the last reset's cause. A PLL outside its range is an error, and a core at another clock
+    than the model's.
     """
 
     def __init__(self, hse, bypass):
@@ -75,7 +76,6 @@ class Rcc(Registers):
             raise ValueError(f"the PLL makes {vco:,.0f} Hz of {reference:,.0f} Hz, which its oscillator is not for")
 
     def read(self, offset):
-        """Returns a register, with the bits that the hardware sets."""
         value = super().read(offset)
         if offset == CR:
             for on, ready in READY:
@@ -109,7 +109,6 @@ class Pwr(Registers):
             raise ValueError("the supply is lowered while its highest range is on")
 
     def read(self, offset):
-        """Returns a register, with the bits that the hardware sets."""
         ready = {CSR1: 1 << 13, D3CR: 1 << 13, CR3: 1 << 16 | 1 << 26}
         return super().read(offset) | ready.get(offset, 0)
 

@@ -1,8 +1,8 @@
 """Sensors of two and five million pixels: what their registers make of the pins.
 
-The registers and bits are those of public drivers, not those of the firmware's tables: Linux's, OpenMV's, Espressif's and Zephyr's
-of the OV2640, Linux's and Espressif's of the OV5640, and Linux's, Espressif's and MediaTek's of the GC2145. What none of them says
-is a guess, and the comment says so.
+The registers and bits are those of public drivers, not those of the firmware's tables: Linux's, OpenMV's, Espressif's
+and Zephyr's of the OV2640, Linux's and Espressif's of the OV5640, and Linux's, Espressif's and MediaTek's of the
+GC2145. What none of them says is a guess, and the comment says so.
 """
 
 from .sensor import GAMMA_AT_RESET, STRAIGHT, XCLK, Sensor, WordSensor, curve, doublings
@@ -23,9 +23,10 @@ class Ov2640(Sensor):
 
     ADDRESS, IDENTITY = 0x30, {0x10A: 0x26, 0x10B: 0x42, 0x11C: 0x7F, 0x11D: 0xA2}
     DEFAULTS = {
-        0xFF: 0x00, 0x05: 0x01, 0x50: 0x00, 0x51: 0x40, 0x52: 0xF0, 0x5A: 0x58, 0x5B: 0x48, 0x86: 0x0D, 0x87: 0x50, 0xC0: 0xC8,
-        0xC1: 0x96, 0xC2: 0x0C, 0xC3: 0xFF, 0xD3: 0x82, 0xDA: 0x00, 0xE0: 0x04, 0x103: 0x0F, 0x104: 0x20, 0x109: 0x00,
-        0x110: 0x33, 0x111: 0x00, 0x112: 0x00, 0x113: 0xC7, 0x117: 0x11, 0x118: 0x75, 0x119: 0x01, 0x11A: 0x97, 0x132: 0x36,
+        0xFF: 0x00, 0x05: 0x01, 0x50: 0x00, 0x51: 0x40, 0x52: 0xF0, 0x5A: 0x58, 0x5B: 0x48, 0x86: 0x0D, 0x87: 0x50,
+        0xC0: 0xC8, 0xC1: 0x96, 0xC2: 0x0C, 0xC3: 0xFF, 0xD3: 0x82, 0xDA: 0x00, 0xE0: 0x04, 0x103: 0x0F, 0x104: 0x20,
+        0x109: 0x00, 0x110: 0x33, 0x111: 0x00, 0x112: 0x00, 0x113: 0xC7, 0x117: 0x11, 0x118: 0x75, 0x119: 0x01,
+        0x11A: 0x97, 0x132: 0x36,
     }  # fmt: skip
     RESET, SWITCHES, NOMINAL = (0x112, 0x80), (0x113, 5), 630
     AUTOMATIC = ((1, 0x145, 0x110), (4, 0, 0x100))
@@ -39,9 +40,13 @@ class Ov2640(Sensor):
         return register + 0x100 if register != 0xFF and self.registers.get(0xFF) == 1 else register
 
     def effects(self):
-        """Returns the registers of the effects: 0x7C is the number of one, and each value of 0x7D moves on to the next."""
+        """Returns the registers of the effects: 0x7C is the number of one, and each value of 0x7D moves on to the
+        next."""
         number, values = 0, {}
-        last = {place: max((k for k, (at, _) in enumerate(self.history) if at == place), default=-1) for place in (0x7C, 0x7D)}
+        last = {
+            place: max((k for k, (at, _) in enumerate(self.history) if at == place), default=-1)
+            for place in (0x7C, 0x7D)
+        }
         for k, (place, value) in enumerate(self.history):
             if k == last.get(place):
                 value = self.slips.get(place, value)
@@ -68,7 +73,6 @@ class Ov2640(Sensor):
         return self._sizes()[1] + (self[0x12D] | self[0x12E] << 8) + (self[0x146] | self[0x147] << 8)
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         clock = XCLK * self.SPEED * (2 if self[0x111] & 0x80 else 1) / ((self[0x111] & 0x3F) + 1)
         clock /= {2: 2, 3: 4}.get(self[0x132] >> 6, 1)
         return (self._sizes()[0] + (self[0x12B] | (self[0x12A] & 0xF0) << 4)) / clock
@@ -78,7 +82,8 @@ class Ov2640(Sensor):
         return self.array_line() * self.lines() * (1, 2, 4, 8)[self[0x103] >> 6]
 
     def _fed(self):
-        """Returns what goes into the processor: of the window, no more than the array has and the processor is told of."""
+        """Returns what goes into the processor: of the window, no more than the array has and the processor is told
+        of."""
         *_, wide, high = self._sizes()
         columns = 2 * ((self[0x118] << 3 | self[0x132] >> 3 & 7) - (self[0x117] << 3 | self[0x132] & 7))
         rows = 2 * ((self[0x11A] << 2 | self[0x103] >> 2 & 3) - (self[0x119] << 2 | self[0x103] & 3))
@@ -105,7 +110,6 @@ class Ov2640(Sensor):
         return max(4, min(divided[0], out[0]) & ~1), max(1, min(divided[1], out[1]))
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * (1 if self[0x05] & 1 else self._taken()[1] / self.size()[1])
 
     def bytes_per_line(self):
@@ -118,14 +122,13 @@ class Ov2640(Sensor):
     def format(self):
         """Returns the format: that of 0xDA, if 0xC2 makes it."""
         kind = self[0xDA] >> 2 & 3
-        if self[0x05] & 1 or self[0xDA] & 0x50 or kind in (1, 3) or self[0xC2] & 1 or not self[0xC2] & 8 or not self[0xC2] & 4:
+        if self[0x05] & 1 or self[0xDA] & 0x50 or kind in (1, 3) or self[0xC2] & 0x0D != 0x0C:
             return "RAW"
         if kind == 2:
             return "RGB"
         return "UYVY" if self[0xDA] & 1 else "YUYV"
 
     def chroma(self):
-        """Returns U and V if effects fix them."""
         effects = self.effects()
         fixed = self[0x86] & 0x10 and effects.get(0, 0) & 0x18 == 0x18
         return (effects.get(5, 0), effects.get(6, 0)) if fixed else None
@@ -135,40 +138,41 @@ class Ov2640(Sensor):
         return super().automatic() | (2 if self[0xC3] & 0x0C == 0x0C else 0)
 
     def light(self):
-        """Returns the table of exposure, gain and gamma. How much digital gain, lens correction and effects change is a guess."""
+        """Returns the table of exposure, gain and gamma. How much digital gain, lens correction and effects change is a
+        guess."""
         lines = min((self[0x145] & 0x3F) << 10 | self[0x110] << 2 | self[0x104] & 3, self.lines() - 4)
         gain = doublings(self[0x100]) * (1.5 if self[0xC3] & 0x10 else 1) * (1.1 if self[0xC3] & 2 else 1)
         gain *= 1.2 if self[0xC3] & 4 else 1
         gain *= 0.5 if self[0x86] & 0x10 and self.effects().get(0, 0) & 0x44 else 1
-        return curve(round(lines / self.nominal * gain, 6), GAMMA_AT_RESET if self[0xC3] & 0x20 else STRAIGHT, 0x06 if self[0xC3] & 0x20 else 64)
+        bent = self[0xC3] & 0x20
+        return curve(round(lines / self.nominal * gain, 6), GAMMA_AT_RESET if bent else STRAIGHT, 0x06 if bent else 64)
 
     def view(self):
         """Returns how the picture lies. How far windows shift it is a guess."""
         right = 2 * ((self[0x117] - 0x11) * 8 + (self[0x132] & 7) - 1) + (self[0x53] | (self[0x55] & 7) << 8)
         down = 2 * (self[0x119] * 4 + (self[0x103] & 3) - 2) + (self[0x54] | (self[0x55] & 0x70) << 4)
         # A window that is scaled less shows less.
-        return bool(self[0x104] & 0x80), bool(self[0x104] & 0x40), right + self._taken()[0] - 800, down + self._taken()[1] - 600
+        columns, rows = self._taken()
+        return bool(self[0x104] & 0x80), bool(self[0x104] & 0x40), right + columns - 800, down + rows - 600
 
     def bars(self):
-        """Returns whether color bars hide the picture."""
         return bool(self[0x112] & 2)
 
 
 class SlowOv2640(Ov2640):
-    """An OV2640 whose array has the clock that OpenMV's driver counts with: three times that of 24 MHz, by 2, for two bytes."""
+    """An OV2640 whose array has the clock that OpenMV's driver counts with: three times that of 24 MHz, by 2, for two
+    bytes."""
 
     SPEED = 0.75
 
 
 class Ov5640(WordSensor):
-    """OV5640."""
-
     ADDRESS, IDENTITY, RESET = 0x3C, {0x300A: 0x56, 0x300B: 0x40}, (0x3008, 0x82)
     DEFAULTS = {
-        0x3008: 0x02, 0x300E: 0x58, 0x3034: 0x1A, 0x3035: 0x11, 0x3036: 0x69, 0x3037: 0x03, 0x3108: 0x16, 0x3503: 0x00, 0x3804: 0x0A,
-        0x3805: 0x3F, 0x3806: 0x07, 0x3807: 0x9F, 0x3808: 0x0A, 0x3809: 0x20, 0x380A: 0x07, 0x380B: 0x98, 0x380C: 0x0B, 0x380D: 0x1C,
-        0x380E: 0x07, 0x380F: 0xB0, 0x3811: 0x10, 0x3813: 0x04, 0x3814: 0x11, 0x3815: 0x11, 0x3820: 0x40, 0x3824: 0x01, 0x4300: 0xF8,
-        0x4740: 0x20, 0x5000: 0xFF, 0x5001: 0x01, 0x460C: 0x20,
+        0x3008: 0x02, 0x300E: 0x58, 0x3034: 0x1A, 0x3035: 0x11, 0x3036: 0x69, 0x3037: 0x03, 0x3108: 0x16, 0x3503: 0x00,
+        0x3804: 0x0A, 0x3805: 0x3F, 0x3806: 0x07, 0x3807: 0x9F, 0x3808: 0x0A, 0x3809: 0x20, 0x380A: 0x07, 0x380B: 0x98,
+        0x380C: 0x0B, 0x380D: 0x1C, 0x380E: 0x07, 0x380F: 0xB0, 0x3811: 0x10, 0x3813: 0x04, 0x3814: 0x11, 0x3815: 0x11,
+        0x3820: 0x40, 0x3824: 0x01, 0x4300: 0xF8, 0x4740: 0x20, 0x5000: 0xFF, 0x5001: 0x01, 0x460C: 0x20,
     }  # fmt: skip
     SWITCHES, NOMINAL = (0x3503, 3), 920
     AUTOMATIC = ((1, 0x3500, 0x3501), (2, 0x350A, 0x350B))
@@ -181,7 +185,8 @@ class Ov5640(WordSensor):
         return (~self[0x3503] & 3) | (4 if white else 0)
 
     def drives(self):
-        """Returns whether frames come: not asleep or in reset, nor over MIPI, and with their pins on and the right way."""
+        """Returns whether frames come: not asleep or in reset, nor over MIPI, and with their pins on and the right
+        way."""
         pins = self[0x3017] & 0x70 == 0x70 and not self[0x4740] & 1
         return self.present and self.is_on() and not self[0x3008] & 0xC0 and not self[0x300E] & 4 and pins
 
@@ -214,7 +219,8 @@ class Ov5640(WordSensor):
 
     def _read(self):
         """Returns the columns and rows of the array that are read."""
-        columns, rows = self._word(0x3804, 12) - self._word(0x3800, 12) + 1, self._word(0x3806, 11) - self._word(0x3802, 11) + 1
+        columns = self._word(0x3804, 12) - self._word(0x3800, 12) + 1
+        rows = self._word(0x3806, 11) - self._word(0x3802, 11) + 1
         across, down = self._steps()
         return max(16, min(columns, 2624) // across), max(16, min(rows, 1964) // down)
 
@@ -224,15 +230,12 @@ class Ov5640(WordSensor):
         return max(8, wide - 2 * left), max(8, high - 2 * top)
 
     def lines(self):
-        """Returns the lines of a frame."""
         return max(self._word(0x380E), self._read()[1] + self.BLANK[1] // 4) + self._word(0x350C)
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         return max(self._word(0x380C, 13), self._read()[0] + self.BLANK[0]) / self._clock()
 
     def period(self):
-        """Returns the seconds of a frame."""
         return self.array_line() * self.lines()
 
     def size(self):
@@ -243,15 +246,14 @@ class Ov5640(WordSensor):
         return max(4, wide & ~1), max(1, min(fed[1], out[1]))
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * (self._fed()[1] / self.size()[1] if self[0x5001] & 0x20 else 1)
 
     def bytes_per_line(self):
-        """Returns the bytes of a line."""
         return on_time(super().bytes_per_line(), self._port_clock(), self.row())
 
     def format(self):
-        """Returns the format: the source of 0x501F, in the order of 0x4300. An order that Linux does not name counts as one of chroma."""
+        """Returns the format: the source of 0x501F, in the order of 0x4300. An order that Linux does not name counts as
+        one of chroma."""
         source, kind, order = self[0x501F] & 7, self[0x4300] >> 4, self[0x4300] & 15
         if source == 1 or kind == 6:
             return "RGB"
@@ -260,17 +262,18 @@ class Ov5640(WordSensor):
         return "YUYV" if order in (0, 1) else "UYVY"
 
     def chroma(self):
-        """Returns U and V if effects fix them."""
         fixed = self[0x5001] & 0x80 and self[0x5580] & 0x18 == 0x18
         return (self[0x5583], self[0x5584]) if fixed else None
 
     def light(self):
-        """Returns the table of exposure, gains and gamma. How much lens correction, effects and a matrix change is a guess."""
+        """Returns the table of exposure, gains and gamma. How much lens correction, effects and a matrix change is a
+        guess."""
         sixteenths = (self[0x3500] & 15) << 16 | self[0x3501] << 8 | self[0x3502]
         gain = min(sixteenths / 16, self.lines() - 4) / self.nominal * self._word(0x350A, 10) / 16
         red, green, blue = (self._word(at, 12) / 0x400 for at in (0x3400, 0x3402, 0x3404))
         gain *= 0.299 * red + 0.587 * green + 0.114 * blue if self[0x3406] & 1 else 1
-        gain *= (1.1 if self[0x5000] & 0x80 else 1) * (1.01 if self[0x5000] & 1 == 0 else 1) * (1 if self[0x5001] & 2 else 0.99)
+        gain *= (1.1 if self[0x5000] & 0x80 else 1) * (1.01 if self[0x5000] & 1 == 0 else 1)
+        gain *= 1 if self[0x5001] & 2 else 0.99
         gain *= 0.5 if self[0x5001] & 0x80 and self[0x5580] & 0xC4 else 1
         bent = self[0x5000] & 0x20
         return curve(round(gain, 6), GAMMA_AT_RESET if bent else STRAIGHT, 0x06 if bent else 64)
@@ -282,21 +285,23 @@ class Ov5640(WordSensor):
         right = left + 2 * (self._word(0x3810, 12) - 16) + columns - 1280 + (0 if self[0x5001] & 0x20 else 7)
         down = top - 4 + 2 * (self._word(0x3812, 11) - 6) + rows - 960
         binned = (self[0x3820] & 1) + (self[0x3821] & 1) - 2
-        return self[0x3821] & 6 == 6, self[0x3820] & 6 == 6, right + binned, down + bool(self[0x3821] & 6) + bool(self[0x3820] & 6)
+        down += bool(self[0x3821] & 6) + bool(self[0x3820] & 6)
+        return self[0x3821] & 6 == 6, self[0x3820] & 6 == 6, right + binned, down
 
     def bars(self):
-        """Returns whether a test picture hides the scene."""
         return bool(self[0x503D] & 0x80)
 
 
 class Gc2145(Sensor):
-    """GC2145, whose registers have banks: those of bank n are n × 0x100 higher, and from 0xF0 on they are in all banks."""
+    """GC2145, whose registers have banks: those of bank n are n × 0x100 higher, and from 0xF0 on they are in all
+    banks."""
 
     ADDRESS, IDENTITY, RESET = 0x3C, {0xF0: 0x21, 0xF1: 0x45}, (0xFE, 0xF0)
     DEFAULTS = {
-        0x03: 0x00, 0x04: 0x10, 0x05: 0x01, 0x06: 0x1C, 0x08: 0x10, 0x0D: 0x04, 0x0E: 0xC0, 0x0F: 0x06, 0x10: 0x52, 0x12: 0x2E,
-        0x17: 0x14, 0x80: 0xFF, 0x82: 0xFA, 0x84: 0x02, 0x86: 0x01, 0x95: 0x04, 0x96: 0xB0, 0x97: 0x06, 0x98: 0x40, 0x99: 0x11,
-        0xB0: 0x40, 0xB3: 0x40, 0xB4: 0x40, 0xB5: 0x40, 0xB6: 0x01, 0xF2: 0x00, 0xF7: 0x1D, 0xF8: 0x84, 0xFA: 0x00,
+        0x03: 0x00, 0x04: 0x10, 0x05: 0x01, 0x06: 0x1C, 0x08: 0x10, 0x0D: 0x04, 0x0E: 0xC0, 0x0F: 0x06, 0x10: 0x52,
+        0x12: 0x2E, 0x17: 0x14, 0x80: 0xFF, 0x82: 0xFA, 0x84: 0x02, 0x86: 0x01, 0x95: 0x04, 0x96: 0xB0, 0x97: 0x06,
+        0x98: 0x40, 0x99: 0x11, 0xB0: 0x40, 0xB3: 0x40, 0xB4: 0x40, 0xB5: 0x40, 0xB6: 0x01, 0xF2: 0x00, 0xF7: 0x1D,
+        0xF8: 0x84, 0xFA: 0x00,
     }  # fmt: skip
     SWITCHES, NOMINAL = (0xB6, 1), 376
     AUTOMATIC = ((1, 0x03, 0x04), (2, 0, 0xB3))
@@ -334,7 +339,6 @@ class Gc2145(Sensor):
         return columns / self.clock() * max(1, self[0x99] >> 4)
 
     def period(self):
-        """Returns the seconds of a frame."""
         return self.row() / max(1, self[0x99] >> 4) * self.lines()
 
     def size(self):
@@ -373,11 +377,9 @@ class Gc2145(Sensor):
         return curve(round(gain, 6), GAMMA_AT_RESET if bent else STRAIGHT, 0x06 if bent else 64)
 
     def view(self):
-        """Returns how the picture lies."""
         right = self._word(0x0B, 11) - 640 + self._word(0x93, 11) + (self[0x99] & 15) - 1
         down = self._word(0x09, 11) - 480 + self._word(0x91, 11) + (self[0x99] >> 4) - 1
         return bool(self[0x17] & 1), bool(self[0x17] & 2), right, down
 
     def bars(self):
-        """Returns whether a test picture hides the scene."""
         return bool(self[0x81] & 1)

@@ -40,8 +40,8 @@ NUCLEO = Wiring("PC6 PC7 PC8 PC9 PE4 PD3 PE5 PE6", "PD8", "PB0 PB14", 1, 8_000_0
 OPENMV = Wiring(
     "PC6 PC7 PE0 PE1 PE4 PB6 PE5 PE6", "PB10", "PC1 PC0", 0, 12_000_000, False, power="PD7 PA10", bootloader=True
 )
-# Zephyr's mini_stm32h743.dts: 25 MHz, the blue light at PE3, a socket with power-down at PA7 and no reset. PB12 is free on the
-# header, as PB10 is.
+# Zephyr's mini_stm32h743.dts: 25 MHz, the blue light at PE3, a socket with power-down at PA7 and no reset. PB12 is free
+# on the header, as PB10 is.
 WEACT = Wiring("PC6 PC7 PE0 PE1 PE4 PD3 PE5 PE6", "PB10", "PE3 PB12", 1, 25_000_000, False, power="PA7")
 
 
@@ -53,7 +53,6 @@ class Port(Registers):
         self.number, self.sensor, self.changed = number, sensor, changed
 
     def read(self, offset):
-        """Returns a register."""
         if offset != IDR:
             return super().read(offset)
         lines = [number for port, number in (SCL, SDA) if port == self.number]
@@ -138,8 +137,9 @@ class Ports:
 
     def floating(self):
         """Returns the inputs of the camera interface that nothing pulls down."""
-        pulled = [(port, number, self.ports[port].read(PUPDR) >> 2 * number & 3) for port, number in self.wiring.inputs()]
-        return [f"P{'ABCDEFGHIJK'[port]}{number}" for port, number, pull in pulled if pull != PULL_DOWN]
+        is_pulled = lambda port, number: self.ports[port].read(PUPDR) >> 2 * number & 3 == PULL_DOWN
+        inputs = self.wiring.inputs()
+        return [f"P{'ABCDEFGHIJK'[port]}{number}" for port, number in inputs if not is_pulled(port, number)]
 
     def _changed(self):
         if self.wiring.power and not self.sensor_is_on():

@@ -2,10 +2,11 @@
 
 The registers and bits are those of public drivers and of quotes of OmniVision's data sheets, not those of the
 firmware's tables: Linux drivers of the OV7670, OV7690 and OV772x, MediaTek's and Analog Devices' drivers of the OV7692,
-OpenMV's drivers of the OV7670, OV7690, OV7725 and HM0360, Zephyr's of the HM0360, and Adafruit's of the OV7670. What none of them says is a guess, and the comment says so.
+OpenMV's drivers of the OV7670, OV7690, OV7725 and HM0360, Zephyr's of the HM0360, and Adafruit's of the OV7670. What
+none of them says is a guess, and the comment says so.
 
-A clip is what the sensor sees with the exposure `nominal`, in lines, and gain 1. Wrong lights change its luma, wrong sizes cut or
-enlarge it, and a wrong format gives other bytes.
+A clip is what the sensor sees with the exposure `nominal`, in lines, and gain 1. Wrong lights change its luma, wrong
+sizes cut or enlarge it, and a wrong format gives other bytes.
 """
 
 from functools import lru_cache
@@ -17,15 +18,16 @@ GREY_CHROMA = 0x80
 class Sensor:
     """A sensor behind a bus with registers of eight bits.
 
-    `is_on` returns whether the board gives it power and a clock, `present` is whether it answers, `nack_after` is how often it answers before it fails once, and `stuck` is a
-    register that keeps its value. `pulls_up` is whether resistors outside of the chip pull its bus up, and `shorted`
-    has the pins of the bus that are held low for ever. `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for
-    which it holds the data line. `slips` has registers that act as if another value were written, although the value
-    that was written is read back: so a table with that value in it would act.
+    `is_on` returns whether the board gives it power and a clock, `present` is whether it answers, `nack_after` is how
+    often it answers before it fails once, and `stuck` is a register that keeps its value. `pulls_up` is whether
+    resistors outside of the chip pull its bus up, and `shorted` has the pins of the bus that are held low for ever.
+    `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for which it holds the
+    data line. `slips` has registers that act as if another value were written, although the value that was written is
+    read back: so a table with that value in it would act.
     """
 
     ADDRESS, IDENTITY, DEFAULTS, RESET = 0, {}, {}, (0x12, 0x80)
-    # The register and the bits that switch automatic controls on, and the registers that each changes: (bit, registers).
+    # The register and the bits that switch automatic controls on, and what each changes: (bit, registers).
     SWITCHES, AUTOMATIC = (0x13, 7), ()
     # The exposure with which a clip is as it is, in lines.
     NOMINAL = 480
@@ -281,21 +283,16 @@ class Mt9m114(WordSensor):
         return False
 
     def period(self):
-        """Returns the seconds of a frame that is not sent."""
         return 1 / 30
 
     def row(self):
-        """Returns the seconds of a row that is not sent."""
         return self.period() / self.size()[1]
 
     def size(self):
-        """Returns the size of a frame that is not sent."""
         return 1280, 960
 
 
 class Ov7690(Sensor):
-    """OV7690."""
-
     ADDRESS, IDENTITY = 0x21, {0x0A: 0x76, 0x0B: 0x91, 0x1C: 0x7F, 0x1D: 0xA2}
     DEFAULTS = {
         0x01: 0x40, 0x02: 0x40, 0x03: 0x40, 0x0C: 0x16, 0x0E: 0x00, 0x0F: 0x01, 0x10: 0x00, 0x11: 0x00, 0x12: 0x00,
@@ -311,7 +308,6 @@ class Ov7690(Sensor):
         return self.present and self.is_on() and bool(self[0x0C] & 2) and not self[0x0E] & 8
 
     def drives_data(self):
-        """Returns whether the data pins are driven."""
         return bool(self[0x0C] & 4)
 
     def clock(self):
@@ -331,11 +327,9 @@ class Ov7690(Sensor):
         return night * self.array_line() * self.lines()
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         return max((self[0x2A] & 0x70) << 4 | self[0x2B], 1) / self.clock()
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * self.number(0xCA, 0xCB, 1) / self.size()[1]
 
     def size(self):
@@ -368,11 +362,9 @@ class Ov7690(Sensor):
         return bool(self[0x3E] & 0x10)
 
     def chroma(self):
-        """Returns U and V if special effects fix them."""
         return (self[0xDA], self[0xDB]) if self[0x81] & 0x20 and self[0xD2] & 0x18 == 0x18 else None
 
     def light(self):
-        """Returns the table of exposure, gains and gamma."""
         lines = min(self.number(0x0F, 0x10, 8), self.lines() - 4)
         gain = doublings(self[0x00]) * (1, 2, 2, 4)[self[0x15] & 3]
         white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x40
@@ -387,7 +379,6 @@ class Ov7690(Sensor):
         return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
 
     def bars(self):
-        """Returns whether color bars hide the picture."""
         return bool(self[0x0C] & 1 or self[0x82] & 8)
 
 
@@ -417,8 +408,6 @@ class Ov7692(Ov7690):
 
 
 class Ov7725(Sensor):
-    """OV7725."""
-
     ADDRESS, IDENTITY = 0x21, {0x0A: 0x77, 0x0B: 0x21, 0x1C: 0x7F, 0x1D: 0xA2}
     DEFAULTS = {
         0x01: 0x80, 0x02: 0x80, 0x03: 0x80, 0x08: 0x00, 0x0C: 0x10, 0x0D: 0x41, 0x0E: 0x01, 0x10: 0x40, 0x11: 0x80,
@@ -441,18 +430,15 @@ class Ov7725(Sensor):
         return night * self.array_line() * self.lines()
 
     def array_line(self):
-        """Returns the seconds of a line of the array."""
         multiplier = (1, 4, 6, 8)[self[0x0D] >> 6]
         divider = 1 if self[0x11] & 0x40 else 2 * ((self[0x11] & 0x3F) + 1)
         pixels = (576 if self[0x12] & 0x40 else 784) + (self[0x2B] | (self[0x2A] & 0xF0) << 4)
         return pixels * 2 * divider / (XCLK * multiplier)
 
     def row(self):
-        """Returns the seconds of the lines of the array that the scaler makes a row of."""
         return self.array_line() * 2 * self[0x1A] / self.size()[1]
 
     def size(self):
-        """Returns the size behind the scaler."""
         half = 2 if self[0x12] & 0x40 else 1
         window = (self[0x18] * 4 + (self[0x32] & 3), self[0x1A] * 2 + (self[0x32] >> 2 & 1))
         array = (640 // half, 480 // half)
@@ -477,11 +463,9 @@ class Ov7725(Sensor):
         return "YUYV" if self[0x0C] & 0x10 else "UYVY"
 
     def chroma(self):
-        """Returns U and V if special effects fix them."""
         return (self[0x60], self[0x61]) if self[0x64] & 0x20 and self[0xA6] & 0x18 == 0x18 else None
 
     def light(self):
-        """Returns the table of exposure, gains and gamma."""
         lines = min(self.number(0x08, 0x10, 8), self.lines() - 4)
         white = (0.114 * self[0x01] + 0.299 * self[0x02] + 0.587 * self[0x03]) / 0x80
         effect = 0.5 if self[0x64] & 0x20 and self[0xA6] & 0x64 else 1
@@ -490,14 +474,14 @@ class Ov7725(Sensor):
         return curve(round(lines / self.nominal * doublings(self[0x00]) * white * effect * lens, 6), knots, slope)
 
     def view(self):
-        """Returns how the picture lies. How far 0x17, 0x19 and 0x32 shift it is a guess; where windows begin is not (OpenMV)."""
+        """Returns how the picture lies. How far 0x17, 0x19 and 0x32 shift it is a guess; where windows begin is not
+        (OpenMV)."""
         first, top = (0x3F, 0x03) if self[0x12] & 0x40 else (0x22, 0x07)
         right = (self[0x17] - first) * 4 + (self[0x32] >> 4 & 3)
         down = (self[0x19] - top) * 2 + (self[0x32] >> 6 & 1)
         return bool(self[0x0C] & 0x40), bool(self[0x0C] & 0x80), right, down
 
     def bars(self):
-        """Returns whether color bars hide the picture."""
         return bool(self[0x0C] & 1 or self[0x66] & 0x20)
 
 
@@ -516,7 +500,8 @@ class Ov7670(Sensor):
     PIXELS, LINES, ARRAY = 784, 510, (640, 480)
 
     def drives(self):
-        """Returns whether frames come with their pixels: 0x09 bit 4 is sleep, and a VSYNC of the other polarity ends them."""
+        """Returns whether frames come with their pixels: 0x09 bit 4 is sleep, and a VSYNC of the other polarity ends
+        them."""
         return self.present and self.is_on() and not self[0x09] & 0x10 and not self[0x15] & 2
 
     def drives_data(self):
@@ -528,7 +513,8 @@ class Ov7670(Sensor):
         return self.LINES + (self[0x2D] | self[0x2E] << 8) + (self[0x92] | self[0x93] << 8)
 
     def array_line(self):
-        """Returns the seconds of a line of the array. A divider of 1 divides by 2, which Linux's driver has measured."""
+        """Returns the seconds of a line of the array. A divider of 1 divides by 2, which Linux's driver has
+        measured."""
         multiplier = (1, 4, 6, 8)[self[0x6B] >> 6]
         divider = 1 if self[0x11] & 0x40 else max((self[0x11] & 0x3F) + 1, 2)
         return 2 * (self.PIXELS + (self[0x2B] | (self[0x2A] & 0xF0) << 4)) * divider / (XCLK * multiplier)
@@ -539,7 +525,6 @@ class Ov7670(Sensor):
         return night * self.array_line() * self.lines()
 
     def row(self):
-        """Returns the seconds from a row of what is sent to the next."""
         return self.array_line() * (self._fraction(4) if self._is_scaled() else 1)
 
     def _is_scaled(self):
@@ -549,7 +534,8 @@ class Ov7670(Sensor):
         return 1 << (self[0x72] >> bit & 3)
 
     def size(self):
-        """Returns the size behind the scaler: 0x12 chooses CIF and QCIF, unless 0x3E says that the scaler is set by hand."""
+        """Returns the size behind the scaler: 0x12 chooses CIF and QCIF, unless 0x3E says that the scaler is set by
+        hand."""
         left, right = self[0x17] << 3 | self[0x32] & 7, self[0x18] << 3 | self[0x32] >> 3 & 7
         top, bottom = self[0x19] << 2 | self[0x03] & 3, self[0x1A] << 2 | self[0x03] >> 2 & 3
         wide, high = (right - left) % self.PIXELS, max(bottom - top, 1)
@@ -568,8 +554,8 @@ class Ov7670(Sensor):
         return max(4, wide + (4 if self[0x04] & 0x40 else 0) & ~1), max(1, high)
 
     def bytes_per_line(self):
-        """Returns the bytes of a line. The scaled picture has a clock of its own; too slow a one loses bytes, and too fast a
-        one repeats them. What a picture looks like whose clock is not that of its scaler is a guess.
+        """Returns the bytes of a line. The scaled picture has a clock of its own; too slow a one loses bytes, and too
+        fast a one repeats them. What a picture looks like whose clock is not that of its scaler is a guess.
         """
         divided = 1 << min(self[0x3E] & 7, 4) if self[0x3E] & 0x10 else 1
         wanted = self._fraction(0) if self._is_scaled() else 1
@@ -587,7 +573,6 @@ class Ov7670(Sensor):
         return "UYVY" if self[0x3A] & 8 else "YUYV"
 
     def chroma(self):
-        """Returns U and V if they are fixed."""
         return (self[0x67], self[0x68]) if self[0x3A] & 0x10 else None
 
     def light(self):
@@ -614,13 +599,12 @@ class Ov7670(Sensor):
         return bool(self[0x1E] & 0x20), bool(self[0x1E] & 0x10), right // 2, down // 2
 
     def bars(self):
-        """Returns whether a test picture hides the scene."""
         return bool(self[0x12] & 2 or self[0x42] & 8 or (self[0x70] | self[0x71]) & 0x80)
 
 
 class Hm0360(WordSensor):
-    """HM0360: gray pixels. `halves` is whether a pixel takes two of the clocks that OpenMV's driver counts, so that its rates
-    are those that the same driver sets.
+    """HM0360: gray pixels. `halves` is whether a pixel takes two of the clocks that OpenMV's driver counts, so that its
+    rates are those that the same driver sets.
     """
 
     ADDRESS, IDENTITY, halves = 0x24, {0x0000: 0x03, 0x0001: 0x60}, True
@@ -631,7 +615,6 @@ class Hm0360(WordSensor):
     SWITCHES, AUTOMATIC = (0x2000, 1), ((1, 0x0202, 0x0203),)
 
     def drives(self):
-        """Returns whether frames come."""
         return self.present and self.is_on() and bool(self[0x0100] & 1)
 
     def _is_noise(self):
@@ -648,7 +631,6 @@ class Hm0360(WordSensor):
         return max(self.number(0x0342, 0x0343, 8), self.size()[0]) / clock
 
     def period(self):
-        """Returns the seconds of a frame."""
         return self.row() * self.lines()
 
     def size(self):
@@ -661,7 +643,8 @@ class Hm0360(WordSensor):
         return "RAW"
 
     def bytes_per_line(self):
-        """Returns the bytes of a line. Other values of 0x310F are for fewer wires, which is a guess: a pixel takes more clocks."""
+        """Returns the bytes of a line. Other values of 0x310F are for fewer wires, which is a guess: a pixel takes more
+        clocks."""
         return self.size()[0] * (1, 2, 8, 8)[self[0x310F] & 3]
 
     def chroma(self):
@@ -675,7 +658,6 @@ class Hm0360(WordSensor):
         return curve(round(lines / self.nominal * gain, 6), knots, slope)
 
     def view(self):
-        """Returns how the picture lies."""
         return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
 
     def bars(self):
@@ -684,8 +666,8 @@ class Hm0360(WordSensor):
 
 
 class Hm01b0(WordSensor):
-    """HM01B0 with eight wires: gray pixels with a border. Its registers are those of the drivers that tests/pico/sensor.mjs
-    names.
+    """HM01B0 with eight wires: gray pixels with a border. Its registers are those of the drivers that
+    tests/pico/sensor.mjs names.
     """
 
     ADDRESS, IDENTITY = 0x24, {0x0000: 0x01, 0x0001: 0xB0}
@@ -707,7 +689,6 @@ class Hm01b0(WordSensor):
         return not self[0x3068] & 1
 
     def lines(self):
-        """Returns the lines of a frame."""
         return max(self.number(0x0340, 0x0341, 8), self.size()[1] + self.FEWEST_BLANK)
 
     def row(self):
@@ -737,8 +718,8 @@ class Hm01b0(WordSensor):
         return self.size()[0] * (8 if self[0x3059] & 0x20 else 2 if self[0x3059] & 0x40 else 1)
 
     def early(self):
-        """Returns the clocks before the pixels of a line, while HREF is high: unless the clock runs only with pixels. The
-        firmware measures and leaves them out.
+        """Returns the clocks before the pixels of a line, while HREF is high: unless the clock runs only with pixels.
+        The firmware measures and leaves them out.
         """
         return 0 if self[0x3060] & 0x20 else max(0, (self[0x3023] & 0x1F) - (self[0x1012] >> 1 & 1))
 
@@ -754,7 +735,6 @@ class Hm01b0(WordSensor):
         return curve(round(lines / self.nominal * gain * (1 + (black - 16) / 512), 6), STRAIGHT, 64)
 
     def view(self):
-        """Returns how the picture lies."""
         return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
 
     def bars(self):

@@ -22,11 +22,9 @@ class Timer(Registers):
         self.plan += 1
 
     def irqs(self):
-        """Returns its interrupt, while an enabled flag is set."""
         return {IRQ} if self.flags & self.values.get(DIER, 0) else set()
 
     def read(self, offset):
-        """Returns a register."""
         if offset == CNT:
             return self._count() % TURN
         return self.flags if offset == SR else super().read(offset)

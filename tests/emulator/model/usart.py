@@ -8,8 +8,8 @@ RXNE, TC, TXE = 1 << 5, 1 << 6, 1 << 7
 
 
 class Usart(Registers):
-    """The serial line. `sent` has the bytes that came out, which only do so if `has_pin()`, and `receive` sends it some.
-    `speed` is how many times as fast it is as its registers say, for cases that would take long. Until the time
+    """The serial line. `sent` has the bytes that came out, which only do so if `has_pin()`, and `receive` sends it
+    some. `speed` is how many times as fast it is as its registers say, for cases that would take long. Until the time
     `storm_until`, another byte is there as soon as one was read: an interrupt that never rests.
     """
 
@@ -30,11 +30,9 @@ class Usart(Registers):
         self.arrived += data
 
     def irqs(self):
-        """Returns its interrupt, while an enabled state lasts."""
         return {IRQ} if self._state() & self.values.get(CR1, 0) & (RXNE | TXE) else set()
 
     def read(self, offset):
-        """Returns a register."""
         if offset == ISR:
             return self._state()
         if offset == RDR:

@@ -234,6 +234,15 @@ impl Outside {
     }
 }
 
+/// Methods of [`CoreBus`] that are those of the emulator's bus.
+macro_rules! passed_on {
+    ($this:ident: $kind:ty; $($name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)?;)*) => {
+        $(fn $name($this: $kind, $($argument: $type),*) $(-> $result)? {
+            CoreBus::$name($this.bus, $($argument),*)
+        })*
+    };
+}
+
 /// The bus as the core sees it.
 struct Wired<'a> {
     bus: &'a mut Bus,
@@ -288,104 +297,37 @@ impl CoreBus for Wired<'_> {
         }
     }
 
-    fn set_active_pc(&mut self, pc: u32, core: u8) {
-        CoreBus::set_active_pc(self.bus, pc, core);
+    passed_on! {
+        self: &Self;
+        bus_fault(core: u8) -> bool;
+        bus_fault_addr(core: u8) -> u32;
+        atomics() -> &Arc<CoreAtomics>;
+        gpio_read_out() -> u32;
+        gpio_read_oe() -> u32;
+        gpio_read_in() -> u32;
+        extra_wait_states() -> u32;
+        last_fetch_addr() -> u32;
+        mmio_trace_enabled() -> bool;
     }
 
-    fn bus_fault(&self, core: u8) -> bool {
-        CoreBus::bus_fault(self.bus, core)
-    }
-
-    fn bus_fault_addr(&self, core: u8) -> u32 {
-        CoreBus::bus_fault_addr(self.bus, core)
-    }
-
-    fn clear_bus_fault(&mut self, core: u8) {
-        CoreBus::clear_bus_fault(self.bus, core);
-    }
-
-    fn set_burst_mode(&mut self, on: bool) {
-        CoreBus::set_burst_mode(self.bus, on);
-    }
-
-    fn add_extra_wait_states(&mut self, states: u32) {
-        CoreBus::add_extra_wait_states(self.bus, states);
-    }
-
-    fn take_extra_wait_states(&mut self) -> u32 {
-        CoreBus::take_extra_wait_states(self.bus)
-    }
-
-    fn atomics(&self) -> &Arc<CoreAtomics> {
-        CoreBus::atomics(self.bus)
-    }
-
-    fn gpio_read_out(&self) -> u32 {
-        CoreBus::gpio_read_out(self.bus)
-    }
-
-    fn gpio_write_out(&mut self, value: u32) {
-        CoreBus::gpio_write_out(self.bus, value);
-    }
-
-    fn gpio_set_out(&mut self, mask: u32) {
-        CoreBus::gpio_set_out(self.bus, mask);
-    }
-
-    fn gpio_clear_out(&mut self, mask: u32) {
-        CoreBus::gpio_clear_out(self.bus, mask);
-    }
-
-    fn gpio_xor_out(&mut self, mask: u32) {
-        CoreBus::gpio_xor_out(self.bus, mask);
-    }
-
-    fn gpio_read_oe(&self) -> u32 {
-        CoreBus::gpio_read_oe(self.bus)
-    }
-
-    fn gpio_write_oe(&mut self, value: u32) {
-        CoreBus::gpio_write_oe(self.bus, value);
-    }
-
-    fn gpio_set_oe(&mut self, mask: u32) {
-        CoreBus::gpio_set_oe(self.bus, mask);
-    }
-
-    fn gpio_clear_oe(&mut self, mask: u32) {
-        CoreBus::gpio_clear_oe(self.bus, mask);
-    }
-
-    fn gpio_xor_oe(&mut self, mask: u32) {
-        CoreBus::gpio_xor_oe(self.bus, mask);
-    }
-
-    fn gpio_read_in(&self) -> u32 {
-        CoreBus::gpio_read_in(self.bus)
-    }
-
-    fn extra_wait_states(&self) -> u32 {
-        CoreBus::extra_wait_states(self.bus)
-    }
-
-    fn reset_extra_wait_states(&mut self) {
-        CoreBus::reset_extra_wait_states(self.bus);
-    }
-
-    fn last_fetch_addr(&self) -> u32 {
-        CoreBus::last_fetch_addr(self.bus)
-    }
-
-    fn set_last_fetch_addr(&mut self, address: u32) {
-        CoreBus::set_last_fetch_addr(self.bus, address);
-    }
-
-    fn mmio_trace_enabled(&self) -> bool {
-        CoreBus::mmio_trace_enabled(self.bus)
-    }
-
-    fn emit_mmio_trace(&mut self, direction: char, size: u32, address: u32, value: u32, core: u8) {
-        CoreBus::emit_mmio_trace(self.bus, direction, size, address, value, core);
+    passed_on! {
+        self: &mut Self;
+        set_active_pc(pc: u32, core: u8);
+        clear_bus_fault(core: u8);
+        set_burst_mode(on: bool);
+        add_extra_wait_states(states: u32);
+        take_extra_wait_states() -> u32;
+        gpio_write_out(value: u32);
+        gpio_set_out(mask: u32);
+        gpio_clear_out(mask: u32);
+        gpio_xor_out(mask: u32);
+        gpio_write_oe(value: u32);
+        gpio_set_oe(mask: u32);
+        gpio_clear_oe(mask: u32);
+        gpio_xor_oe(mask: u32);
+        reset_extra_wait_states();
+        set_last_fetch_addr(address: u32);
+        emit_mmio_trace(direction: char, size: u32, address: u32, value: u32, core: u8);
     }
 }
 

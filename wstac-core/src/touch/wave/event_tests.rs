@@ -279,51 +279,12 @@ impl AtOnceOf {
 }
 
 #[test]
-fn a_touch_is_answered_while_it_slides_and_its_end_follows() {
-    let flash = slide(60.0, 30.0, rod);
-    // Light that lasts.
-    let rod = |t: f64, x: f64, y: f64| (0..8).map(|age| 0.3 * flash(t - f64::from(age), x, y)).sum();
-    let found = AtOnceOf::new(&rod, &[]);
-    let (frame, frames, answer) = found.one();
-    check(answer, 60.0, 30.0, Basis::Outline);
-    assert!(frames < 40 && answer.duration.is_none(), "{frames} frames");
-    assert_eq!((found.ends.len(), found.interrupted.len()), (1, 0));
-    assert_eq!(found.ends[0].event_frame + u64::from(frames) - 1, frame);
-    // A long gap behind the answer ends the touch, and no sample.
-    let gap: std::vec::Vec<_> = (frame + 1..frame + 12).collect();
-    let lost = AtOnceOf::new(&rod, &gap);
-    assert_eq!((lost.one().0, lost.interrupted.len()), (frame, 0));
-    let [end] = lost.ends[..] else { panic!("{:?}", lost.ends) };
-    assert!(end.event_frame == found.ends[0].event_frame && end.frame > frame, "{end:?}");
-    // Before it, it ends the sample. What is left of the touch is no slide.
-    let early = AtOnceOf::new(&rod, &(frame - 1..frame + 12).collect::<std::vec::Vec<_>>());
-    assert_eq!((early.answers.len(), early.interrupted.len()), (0, 1));
-    // The first frames of the touch are lost.
-    let begun = AtOnceOf::new(&rod, &(48..53).collect::<std::vec::Vec<_>>());
-    check(begun.one().2, 60.0, 30.0, Basis::Outline);
-    assert!(begun.one().1 < 45);
-}
-
-#[test]
 fn an_answer_that_is_not_taken_comes_again() {
     let rod = slide(60.0, 30.0, rod);
     let first = AtOnceOf::new(&rod, &[]).one().0;
     let found = AtOnceOf::of(|frame| sums(&rod, frame as usize), &[], |frame| frame > first + 3);
     assert_eq!(found.one().0, first + 4);
     check(found.one().2, 60.0, 30.0, Basis::Outline);
-}
-
-#[test]
-fn two_strokes_are_two_events_and_two_ends_of_a_block_one() {
-    let rod = slide(60.0, 30.0, rod);
-    // 3 s, and so 180 mm apart.
-    let strokes = AtOnceOf::new(&|t, x, y| rod(t, x, y) + rod(t - 90.0, x, y), &[]);
-    assert_eq!((strokes.answers.len(), strokes.ends.len()), (2, 2));
-    strokes.answers.iter().for_each(|(_, _, answer)| check(answer, 60.0, 30.0, Basis::Outline));
-    // Of 120 mm.
-    let block = AtOnceOf::new(&|t, x, y| rod(t, x, y) + rod(t - 60.0, x, y), &[]);
-    check(block.one().2, 60.0, 30.0, Basis::Outline);
-    assert!(block.ends.iter().all(|end| end.event_frame == block.ends[0].event_frame), "{:?}", block.ends);
 }
 
 /// Checks that this law answers both of two strokes, 147 mm apart, as it does without [`AtOnce`].

@@ -47,47 +47,6 @@ fn frames(rows: f64, columns: f64, gains: [f64; 5], length: f64) -> Vec<Features
     (0..240).map(frame).collect()
 }
 
-/// Returns what is said of each frame.
-fn said(frames: &[Features]) -> Vec<Option<LiveContact>> {
-    let baseline = baseline();
-    let mut live = LiveMotion::new(MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL));
-    (SAMPLE_FRAMES..frames.len())
-        .map(|end| {
-            let recent: &[Features; SAMPLE_FRAMES] = frames[end - SAMPLE_FRAMES..end].try_into().unwrap();
-            live.push(end as u64, Sample::from_frames(recent), &baseline)
-        })
-        .collect()
-}
-
-#[test]
-fn a_slide_is_followed_from_its_first_frames_to_its_end() {
-    for gains in [[1.0; 5], [0.8, 1.1, 1.0, 0.9, 1.2]] {
-        for (rows, columns) in [(0.0, 0.8), (-1.5, 0.7), (0.5, -0.4), (3.0, 4.0), (0.3, 0.0), (0.0, -6.0)] {
-            let (speed, whole) = (120.0 / f64::hypot(rows, columns), f64::hypot(rows, columns));
-            let degrees = f64::atan2(-rows, columns).to_degrees().rem_euclid(360.0);
-            let said = said(&frames(rows, columns, gains, 60.0));
-            // The edge has passed the last line after half of the sensor, and left it 60 mm later.
-            let at = |half_widths: f64, path: f64| {
-                (MIDDLE + half_widths * 2.0 * f64::max(rows.abs(), columns.abs()) + path / 4.0 * whole) as usize + 1
-                    - SAMPLE_FRAMES
-            };
-            let velocities: Vec<(usize, Velocity)> =
-                said.iter().enumerate().filter_map(|(t, said)| Some((t, said.as_ref()?.velocity?))).collect();
-            let first = velocities[0].0;
-            assert!(first <= at(1.0, 2.0) + 3, "{rows} {columns}: {first}, {}", at(1.0, 2.0));
-            let last = velocities[velocities.len() - 1].0;
-            assert!((at(-1.0, 60.0)..=at(1.0, 60.0) + 2).contains(&last), "{rows} {columns}: {last}");
-            assert!(velocities.len() * 10 >= (at(-1.0, 60.0) - first) * 9, "{rows} {columns}: {}", velocities.len());
-            for (t, velocity) in velocities {
-                let off = (f64::from(velocity.mm_s) / speed - 1.0).abs();
-                let turned = (f64::from(velocity.degrees) - degrees + 180.0).rem_euclid(360.0) - 180.0;
-                assert!(off < 0.05, "{rows} {columns}, frame {t}: {velocity:?}, expected {speed}");
-                assert!(turned.abs() < 3.5, "{rows} {columns}, frame {t}: {velocity:?}, expected {degrees}");
-            }
-        }
-    }
-}
-
 #[test]
 fn a_short_gap_is_passed_and_a_long_one_begins_anew() {
     let frames = frames(0.0, 4.0, [1.0; 5], 60.0);
