@@ -291,6 +291,9 @@ typedef struct WstacRecord {
   /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
   /// other kinds.
   double strength;
+  /// The 25 taxel sums that the features are made of, row by row; 0 if no camera frame of them arrived, and in
+  /// records of other kinds.
+  uint32_t taxel_sums[25];
 } WstacRecord;
 
 #ifdef __cplusplus

@@ -20,11 +20,10 @@ mod sensor;
 pub mod status;
 pub mod types;
 
-use std::ffi::{OsStr, c_char};
+use std::ffi::c_char;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
-use wstac_host::source::Source;
-use wstac_host::source::open::{OpenOptions, SourceKind};
+use wstac_host::source::open::SourceKind;
 
 use self::options::{WstacFrames, WstacOptions};
 use self::record::WstacRecord;
@@ -266,7 +265,7 @@ pub unsafe extern "C" fn wstac_error_kind(handle: *const Wstac) -> *const c_char
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_notes(handle: *const Wstac) -> *const c_char {
     // SAFETY: null, or an open handle (the caller).
-    unsafe { sensor(handle) }.map_or(c"".as_ptr(), |sensor| sensor.notes().as_ptr())
+    unsafe { sensor(handle) }.map_or(c"".as_ptr(), |sensor| sensor.notes.as_ptr())
 }
 
 /// Returns the milliseconds in which the camera reads its rows, as motion is computed with it.
@@ -279,7 +278,7 @@ pub unsafe extern "C" fn wstac_notes(handle: *const Wstac) -> *const c_char {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn wstac_readout_ms(handle: *const Wstac) -> f64 {
     // SAFETY: null, or an open handle (the caller).
-    unsafe { sensor(handle) }.map_or(f64::NAN, SensorSession::readout_ms)
+    unsafe { sensor(handle) }.map_or(f64::NAN, |sensor| sensor.readout_ms)
 }
 
 /// Returns the sensor of a handle; `None` for null and after a panic.
@@ -308,7 +307,3 @@ mod tests;
 
 /// The kinds of sources that this library has besides files, one per line.
 const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
-
-fn open_source(name: &OsStr, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
-    wstac_host::source::open::open(name, options, SOURCE_KINDS)
-}

@@ -9,7 +9,7 @@ use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
 use wstac_core::layout::FrameSize;
 use wstac_core::rate::FrameRate;
 
-use super::status::{Failure, WstacStatus, failed, failed_by, path, text};
+use super::status::{Failure, WstacStatus, failed, failed_by, path, text, text_if_any};
 use super::types::WstacBool;
 use wstac_host::config::Config;
 use wstac_host::model_file::ModelFile;
@@ -118,7 +118,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
             Some(Config::parse(text).map_err(wrong)?)
         }
         (false, false) => {
-            let message = "config and config_text are both given, expected one of them";
+            let message = "config and config_text are both given: give one of them";
             return Err(failed(WstacStatus::Option, message));
         }
     };
@@ -126,12 +126,9 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
     // SAFETY: the caller's.
     let names = unsafe { names(options.models) }?;
     let models = ModelFile::open_all(&names).map_err(|error| failed_by(WstacStatus::Model, &error))?;
-    let format = if options.format.is_null() {
-        None
-    } else {
-        // SAFETY: the caller's.
-        Some(sensor_format(unsafe { text("format", options.format) }?)?.code())
-    };
+    // SAFETY: as above.
+    let format = unsafe { text_if_any("format", options.format) }?;
+    let format = format.map(|format| Ok(sensor_format(format)?.code())).transpose()?;
     let size = match (options.width, options.height) {
         (0, 0) => None,
         (0, _) | (_, 0) => {
@@ -148,12 +145,8 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         delivery: if choice("every_frame", options.every_frame)? { FramePolicy::Every } else { FramePolicy::Newest },
         keep_controls: choice("keep_controls", options.keep_controls)?,
         controls: Vec::new(),
-        sensor: if options.sensor.is_null() {
-            None
-        } else {
-            // SAFETY: the caller's.
-            Some(unsafe { text("sensor", options.sensor) }?.to_owned())
-        },
+        // SAFETY: as above.
+        sensor: unsafe { text_if_any("sensor", options.sensor) }?.map(str::to_owned),
     };
     let motion = choice("motion", options.motion)?;
     let at_once = choice("at_once", options.at_once)?;

@@ -3,7 +3,7 @@
 use std::ffi::{CString, c_char};
 use std::ptr;
 
-use wstac_core::params::FEATURES;
+use wstac_core::params::{FEATURES, TAXELS};
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_core::touch::wave::Basis;
@@ -199,6 +199,9 @@ pub struct WstacRecord {
     /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
     /// other kinds.
     pub strength: f64,
+    /// The 25 taxel sums that the features are made of, row by row; 0 if no camera frame of them arrived, and in
+    /// records of other kinds.
+    pub taxel_sums: [u32; 25],
 }
 
 const EMPTY: WstacRecord = WstacRecord {
@@ -258,6 +261,7 @@ const EMPTY: WstacRecord = WstacRecord {
     onset_frame: 0,
     held_since_frame: 0,
     strength: f64::NAN,
+    taxel_sums: [0; TAXELS],
 };
 
 const NO_TEXTURE: WstacTexture = WstacTexture {
@@ -310,8 +314,9 @@ impl Given {
 
     fn without_times(&mut self, output: Output) -> Option<WstacRecord> {
         Some(match output {
-            Output::Features(FrameFeatures { frame, features, .. }) => {
-                WstacRecord { kind: WstacKind::Features, frame, features, ..EMPTY }
+            Output::Features(FrameFeatures { frame, features, sums, .. }) => {
+                let taxel_sums = sums.unwrap_or(EMPTY.taxel_sums);
+                WstacRecord { kind: WstacKind::Features, frame, features, taxel_sums, ..EMPTY }
             }
             Output::Motion(motion) => self.motion(motion),
             Output::ContactEnd(end) => WstacRecord {

@@ -1,14 +1,15 @@
 //! The content of a handle: a session, and the data that its last record points to.
 
-use std::ffi::{CStr, CString, OsStr};
+use std::ffi::{CString, OsStr};
 
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions, ReadoutUsed};
 use wstac_host::session::{Poll, Session, SessionBuilder};
+use wstac_host::source::open::open;
 use wstac_host::source::{Frame, LossReason, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 
-use crate::open_source;
+use crate::SOURCE_KINDS;
 use crate::options::Options;
 use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
 use crate::status::{Failure, WstacStatus, c_string, failed, failed_by};
@@ -23,14 +24,15 @@ pub struct SensorSession {
     takes_frames: bool,
     given: Given,
     /// One sentence per line, as `wstac_notes` returns them.
-    notes: CString,
+    pub(super) notes: CString,
     /// The readout that motion is computed with; NAN if it is unknown.
-    readout_ms: f64,
+    pub(super) readout_ms: f64,
 }
 
 impl SensorSession {
     pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
-        let source = open_source(source, &options.open).map_err(|error| failed_by(WstacStatus::Source, &error))?;
+        let source = open(source, &options.open, SOURCE_KINDS);
+        let source = source.map_err(|error| failed_by(WstacStatus::Source, &error))?;
         let config = config_of(source.info(), options.config.clone());
         let config = config.map_err(|error| failed_by(WstacStatus::Config, &error))?;
         let info = source.info().clone();
@@ -53,21 +55,12 @@ impl SensorSession {
     ) -> Result<Self, Failure> {
         let notes = c_string(config.notes(info).collect::<Vec<_>>().join("\n"));
         let readout_ms = ReadoutUsed::of(config.readout(info)).ms().unwrap_or(f64::NAN);
-        Ok(Self {
-            session: session(builder, config, options)?,
-            takes_frames,
-            given: Given::default(),
-            notes,
-            readout_ms,
-        })
-    }
-
-    pub(super) fn notes(&self) -> &CStr {
-        &self.notes
-    }
-
-    pub(super) fn readout_ms(&self) -> f64 {
-        self.readout_ms
+        let textures = Textures::new(&options.models).map_err(|error| failed_by(WstacStatus::Model, &error))?;
+        let (features, motion) = (options.features, options.motion);
+        let outputs = OutputOptions { features, samples: !options.at_once, motion, ..OutputOptions::default() };
+        let built = builder.config(config).textures(textures).outputs(outputs).build();
+        let session = built.map_err(|error| failed_by(WstacStatus::Config, &error))?;
+        Ok(Self { session, takes_frames, given: Given::default(), notes, readout_ms })
     }
 
     /// Returns the next record. If the source failed, the end record comes with the failure.
@@ -140,12 +133,4 @@ impl SensorSession {
         }
         Ok(())
     }
-}
-
-fn session(builder: SessionBuilder, config: Config, options: &Options) -> Result<Session, Failure> {
-    let textures = Textures::new(&options.models).map_err(|error| failed_by(WstacStatus::Model, &error))?;
-    let (features, motion) = (options.features, options.motion);
-    let outputs = OutputOptions { features, samples: !options.at_once, motion, ..OutputOptions::default() };
-    let built = builder.config(config).textures(textures).outputs(outputs).build();
-    built.map_err(|error| failed_by(WstacStatus::Config, &error))
 }

@@ -132,3 +132,12 @@ pub(super) unsafe fn text<'a>(name: &str, text: *const c_char) -> Result<&'a str
     let text = unsafe { CStr::from_ptr(text) };
     text.to_str().map_err(|_| failed(WstacStatus::Text, format_args!("{name} is {text:?}, expected UTF-8")))
 }
+
+/// Returns the text at a pointer; `None` if it is null.
+///
+/// # Safety
+/// As for [`text`].
+pub(super) unsafe fn text_if_any<'a>(name: &str, place: *const c_char) -> Result<Option<&'a str>, Failure> {
+    // SAFETY: the caller vouches for it.
+    if place.is_null() { Ok(None) } else { unsafe { text(name, place) }.map(Some) }
+}

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io;
+use std::os::fd::AsRawFd;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
 use std::path::Path;
 
@@ -42,6 +43,14 @@ fn of_file(file: File) -> io::Result<File> {
     Ok(file)
 }
 
+/// Waits until a file has bytes or has ended, at most this many milliseconds, or without end if they are -1.
+pub(crate) fn readable(file: &File, wait_ms: libc::c_int) -> io::Result<bool> {
+    let mut descriptor = libc::pollfd { fd: file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
+    // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `file` is.
+    let ready = unsafe { libc::poll(&raw mut descriptor, 1, wait_ms) };
+    if ready < 0 { Err(io::Error::last_os_error()) } else { Ok(ready > 0) }
+}
+
 /// Reads a file, or a pipe until its writers are gone, and waits for bytes without busy reading.
 #[derive(Debug)]
 pub struct Waiting(pub File);
@@ -49,15 +58,11 @@ pub struct Waiting(pub File);
 impl io::Read for Waiting {
     fn read(&mut self, room: &mut [u8]) -> io::Result<usize> {
         loop {
-            let mut descriptor =
-                libc::pollfd { fd: std::os::fd::AsRawFd::as_raw_fd(&self.0), events: libc::POLLIN, revents: 0 };
-            // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `self` is.
-            if unsafe { libc::poll(&raw mut descriptor, 1, -1) } < 0 {
-                let error = io::Error::last_os_error();
-                // Whoever reads all of it would go on after `Interrupted`, and no signal would end the wait.
-                let is_signal = error.kind() == io::ErrorKind::Interrupted;
-                return Err(if is_signal { io::Error::other("interrupted before its end") } else { error });
-            }
+            // Whoever reads all of it would go on after `Interrupted`, and no signal would end the wait.
+            readable(&self.0, -1).map_err(|error| match error.kind() {
+                io::ErrorKind::Interrupted => io::Error::other("interrupted before its end"),
+                _ => error,
+            })?;
             match self.0.read(room) {
                 Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
                 read => return read,

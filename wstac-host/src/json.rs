@@ -2,214 +2,179 @@
 
 use std::time::SystemTime;
 
-use serde::Serialize;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
 use wstac_core::features::Features;
 use wstac_core::paper::direction::Direction;
 use wstac_core::paper::speed::Speed;
-use wstac_core::paper::trigger::InterruptedSample;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_core::touch::wave::{Basis, Measured};
 
-use crate::output::{
-    ContactEndReport, EarlyTexture, FaultReport, FrameFeatures, InterruptedReport, MotionReport, Output, SampleFrames,
-    SlipReport, Stamp, StreamClock, StreamSummary, TactileEvent,
-};
-use crate::source::LossCounts;
-use crate::texture::Texture;
+use crate::output::{Output, SampleFrames, Stamp, StreamSummary, TactileEvent};
 
-/// A line of JSON. [`JsonLine::new`] makes it from an output.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[serde(tag = "kind", rename_all = "lowercase")]
-#[non_exhaustive]
-pub enum JsonLine<'a> {
-    /// The features of a frame.
-    Features {
-        /// The number of the feature frame.
-        frame: u64,
-        /// The time of the frame in nanoseconds; `None` from a board whose clock is not known yet.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// Natural logarithms, exact multiples of 1/2048.
-        f: [f64; FEATURES],
-    },
-    /// Speed and direction of a frame while something slides.
-    Motion {
-        /// The number of the feature frame.
-        frame: u64,
-        /// The time of the frame in nanoseconds; `None` from a board whose clock is not known yet.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// The time of the frame in seconds from the first frame; `None` from a board whose clock is not known
-        /// yet.
-        time_s: Option<f64>,
-        /// The kind of the touch: always `slide`.
-        contact: &'static str,
-        /// The sliding speed.
-        speed: SpeedField,
-        /// The sliding direction.
-        direction: DirectionField,
-        /// The part of the light that tells both: `edge` or `outline`.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        basis: Option<&'static str>,
-    },
-    /// A tactile event.
-    Event(Box<EventLine<'a>>),
-    /// The answer of a model that needs only the first frames of a sample.
-    Texture {
-        /// The number of the first frame of the sample.
-        frame: u64,
-        /// The time of that frame in nanoseconds; `None` from a board whose clock is not known yet.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// Frames of the sample that the model reads.
-        frames: u8,
-        /// The model's answer.
-        texture: &'a Texture,
-    },
-    /// A sample that a long gap interrupted.
-    Incomplete {
-        /// The number of its first frame.
-        frame: u64,
-        /// The time of that frame in nanoseconds; `None` from a board whose clock is not known yet.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// The number of its frames that had arrived: 1 to 69.
-        frames: u8,
-    },
-    /// The end of the touch of an event: its light has left.
-    #[serde(rename = "contact_end")]
-    ContactEnd {
-        /// The number of the first dark frame behind the touch.
-        frame: u64,
-        /// The number of the first frame of the event's sample.
-        event_frame: u64,
-        /// The time of that dark frame in nanoseconds; `None` from a board whose clock is not known yet.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// The time of that dark frame in seconds from the first frame; `None` from a board whose clock is not known
-        /// yet.
-        time_s: Option<f64>,
-    },
-    /// A held part that begins to slip.
-    Slip {
-        /// The number of the frame that shows the slip.
-        frame: u64,
-        /// The time of that frame in nanoseconds; `None` from a board whose clock is not known yet.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// The number of the first frame with light of the motion.
-        onset_frame: u64,
-        /// The number of the first frame with light of the press, or, after a slip, of the frame in which its rest was
-        /// known.
-        held_since_frame: u64,
-        /// The most light of a frame since the onset, as a fraction of the press's brightest frame, with two decimals.
-        strength: f64,
-    },
-    /// A fault of the source.
-    Fault {
-        /// The number of the feature frame that comes next.
-        frame: u64,
-        /// The time of that frame in nanoseconds; `None` before the first frame.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// The kind of the fault in a word.
-        fault: &'a str,
-        /// A description of the fault for people.
-        message: String,
-    },
-    /// The end of the stream.
-    End {
-        /// Feature frames on the time line.
-        frames: u64,
-        /// Camera frames that were lost.
-        dropped: u64,
-        /// The lost frames by reason, if any were lost and the reasons are known.
-        #[serde(skip_serializing_if = "LossCounts::is_empty")]
-        dropped_by: LossCounts,
-        /// `complete` or `incomplete`.
-        baseline: &'static str,
-        /// The sample that was being captured.
-        incomplete: Option<InterruptedSample>,
-        /// The time of the last feature frame in nanoseconds; `None` without one, or from a board whose clock is not
-        /// known yet.
-        time_ns: Option<u64>,
-        /// The wall-clock time of the frame.
-        #[serde(flatten)]
-        stamp: StampFields,
-        /// The clock of all times: `driver`, `board` or `frames`.
-        clock: StreamClock,
-        /// The milliseconds in which a rolling shutter reads its rows; `null` if nobody stated them.
-        #[serde(skip_serializing_if = "Option::is_none")]
-        readout_ms: Option<Option<f64>>,
-    },
-}
+/// An output as a line of JSON: its `kind`, and the fields that `wstac help json` describes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct JsonLine<'a>(&'a Output);
 
 impl<'a> JsonLine<'a> {
     /// Returns the line of an output; `None` for lost frames and a disturbed baseline, which have none.
     pub fn new(output: &'a Output) -> Option<Self> {
-        Some(match *output {
-            Output::Features(FrameFeatures { frame, time_ns, stamp, ref features }) => {
-                Self::Features { frame, time_ns, stamp: StampFields::new(stamp), f: features.map(real) }
-            }
-            Output::Motion(MotionReport { frame, time_ns, stamp, time_s, velocity, basis }) => Self::Motion {
-                frame,
-                time_ns,
-                stamp: StampFields::new(stamp),
-                time_s: time_s.map(seconds),
-                contact: Contact::Slide.as_str(),
-                speed: Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd).into(),
-                direction: DirectionField::Arrival { deg: angle(velocity.degrees), sd: spread(velocity.degrees_sd) },
-                basis: basis.map(Basis::as_str),
-            },
-            Output::Event(ref event) => Self::Event(Box::new(EventLine::new(event))),
-            Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, ref texture }) => {
-                Self::Texture { frame, time_ns, stamp: StampFields::new(stamp), frames, texture }
-            }
-            Output::Interrupted(InterruptedReport { frame, time_ns, stamp, frames }) => {
-                Self::Incomplete { frame, time_ns, stamp: StampFields::new(stamp), frames }
-            }
-            Output::ContactEnd(ContactEndReport { frame, event_frame, time_ns, stamp, time_s }) => {
-                let (stamp, time_s) = (StampFields::new(stamp), time_s.map(seconds));
-                Self::ContactEnd { frame, event_frame, time_ns, stamp, time_s }
-            }
-            Output::Slip(SlipReport { frame, time_ns, stamp, onset_frame, held_since_frame, strength: light }) => {
-                let (stamp, strength) = (StampFields::new(stamp), strength(light));
-                Self::Slip { frame, time_ns, stamp, onset_frame, held_since_frame, strength }
-            }
-            Output::Fault(FaultReport { frame, time_ns, stamp, ref fault }) => {
-                let (fault, message) = (fault.kind.name(), fault.to_string());
-                Self::Fault { frame, time_ns, stamp: StampFields::new(stamp), fault, message }
-            }
-            Output::End(ref end) => Self::End {
-                frames: end.frames,
-                dropped: end.dropped,
-                dropped_by: end.dropped_by,
-                baseline: baseline(end),
-                incomplete: end.incomplete,
-                time_ns: end.time_ns,
-                stamp: StampFields::new(end.stamp),
-                clock: end.clock,
-                readout_ms: end.readout.recorded_ms(),
-            },
-            Output::Lost(_) | Output::BaselineDisturbed { .. } => return None,
-        })
+        (!matches!(output, Output::Lost(_) | Output::BaselineDisturbed { .. })).then_some(Self(output))
     }
+}
+
+impl Serialize for JsonLine<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let (output, mut line) = (self.0, Fields(serializer.serialize_map(None)?));
+        match output {
+            Output::Features(features) => {
+                line.head("features", features.frame, output)?;
+                line.add("f", &features.features.map(real))?;
+            }
+            Output::Motion(motion) => {
+                let velocity = motion.velocity;
+                line.head("motion", motion.frame, output)?;
+                line.add("time_s", &motion.time_s.map(seconds))?;
+                line.add("contact", Contact::Slide.as_str())?;
+                line.add("speed", &SpeedField::from(Speed::by_arrival(velocity.mm_s, velocity.mm_s_sd)))?;
+                let (deg, sd) = (angle(velocity.degrees), spread(velocity.degrees_sd));
+                line.add("direction", &DirectionField::Arrival { deg, sd })?;
+                line.add_any("basis", motion.basis.map(Basis::as_str))?;
+            }
+            Output::Event(event) => line.event(event)?,
+            Output::EarlyTexture(early) => {
+                line.head("texture", early.frame, output)?;
+                line.add("frames", &early.frames)?;
+                line.add("texture", &early.texture)?;
+            }
+            Output::Interrupted(sample) => {
+                line.head("incomplete", sample.frame, output)?;
+                line.add("frames", &sample.frames)?;
+            }
+            Output::ContactEnd(end) => {
+                line.add("kind", "contact_end")?;
+                line.add("frame", &end.frame)?;
+                line.add("event_frame", &end.event_frame)?;
+                line.times(output)?;
+                line.add("time_s", &end.time_s.map(seconds))?;
+            }
+            Output::Slip(slip) => {
+                line.head("slip", slip.frame, output)?;
+                line.add("onset_frame", &slip.onset_frame)?;
+                line.add("held_since_frame", &slip.held_since_frame)?;
+                line.add("strength", &strength(slip.strength))?;
+            }
+            Output::Fault(report) => {
+                line.head("fault", report.frame, output)?;
+                line.add("fault", report.fault.kind.name())?;
+                line.add("message", &report.fault.to_string())?;
+            }
+            Output::End(end) => {
+                line.add("kind", "end")?;
+                line.add("frames", &end.frames)?;
+                line.add("dropped", &end.dropped)?;
+                line.add_any("dropped_by", Some(end.dropped_by).filter(|by| !by.is_empty()))?;
+                line.add("baseline", baseline(end))?;
+                line.add("incomplete", &end.incomplete)?;
+                line.times(output)?;
+                line.add("clock", &end.clock)?;
+                line.add_any("readout_ms", end.readout.recorded_ms())?;
+            }
+            Output::Lost(_) | Output::BaselineDisturbed { .. } => {}
+        }
+        line.0.end()
+    }
+}
+
+/// The fields of a line that is being written.
+struct Fields<M>(M);
+
+impl<M: SerializeMap> Fields<M> {
+    fn add(&mut self, name: &'static str, value: &(impl Serialize + ?Sized)) -> Result<(), M::Error> {
+        self.0.serialize_entry(name, value)
+    }
+
+    /// Writes a field that lines without a value do not have.
+    fn add_any(&mut self, name: &'static str, value: Option<impl Serialize>) -> Result<(), M::Error> {
+        value.map_or(Ok(()), |value| self.add(name, &value))
+    }
+
+    /// Writes the fields with which most lines begin.
+    fn head(&mut self, kind: &str, frame: u64, output: &Output) -> Result<(), M::Error> {
+        self.add("kind", kind)?;
+        self.add("frame", &frame)?;
+        self.times(output)
+    }
+
+    fn times(&mut self, output: &Output) -> Result<(), M::Error> {
+        let StampFields { stamp, stamp_within_ms } = StampFields::new(output.stamp());
+        self.add("time_ns", &output.time_ns())?;
+        self.add_any("stamp", stamp)?;
+        self.add_any("stamp_within_ms", stamp_within_ms)
+    }
+
+    fn event(&mut self, event: &TactileEvent) -> Result<(), M::Error> {
+        let (direction, extent) = (event.direction, event.extent);
+        self.add("kind", "event")?;
+        self.add("frame", &event.frame)?;
+        self.add("frames", &SAMPLE_FRAMES)?;
+        self.add("time_ns", &event.time_ns)?;
+        self.add("completed_ns", &event.completed_ns)?;
+        if let Some(contact) = event.contact {
+            let StampFields { stamp, stamp_within_ms } = StampFields::new(event.stamp);
+            self.add("touch_frame", &event.touch_frame)?;
+            self.add("end_frame", &event.end_frame)?;
+            self.add("time_s", &event.time.map(|time| seconds(time.touch_s)))?;
+            self.add("completed_s", &event.time.map(|time| seconds(time.completed_s)))?;
+            self.add("stamp", &stamp)?;
+            self.add_any("stamp_within_ms", stamp_within_ms)?;
+            self.add("contact", contact.as_str())?;
+        }
+        self.add("duration_frames", &event.lit_frames)?;
+        self.add("speed", &event.speed.ok().map(SpeedField::from))?;
+        self.add_any("speed_at_most", event.speed_at_most.map(SpeedField::from))?;
+        self.add("direction", &DirectionField::new(direction))?;
+        self.add_any("basis", event.basis.map(Basis::as_str))?;
+        self.add_any("place_mm", extent.and_then(|extent| extent.place_mm).map(length))?;
+        self.add_any("width_mm", extent.and_then(|extent| extent.width_mm).map(length))?;
+        self.add_any("contacts", extent.map(|extent| extent.contacts))?;
+        let acceleration =
+            |Measured { value, sd }| Object([("mm_s2", millimeters(value)), ("sd", millimeters(sd).max(0.01))]);
+        self.add_any("acceleration", event.acceleration.map(acceleration))?;
+        self.add("texture", &event.texture.as_ref().ok())?;
+        self.add_any("period_mm", event.period_mm.map(length))?;
+        self.add("frames_filled", &event.frames_filled)?;
+        self.add("reliable", &event.reliable)?;
+        let why_texture = event.why_texture();
+        let why = [
+            ("speed", event.speed.err().map(Reason::as_str)),
+            ("direction", direction.degrees.err().map(Reason::as_str)),
+            ("texture", why_texture.as_deref()),
+            ("reliable", event.doubt.map(Reason::as_str)),
+        ];
+        let why: Vec<_> = why.into_iter().filter_map(|(of, why)| Some((of, why?))).collect();
+        self.add_any("why", (!why.is_empty()).then_some(Object(why)))?;
+        self.add_any("sample", event.sample.as_deref().map(over_time))
+    }
+}
+
+/// An object of these names and values.
+struct Object<T>(T);
+
+impl<K: Serialize, V: Serialize, T> Serialize for Object<T>
+where
+    for<'a> &'a T: IntoIterator<Item = &'a (K, V)>,
+{
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.into_iter().map(|(name, value)| (name, value)))
+    }
+}
+
+/// Returns a length in mm, with its standard deviation.
+fn length(Measured { value, sd }: Measured) -> Object<[(&'static str, f64); 2]> {
+    Object([("value", millimeters(value)), ("sd", millimeters(sd))])
 }
 
 /// The wall-clock time of a line. A line whose source knows none has neither field.
@@ -236,7 +201,7 @@ pub fn within_ms(stamp: Stamp) -> f64 {
 }
 
 /// A line of JSON with the name of its sensor, as several sensors need it.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct SensorLine<'a> {
     /// The name of the sensor, which comes first; `None` for the only one.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -246,140 +211,14 @@ pub struct SensorLine<'a> {
     pub line: JsonLine<'a>,
 }
 
-/// An event as a line.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct EventLine<'a> {
-    frame: u64,
-    frames: usize,
-    time_ns: Option<u64>,
-    completed_ns: Option<u64>,
-    #[serde(flatten)]
-    touch: Option<TouchFields>,
-    duration_frames: Option<u8>,
-    speed: Option<SpeedField>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    speed_at_most: Option<SpeedField>,
-    direction: Option<DirectionField>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    basis: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    place_mm: Option<MeasuredField>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    width_mm: Option<MeasuredField>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    contacts: Option<u8>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    acceleration: Option<AccelerationField>,
-    texture: Option<&'a Texture>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    period_mm: Option<MeasuredField>,
-    frames_filled: u8,
-    reliable: bool,
-    #[serde(skip_serializing_if = "WhyField::is_empty")]
-    why: WhyField,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    sample: Option<Vec<Vec<f64>>>,
-}
-
-impl<'a> EventLine<'a> {
-    fn new(event: &'a TactileEvent) -> Self {
-        let direction = event.direction;
-        Self {
-            frame: event.frame,
-            frames: SAMPLE_FRAMES,
-            time_ns: event.time_ns,
-            completed_ns: event.completed_ns,
-            touch: TouchFields::new(event),
-            duration_frames: event.lit_frames,
-            speed: event.speed.ok().map(SpeedField::from),
-            speed_at_most: event.speed_at_most.map(SpeedField::from),
-            direction: DirectionField::new(direction),
-            basis: event.basis.map(Basis::as_str),
-            place_mm: event.extent.and_then(|extent| extent.place_mm).map(MeasuredField::from),
-            width_mm: event.extent.and_then(|extent| extent.width_mm).map(MeasuredField::from),
-            contacts: event.extent.map(|extent| extent.contacts),
-            acceleration: event.acceleration.map(AccelerationField::from),
-            texture: event.texture.as_ref().ok(),
-            period_mm: event.period_mm.map(MeasuredField::from),
-            frames_filled: event.frames_filled,
-            reliable: event.reliable,
-            why: WhyField {
-                speed: event.speed.err().map(Reason::as_str),
-                direction: direction.degrees.err().map(Reason::as_str),
-                texture: event.why_texture(),
-                reliable: event.doubt.map(Reason::as_str),
-            },
-            sample: event.sample.as_deref().map(over_time),
-        }
-    }
-}
-
-/// The fields of an event that a law of durations does not have.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-struct TouchFields {
-    touch_frame: Option<u64>,
-    end_frame: Option<u64>,
-    time_s: Option<f64>,
-    completed_s: Option<f64>,
-    stamp: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    stamp_within_ms: Option<f64>,
-    contact: &'static str,
-}
-
-impl TouchFields {
-    fn new(event: &TactileEvent) -> Option<Self> {
-        let time = event.time;
-        Some(Self {
-            touch_frame: event.touch_frame,
-            end_frame: event.end_frame,
-            time_s: time.map(|time| seconds(time.touch_s)),
-            completed_s: time.map(|time| seconds(time.completed_s)),
-            stamp: event.stamp.map(|stamp| in_utc(stamp.time)),
-            stamp_within_ms: event.stamp.map(within_ms),
-            contact: event.contact?.as_str(),
-        })
-    }
-}
-
 /// Returns a time as RFC 3339 writes it, in UTC with milliseconds.
 pub fn in_utc(time: SystemTime) -> String {
     humantime::format_rfc3339_millis(time).to_string()
 }
 
-/// A length in mm, with its standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct MeasuredField {
-    value: f64,
-    sd: f64,
-}
-
-impl From<Measured> for MeasuredField {
-    fn from(measured: Measured) -> Self {
-        Self { value: millimeters(measured.value), sd: millimeters(measured.sd) }
-    }
-}
-
-/// An acceleration in mm/s², with its standard deviation.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct AccelerationField {
-    mm_s2: f64,
-    sd: f64,
-}
-
-impl From<Measured> for AccelerationField {
-    fn from(measured: Measured) -> Self {
-        Self { mm_s2: millimeters(measured.value), sd: millimeters(measured.sd).max(0.01) }
-    }
-}
-
 /// A speed, with its standard deviation by arrival times, and without it by a law of durations.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-#[non_exhaustive]
-pub struct SpeedField {
+#[derive(Serialize)]
+struct SpeedField {
     mm_s: f64,
     #[serde(skip_serializing_if = "Option::is_none")]
     sd: Option<f64>,
@@ -394,25 +233,12 @@ impl From<Speed> for SpeedField {
     }
 }
 
-/// A direction as a field of a line.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+/// A direction: any angle by arrival times, one of four by centroids.
+#[derive(Serialize)]
 #[serde(untagged)]
-#[non_exhaustive]
-pub enum DirectionField {
-    /// By arrival times, any angle.
-    Arrival {
-        /// The angle in degrees.
-        deg: f64,
-        /// Its standard deviation in degrees.
-        sd: f64,
-    },
-    /// By centroids, one of four.
-    Centroids {
-        /// The angle in degrees.
-        deg: Option<u16>,
-        /// The confidence, 0 to 1.
-        confidence: f64,
-    },
+enum DirectionField {
+    Arrival { deg: f64, sd: f64 },
+    Centroids { deg: Option<u16>, confidence: f64 },
 }
 
 impl DirectionField {
@@ -455,24 +281,6 @@ pub fn seconds(time: f64) -> f64 {
 fn rounded_to(number: f64, decimals: i32) -> f64 {
     let ten = 10_f64.powi(decimals);
     (number * ten).round() / ten
-}
-
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
-struct WhyField {
-    #[serde(skip_serializing_if = "Option::is_none")]
-    speed: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    direction: Option<&'static str>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    texture: Option<String>,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    reliable: Option<&'static str>,
-}
-
-impl WhyField {
-    fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
 }
 
 /// Returns `complete` or `incomplete`.

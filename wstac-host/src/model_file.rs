@@ -1,6 +1,5 @@
 //! Model files: those of a user, and those that come with the program.
 
-use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -100,14 +99,6 @@ impl ModelFile {
         Self::of_bytes(about, bytes)
     }
 
-    /// Reads a file, but no pipe and no device, whose bytes could be waited for forever.
-    ///
-    /// # Errors
-    /// The file cannot be read, is no regular file, or is too large.
-    pub fn open_stored(path: &Path) -> Result<Self, Error> {
-        Self::of_bytes(path.display().to_string(), &bytes_of(path, files::file_content(path, MOST_BYTES))?)
-    }
-
     /// Returns all models that come with the program, with their names.
     pub fn built_in() -> impl Iterator<Item = (&'static str, Result<Self, Error>)> {
         MODELS.iter().map(|&(name, bytes)| (name, Self::of_bytes(format!("{BUILT_IN}{name}"), bytes)))
@@ -180,12 +171,8 @@ impl ModelFile {
 /// # Errors
 /// The file cannot be read, or is larger than [`MOST_BYTES`].
 pub fn file_bytes(path: &Path) -> Result<Vec<u8>, Error> {
-    bytes_of(path, files::content(path, MOST_BYTES))
-}
-
-/// Returns what was read of a file, unless it is too large.
-fn bytes_of(path: &Path, content: io::Result<Option<Vec<u8>>>) -> Result<Vec<u8>, Error> {
-    content.map_err(|error| Error::io(path.display(), error))?.ok_or_else(|| {
+    let content = files::content(path, MOST_BYTES).map_err(|error| Error::io(path.display(), error))?;
+    content.ok_or_else(|| {
         let message = format_args!("is larger than {} MB, expected a model", MOST_BYTES >> 20);
         Error::new(ErrorKind::Format, path.display(), message)
     })

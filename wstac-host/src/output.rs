@@ -6,7 +6,7 @@ use std::fmt;
 
 use wstac_core::features::Features;
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, StreamEnd};
-use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::touch::motion::{ReadoutTime, Velocity};
 use wstac_core::touch::slip::Slip;
 use wstac_core::touch::wave::Basis;
@@ -218,6 +218,9 @@ pub struct FrameFeatures {
     pub stamp: Option<Stamp>,
     /// Five rows, then five columns: natural logarithms in units of 2^-11.
     pub features: Features,
+    /// The 25 taxel sums that the features are made of, row by row; `None` from a board, and if no camera frame of it
+    /// arrived.
+    pub sums: Option<[u32; TAXELS]>,
 }
 
 /// Speed and direction of a frame while something slides.

@@ -97,7 +97,7 @@ impl Buffers {
         let device = &buffers.device;
         if request.count < LEAST {
             let message = format!("the driver has {}, expected at least {LEAST}", counted(request.count, "buffer"));
-            return Err(Error::new(ErrorKind::Device, device.path().display(), message));
+            return Err(Error::new(ErrorKind::Device, device.path.display(), message));
         }
         for index in 0..buffers.maps.len() {
             buffers.hand_over(index).map_err(|error| device.error("a buffer is refused", error))?;
@@ -146,7 +146,7 @@ impl Stream for Buffers {
 
     fn wait(&mut self, timeout: Duration) -> io::Result<Wait> {
         self.return_idle()?;
-        let mut poll = libc::pollfd { fd: self.device.file().as_raw_fd(), events: libc::POLLIN, revents: 0 };
+        let mut poll = libc::pollfd { fd: self.device.file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
         let timeout = timeout.as_millis().min(1000) as libc::c_int;
         // SAFETY: one pollfd, alive for the length of the call.
         match unsafe { libc::poll(&raw mut poll, 1, timeout) } {
@@ -253,7 +253,7 @@ impl Map {
                 length,
                 libc::PROT_READ,
                 libc::MAP_SHARED,
-                device.file().as_raw_fd(),
+                device.file.as_raw_fd(),
                 offset as libc::off_t,
             )
         }?;

@@ -25,8 +25,8 @@ const MOST_ENTRIES: u32 = 1024;
 /// An open video node, in non-blocking mode.
 #[derive(Debug)]
 pub(crate) struct Device {
-    file: File,
-    path: PathBuf,
+    pub(crate) file: File,
+    pub(crate) path: PathBuf,
 }
 
 /// A device's identity and capabilities.
@@ -74,14 +74,6 @@ impl Device {
         let file = OpenOptions::new().read(true).write(true).custom_flags(libc::O_NONBLOCK).open(path);
         let file = file.map_err(|error| explain(path, "cannot be opened", error))?;
         Ok(Self { file, path: path.to_owned() })
-    }
-
-    pub(crate) fn path(&self) -> &Path {
-        &self.path
-    }
-
-    pub(super) fn file(&self) -> &File {
-        &self.file
     }
 
     /// Creates an error that names this device.

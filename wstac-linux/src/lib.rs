@@ -20,9 +20,9 @@ mod negotiate;
 mod readout;
 pub mod rpicam;
 pub(crate) mod same;
+mod silence;
 pub mod source;
 mod timeline;
-mod told;
 mod wall_clock;
 
 use std::path::Path;

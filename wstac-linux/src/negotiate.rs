@@ -59,7 +59,7 @@ pub(super) fn negotiate(device: &Device, options: &OpenOptions) -> Result<Negoti
         notes.push(format!("asked for {} fps, the driver gives {} fps", fps(rate), fps(granted_rate)));
     }
     described(&granted, coding, granted_rate, notes)
-        .map_err(|error| Error::with_cause(ErrorKind::Device, device.path().display(), error))
+        .map_err(|error| Error::with_cause(ErrorKind::Device, device.path.display(), error))
 }
 
 /// Describes frames of a granted format.
@@ -114,13 +114,13 @@ fn differences(fourcc: FourCc, size: (u32, u32), granted: &PictureFormat) -> Vec
 
 fn unreadable(device: &Device, fourcc: FourCc) -> Error {
     let message = format!("the format {} is not read; {}", formats::name(fourcc), what_there_is(device));
-    Error::new(ErrorKind::Unsupported, device.path().display(), message)
+    Error::new(ErrorKind::Unsupported, device.path.display(), message)
 }
 
 fn nothing_readable(device: &Device) -> Error {
     Error::new(
         ErrorKind::Unsupported,
-        device.path().display(),
+        device.path.display(),
         format!("offers no format that is read; {}", what_there_is(device)),
     )
 }

@@ -25,8 +25,8 @@ use wstac_host::source::{
 
 use self::program::{Metadata, Program};
 use crate::readout;
+use crate::silence::{WAIT, longest_silence};
 use crate::timeline::Timeline;
-use crate::told::{Told, WAIT, longest_silence};
 use crate::wall_clock::{WallClock, monotonic};
 
 /// The start of such a source's name; a number of `rpicam-vid --list-cameras` may follow.
@@ -70,7 +70,7 @@ pub struct RpicamSource {
     /// The metadata of the next frame, whose bytes the program has.
     next: Option<Metadata>,
     /// Events to report before the next frame.
-    told: VecDeque<Told>,
+    told: VecDeque<SourceEvent<'static>>,
     /// Frames that the camera took, and those in a row whose times go on.
     taken: u32,
     even: u32,
@@ -119,7 +119,7 @@ impl RpicamSource {
             self.program.read(WAIT)?;
             self.check_silence();
         }
-        self.told.extend(self.program.faults().map(|line| Told::Fault(Fault::new(FaultKind::Decoder, line))));
+        self.told.extend(self.program.faults().map(|line| SourceEvent::Fault(Fault::new(FaultKind::Decoder, line))));
         let mut skipped = 0;
         while self.program.has_frame() {
             let metadata = self.program.take();
@@ -180,12 +180,12 @@ impl RpicamSource {
             (false, EVEN_AGAIN) => (FaultKind::Even, "frames come evenly again"),
             _ => return,
         };
-        self.told.push_back(Told::Fault(Fault::new(kind, format!("{}: {what}", self.subject))));
+        self.told.push_back(SourceEvent::Fault(Fault::new(kind, format!("{}: {what}", self.subject))));
     }
 
     fn lose(&mut self, frames: u64, reason: LossReason) {
         if frames > 0 {
-            self.told.push_back(Told::Lost(frames, reason));
+            self.told.push_back(SourceEvent::Lost { frames, reason });
         }
     }
 
@@ -196,7 +196,7 @@ impl RpicamSource {
             self.heard = monotonic();
             let message = format!("{}: no frame for {} s: check the cable", self.subject, silence.as_secs());
             let fault = Fault { remedy: Some(Remedy::Retry), ..Fault::new(FaultKind::Disconnected, message) };
-            self.told.push_back(Told::Fault(fault));
+            self.told.push_back(SourceEvent::Fault(fault));
         }
     }
 }
@@ -211,7 +211,7 @@ impl Source for RpicamSource {
             self.fetch()?;
         }
         if let Some(told) = self.told.pop_front() {
-            return Ok(told.into_event());
+            return Ok(told);
         }
         let Some(Metadata { time: timestamp, .. }) = self.next.take() else { return Ok(SourceEvent::Waiting) };
         self.lag.latency = timestamp.and_then(|timestamp| monotonic().checked_sub(timestamp));

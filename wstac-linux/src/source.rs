@@ -17,8 +17,8 @@ use crate::buffers::{Filled, Wait};
 use crate::readout;
 use crate::rpicam::{self, RpicamSource};
 use crate::same::KnownCamera;
+use crate::silence::{WAIT, longest_silence};
 use crate::timeline::Timeline;
-use crate::told::{Told, WAIT, longest_silence};
 use crate::wall_clock::{WallClock, monotonic};
 use crate::{Camera, Negotiated};
 use wstac_host::camera::formats::{self, Coding};
@@ -62,7 +62,7 @@ pub struct CameraSource {
     /// The error that came after the filled buffers.
     trouble: Option<io::Error>,
     /// Events to report before the next buffer.
-    told: VecDeque<Told>,
+    told: VecDeque<SourceEvent<'static>>,
     /// The break of the stream, until a buffer has come again.
     away: Option<Away>,
     /// Whether the driver says that its input has a signal.
@@ -197,7 +197,7 @@ impl CameraSource {
         let between = self.arrived.saturating_sub(between);
         if let Some(away) = self.away.take() {
             let lost = self.timeline.resume(filled.sequence, filled.timestamp, between);
-            self.told.extend(away.back(&self.info, lost).map(Told::Fault));
+            self.told.extend(away.back(&self.info, lost).map(SourceEvent::Fault));
             self.lose(lost, away.reason());
             return 0;
         }
@@ -206,7 +206,7 @@ impl CameraSource {
 
     fn lose(&mut self, frames: u64, reason: LossReason) {
         if frames > 0 {
-            self.told.push_back(Told::Lost(frames, reason));
+            self.told.push_back(SourceEvent::Lost { frames, reason });
         }
     }
 
@@ -253,7 +253,7 @@ impl CameraSource {
             return;
         }
         let path = self.path.display();
-        self.told.push_back(Told::Fault(if signal {
+        self.told.push_back(SourceEvent::Fault(if signal {
             Fault::new(FaultKind::Signal, format!("{path}: the input has its signal again"))
         } else {
             let message = format!("{path}: the driver says that the input has no signal or power");
@@ -284,7 +284,7 @@ impl Source for CameraSource {
             }
         }
         if let Some(told) = self.told.pop_front() {
-            return Ok(told.into_event());
+            return Ok(told);
         }
         let (Some(filled), Some(camera)) = (self.next.take(), &self.camera) else { return Ok(SourceEvent::Waiting) };
         // The next call gives it back in every case.
@@ -312,7 +312,7 @@ impl Source for CameraSource {
                 SourceEvent::Frame(Frame { timestamp, stamp, sequence, encoded, lag, ..Frame::new(decoded) })
             }
             Err(why) if !std::mem::replace(&mut self.is_damage_reported, true) => {
-                self.told.push_back(Told::Lost(1, why.reason()));
+                self.told.push_back(SourceEvent::Lost { frames: 1, reason: why.reason() });
                 let message =
                     format!("{}: a JPEG picture is refused: {why}; others count as lost, too", self.path.display());
                 SourceEvent::Fault(Fault::new(FaultKind::Decoder, message))
@@ -326,7 +326,7 @@ impl Source for CameraSource {
 fn about(camera: &Camera) -> String {
     let negotiated = &camera.negotiated;
     let mut about =
-        format!("{}: {}, {}", camera.buffers.device().path().display(), camera.state.card, stream(negotiated));
+        format!("{}: {}, {}", camera.buffers.device().path.display(), camera.state.card, stream(negotiated));
     for note in std::iter::once(&camera.state.about_controls()).chain(&negotiated.notes) {
         about.push_str("; ");
         about.push_str(note);

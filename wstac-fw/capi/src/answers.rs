@@ -6,7 +6,7 @@ use wstac_core::paper::speed;
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::reason::Reason;
-use wstac_core::touch::motion::{self, Contact, Motion};
+use wstac_core::touch::motion::{self, Contact, Motion, Velocity};
 
 use crate::memory::{give, place, value, value_mut};
 use crate::pipeline::{PipelineState, WstacFwPipeline};
@@ -316,15 +316,8 @@ fn in_c(event: &Event<'_>, motion: &Motion) -> WstacFwMotion {
     };
     let (contact, reliable, why) = (contact as i32, u8::from(reliable), WstacFwWhy::of(motion.doubt) as i32);
     let none = WstacFwMotion { contact, reliable, mm_s: 0.0, mm_s_sd: 0.0, degrees: -1.0, degrees_sd: 0.0, why };
-    motion.velocity.map_or(none, |found| WstacFwMotion {
-        contact,
-        reliable,
-        mm_s: found.mm_s,
-        mm_s_sd: found.mm_s_sd,
-        degrees: found.degrees,
-        degrees_sd: found.degrees_sd,
-        why,
-    })
+    let Some(Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. }) = motion.velocity else { return none };
+    WstacFwMotion { mm_s, mm_s_sd, degrees, degrees_sd, ..none }
 }
 
 /// Writes the event's motion by the coherence of arrival times: the law of `estimator = "coherence"`.

@@ -24,8 +24,10 @@ type Sum = [u32; 3];
 /// A pixel format: one of the WSTAC_FW_ constants below. A program links the code of those that it names.
 pub struct WstacFwFormat {
     mark: u32,
-    pixels: PixelFormat,
-    floor: Floor,
+    /// The format's name. Where one constant stands for several formats, it is the first of them.
+    pub(crate) pixels: PixelFormat,
+    /// The default floor of the format's pixels.
+    pub(crate) floor: Floor,
     full_scale: fn() -> u32,
     row_bytes: fn(u16) -> usize,
     cell: fn() -> u16,
@@ -165,16 +167,6 @@ impl WstacFwFormat {
         }
         // SAFETY: its mark says that it is a constant of this library.
         Ok(unsafe { &*format })
-    }
-
-    /// Returns the format's name. Where one constant stands for several formats, it is the first of them.
-    pub(crate) fn pixels(&self) -> PixelFormat {
-        self.pixels
-    }
-
-    /// Returns the default floor of the format's pixels.
-    pub(crate) fn default_floor(&self) -> Floor {
-        self.floor
     }
 }
 

@@ -296,7 +296,7 @@ pub unsafe extern "C" fn wstac_fw_link_hello(
             // SAFETY: the caller guarantees it.
             version: unsafe { text(board.version) }?,
             size: geometry.layout().frame(),
-            format: format.pixels(),
+            format: format.pixels,
             rate: geometry.rate(),
             trigger: *state.pipeline.trigger_config(),
             models,

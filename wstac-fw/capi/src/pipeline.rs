@@ -114,7 +114,7 @@ impl PipelineState {
         let stated = choice(options.readout_known)?.then_some(options.readout_ms);
         let readout = Readout::of_layout(stated.and_then(ReadoutTime::from_ms), RowOrder::Down, &layout, rate);
         let trigger = TriggerConfig::default().one_event_per_touch();
-        let builder = Pipeline::builder(camera).floor(format.default_floor()).trigger(trigger).baseline(None);
+        let builder = Pipeline::builder(camera).floor(format.floor).trigger(trigger).baseline(None);
         // All that can fail comes first, so that the pipeline is built in its place.
         let (builder, motion) = (builder.check()?, MotionConfig::new(pitch, rate)?.with_readout(readout));
         Ok(Self {

@@ -69,7 +69,7 @@ impl fmt::Display for Refusal {
 #[derive(Clone, Debug)]
 pub struct Decoder {
     options: DecoderOptions,
-    size: FrameSize,
+    pub(crate) size: FrameSize,
     rgb: Vec<u8>,
     /// A picture as the decoder gets it.
     rewritten: Vec<u8>,
@@ -81,10 +81,6 @@ impl Decoder {
         let (width, height) = (usize::from(size.width()), usize::from(size.height()));
         let options = DecoderOptions::default().set_strict_mode(true).set_max_width(width).set_max_height(height);
         Self { options, size, rgb: vec![0; 3 * width * height], rewritten: Vec::new() }
-    }
-
-    pub(crate) fn size(&self) -> FrameSize {
-        self.size
     }
 
     /// Returns the picture as R G B bytes without padding.

@@ -1,7 +1,6 @@
 //! Turns a board's messages into reports.
 
 use std::fmt::Write;
-use std::time::{Duration, SystemTime};
 
 use wstac_core::features::Features;
 use wstac_core::paper::trigger::{InterruptedSample, StreamEnd, TriggerConfig};
@@ -12,7 +11,7 @@ use wstac_core::wire::{
 };
 
 use super::Report;
-use super::clock::{BoardClock, ClockMatch};
+use super::clock::BoardClock;
 use super::delivery::{Arrival, Delivery};
 use crate::frame_clock::FrameClock;
 use crate::output::{
@@ -37,7 +36,7 @@ pub(super) struct BoardState {
     baseline_frames: Option<u16>,
     /// The times of its frames; `None` before it has described itself: then its rate is known.
     clock: Option<FrameClock>,
-    own_clock: BoardClock,
+    pub(super) own_clock: BoardClock,
     /// Whether it has named a texture model.
     has_model: bool,
     delivery: Delivery,
@@ -47,7 +46,7 @@ pub(super) struct BoardState {
     /// The number of times that requests were repeated that the board has not taken.
     repeats: u8,
     baseline_said: bool,
-    ended: bool,
+    pub(super) ended: bool,
 }
 
 /// The most times that requests are repeated in a row. A board may be unable to receive.
@@ -87,24 +86,11 @@ impl BoardState {
         (taken.features, taken.samples, taken.motion, taken.kept_events) == (features, samples, motion, true)
     }
 
-    /// Takes this machine's time. Returns a request for the board's if one is due.
-    pub(super) fn set_now(&mut self, monotonic: Duration, wall: SystemTime) -> Option<Request> {
-        self.own_clock.set_now(monotonic, wall)
-    }
-
-    pub(super) fn clock_match(&self) -> Option<ClockMatch> {
-        self.own_clock.matched()
-    }
-
     /// Forgets what was known of a board that has started again, but this.
     fn restart(&mut self, progress: StreamSummary, clock: Option<FrameClock>) {
         let mut own_clock = std::mem::take(&mut self.own_clock);
-        own_clock.restart();
+        own_clock.answers.clear();
         *self = Self { progress, clock, own_clock, ..Self::new(self.wanted) };
-    }
-
-    pub(super) fn ended(&self) -> bool {
-        self.ended
     }
 
     /// Returns the end record for a board that gives none.
@@ -130,85 +116,75 @@ impl BoardState {
         self.progress.incomplete = incomplete;
     }
 
-    /// Takes a message and hands everything that follows from it to `give`.
+    /// Takes a message and adds everything that follows from it to `reports`.
     ///
     /// `first` says whether it is the first message of a board that has just started.
-    pub(super) fn take<E>(
-        &mut self,
-        message: &Message<'_>,
-        first: bool,
-        give: &mut impl FnMut(Report) -> Result<(), E>,
-    ) -> Result<(), E> {
+    pub(super) fn take(&mut self, message: &Message<'_>, first: bool, reports: &mut Vec<Report>) {
         match message {
-            Message::Hello(hello) => self.hello(hello, first, give),
+            Message::Hello(hello) => self.hello(hello, first, reports),
             Message::Features { frame, features } => {
                 self.reach(frame.saturating_add(1));
                 self.progress.baseline_complete |=
                     self.baseline_frames.is_some_and(|of| self.progress.frames >= of.into());
                 let RecordTimes { time_ns, stamp, .. } = self.times(*frame);
-                let record = Output::Features(FrameFeatures { frame: *frame, time_ns, stamp, features: *features });
-                if self.wanted.features { give(Report::Output(record)) } else { Ok(()) }
+                let (frame, features, sums) = (*frame, *features, None);
+                let record = Output::Features(FrameFeatures { frame, time_ns, stamp, features, sums });
+                reports.extend(self.wanted.features.then_some(Report::Output(record)));
             }
             Message::SamplePart { frame, first, features } => {
                 self.sample.take(*frame, *first, features);
-                Ok(())
             }
-            Message::Event(answers) => self.event(answers, give),
+            Message::Event(answers) => self.event(answers, reports),
             Message::Texture { frame, frames, texture } => {
                 let so_far = InterruptedSample::new(*frame, *frames);
                 self.contact(frame.saturating_add(u64::from(*frames)), Some(so_far));
                 let texture = texture_of(texture);
                 let (frame, frames, RecordTimes { time_ns, stamp, .. }) = (*frame, *frames, self.times(*frame));
-                give(Report::Output(Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture })))
+                let early = EarlyTexture { frame, time_ns, stamp, frames, texture };
+                reports.push(Report::Output(Output::EarlyTexture(early)));
             }
             Message::InterruptedSample(sample) => {
                 self.contact(sample.frame.saturating_add(u64::from(sample.frames)), None);
-                give(Report::Output(Output::Interrupted(InterruptedReport::new(*sample, self.clock.as_ref()))))
+                reports.push(Report::Output(Output::Interrupted(InterruptedReport::new(*sample, self.clock.as_ref()))));
             }
             Message::Motion { frame, velocity, basis } => {
                 self.reach(frame.saturating_add(1));
                 let record = Output::Motion(MotionReport::new(*frame, *velocity, *basis, self.clock.as_ref()));
-                if self.wanted.motion { give(Report::Output(record)) } else { Ok(()) }
+                reports.extend(self.wanted.motion.then_some(Report::Output(record)));
             }
             Message::ContactEnd(end) => {
                 self.reach(end.frame);
-                give(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, self.clock.as_ref()))))
+                reports.push(Report::Output(Output::ContactEnd(ContactEndReport::new(*end, self.clock.as_ref()))));
             }
             Message::Slip(slip) => {
                 self.reach(slip.frame.saturating_add(1));
-                give(Report::Output(Output::Slip(SlipReport::new(*slip, self.clock.as_ref()))))
+                reports.push(Report::Output(Output::Slip(SlipReport::new(*slip, self.clock.as_ref()))));
             }
             Message::Lost { frames } => {
                 self.progress.dropped = self.progress.dropped.saturating_add(*frames);
-                give(Report::Note(format!("{} lost by the board", counted(*frames, "frame"))))
+                reports.push(Report::Note(format!("{} lost by the board", counted(*frames, "frame"))));
             }
-            Message::Fault(fault) => give(Report::Note(format!("the board: {}", fault_in_words(fault)))),
-            Message::Status { stream, dropped } => self.status(stream, *dropped, give),
+            Message::Fault(fault) => reports.push(Report::Note(format!("the board: {}", fault_in_words(fault)))),
+            Message::Status { stream, dropped } => self.status(stream, *dropped, reports),
             Message::End { stream, dropped } => {
-                self.status(stream, *dropped, give)?;
+                self.status(stream, *dropped, reports);
                 self.ended = true;
-                give(Report::Output(self.finish()))
+                reports.push(Report::Output(self.finish()));
             }
-            Message::Telemetry(telemetry) => self.telemetry(telemetry, give),
+            Message::Telemetry(telemetry) => self.telemetry(telemetry, reports),
             Message::Time { host_us, board_us } => {
                 self.own_clock.answered(*host_us, *board_us);
-                Ok(())
             }
             // The decoder does not know the messages of a newer core either, so no others arrive here.
-            _ => Ok(()),
+            _ => {}
         }
     }
 
-    fn hello<E>(
-        &mut self,
-        hello: &Hello<'_>,
-        first: bool,
-        give: &mut impl FnMut(Report) -> Result<(), E>,
-    ) -> Result<(), E> {
+    fn hello(&mut self, hello: &Hello<'_>, first: bool, reports: &mut Vec<Report>) {
         let again = self.clock.is_some();
         // The times of frames stay known while the same board runs on.
         let mut new = FrameClock::new(hello.rate, StreamClock::Board);
-        if !self.own_clock.is_asked() {
+        if self.own_clock.now.is_none() {
             new.count_frames();
         }
         if !self.clock.as_ref().is_some_and(|clock| clock.has_rate_of(&new)) {
@@ -222,51 +198,51 @@ impl BoardState {
                 self.restart(StreamSummary::default(), Some(new));
             }
             if back || (first && again) {
-                give(Report::Note("the board has started again".to_owned()))?;
+                reports.push(Report::Note("the board has started again".to_owned()));
             }
             // It does no harm to send the request once too often.
-            self.requests().into_iter().try_for_each(|request| give(Report::Request(request)))?;
+            reports.extend(self.requests().map(Report::Request));
         }
         self.has_model = hello.models.iter().any(Option::is_some);
         self.baseline_frames = self.baseline_frames.and(Some(hello.trigger.baseline_frames()));
         self.reach(hello.frame);
-        if again { Ok(()) } else { give(Report::Note(hello_in_words(hello))) }
+        reports.extend((!again).then(|| Report::Note(hello_in_words(hello))));
     }
 
-    fn event<E>(&mut self, answers: &Answers<'_>, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
-        give(Report::Request(Request::Acknowledge { event: answers.number }))?;
+    fn event(&mut self, answers: &Answers<'_>, reports: &mut Vec<Report>) {
+        reports.push(Report::Request(Request::Acknowledge { event: answers.number }));
         let Arrival { is_new, lost } = self.delivery.take(answers.number, answers.frame, answers.kept);
-        lost_events(lost, give)?;
+        reports.extend(lost_events(lost));
         if !is_new {
-            return Ok(());
+            return;
         }
         self.contact(answers.last_frame().saturating_add(1), None);
         let in_words = |answer: &TextureAnswer<'_>| (answer.task, texture_of(answer));
         let texture = Texture::of_all(answers.textures.iter().flatten().map(in_words).collect());
         let sample = self.sample.of(answers.frame).filter(|_| self.wanted.samples);
         if self.wanted.samples && sample.is_none() {
-            give(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)))?;
+            reports.push(Report::Note(format!("the sample of the event at frame {} did not arrive", answers.frame)));
         }
         let event = TactileEvent::from_answers(answers, texture, self.has_model, sample, self.clock.as_ref());
-        give(Report::Output(Output::Event(Box::new(event))))
+        reports.push(Report::Output(Output::Event(Box::new(event))));
     }
 
-    fn telemetry<E>(&mut self, telemetry: &Telemetry, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
+    fn telemetry(&mut self, telemetry: &Telemetry, reports: &mut Vec<Report>) {
         if telemetry.uptime_ms < self.uptime_ms {
             // The board has started again, and its first message was lost. The status before this message was new.
             self.restart(self.progress, self.clock.as_ref().map(FrameClock::renewed));
-            give(Report::Note("the board has started again".to_owned()))?;
+            reports.push(Report::Note("the board has started again".to_owned()));
         }
         self.uptime_ms = telemetry.uptime_ms;
         self.match_clock(telemetry.last_frame);
-        lost_events(self.delivery.take_state(telemetry.events, telemetry.kept), give)?;
+        reports.extend(lost_events(self.delivery.take_state(telemetry.events, telemetry.kept)));
         if self.has_taken_requests(telemetry.wanted) {
             self.repeats = 0;
         } else if self.repeats < MOST_REPEATS {
             self.repeats += 1;
-            self.requests().into_iter().try_for_each(|request| give(Report::Request(request)))?;
+            reports.extend(self.requests().map(Report::Request));
         }
-        give(Report::Telemetry(*telemetry))
+        reports.push(Report::Telemetry(*telemetry));
     }
 
     /// Takes the time of the last frame. Until the clocks are matched, frames have no times; if they cannot be matched,
@@ -285,22 +261,16 @@ impl BoardState {
         }
     }
 
-    fn status<E>(
-        &mut self,
-        stream: &StreamEnd,
-        dropped: u64,
-        give: &mut impl FnMut(Report) -> Result<(), E>,
-    ) -> Result<(), E> {
+    fn status(&mut self, stream: &StreamEnd, dropped: u64, reports: &mut Vec<Report>) {
         (self.progress, self.baseline_frames) = (StreamSummary::new(*stream, dropped), None);
         if !stream.baseline_complete || stream.baseline_quiet || std::mem::replace(&mut self.baseline_said, true) {
-            return Ok(());
+            return;
         }
-        give(Report::Note(DisturbedBaseline.to_string()))
+        reports.push(Report::Note(DisturbedBaseline.to_string()));
     }
 }
-
-fn lost_events<E>(lost: u64, give: &mut impl FnMut(Report) -> Result<(), E>) -> Result<(), E> {
-    if lost == 0 { Ok(()) } else { give(Report::LostEvents(lost)) }
+fn lost_events(lost: u64) -> Option<Report> {
+    (lost > 0).then_some(Report::LostEvents(lost))
 }
 
 /// The parts of one sample that have arrived.

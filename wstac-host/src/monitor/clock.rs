@@ -26,7 +26,7 @@ const DRIFT_AFTER: Duration = Duration::from_secs(10);
 
 /// An answer of the board. All times are microseconds.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct ClockAnswer {
+pub(super) struct ClockAnswer {
     /// The middle between request and answer, by this machine.
     at: f64,
     /// This machine's time less the board's.
@@ -51,9 +51,9 @@ pub struct ClockMatch {
 #[derive(Clone, Debug, Default)]
 pub(super) struct BoardClock {
     /// This machine's time since some start, and its wall clock then.
-    now: Option<(Duration, SystemTime)>,
+    pub(super) now: Option<(Duration, SystemTime)>,
     asked: Option<Duration>,
-    answers: VecDeque<ClockAnswer>,
+    pub(super) answers: VecDeque<ClockAnswer>,
 }
 
 impl BoardClock {
@@ -80,11 +80,6 @@ impl BoardClock {
         self.answers.push_front(ClockAnswer { at, offset: at - board_us as f64, half: (arrived - asked) / 2.0 });
     }
 
-    /// Forgets all answers: the board has started again.
-    pub(super) fn restart(&mut self) {
-        self.answers.clear();
-    }
-
     /// Returns the answer that is surest now, and how sure it is in microseconds.
     fn best(&self) -> Option<(ClockAnswer, f64)> {
         let now = us(self.now?.0);
@@ -109,11 +104,6 @@ impl BoardClock {
         let (new, old) = (shortest(0, third)?, shortest(all - third, all)?);
         let apart = new.at - old.at;
         (apart >= us(DRIFT_AFTER)).then(|| (old.offset - new.offset) / apart * 1e6)
-    }
-
-    /// Returns whether this machine's time is known, so that the board is asked for its own.
-    pub(super) fn is_asked(&self) -> bool {
-        self.now.is_some()
     }
 
     /// Returns a time of the board on this machine's monotonic clock and on its wall clock; `None` before the board has
@@ -215,7 +205,7 @@ mod tests {
         assert!(
             clock.matched().is_some() && clock.of_board(u64::MAX).is_some_and(|(_, far)| far.time > SystemTime::now())
         );
-        clock.restart();
+        clock.answers.clear();
         assert!(clock.matched().is_none());
     }
 }

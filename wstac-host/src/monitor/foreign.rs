@@ -14,7 +14,7 @@ pub(super) struct Foreign {
     requests: Decoder<LONGEST_REQUEST>,
     /// When the first byte came.
     since: Option<Instant>,
-    count: u64,
+    pub(super) count: u64,
     zeros: u64,
     printable: u64,
     has_echo: bool,
@@ -37,15 +37,10 @@ impl Foreign {
         self.since.is_some_and(|since| since.elapsed() >= LATE)
     }
 
-    /// Returns whether no byte has come.
-    pub(super) fn is_nothing(&self) -> bool {
-        self.count == 0
-    }
-
     /// Returns what the port has instead of messages, and what to check first.
     pub(super) fn in_words(&self) -> String {
         let most_are = |some: u64| 20 * some >= 19 * self.count;
-        let [found, first] = if self.is_nothing() {
+        let [found, first] = if self.count == 0 {
             ["no bytes", "the board's power and cable, then the wires TX, RX and GND, then which port it is"]
         } else if self.has_echo {
             ["its own requests", "that TX and RX are not connected to each other, then which port it is"]

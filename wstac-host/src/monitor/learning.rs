@@ -3,11 +3,11 @@
 use std::cell::Cell;
 use std::time::{Duration, Instant};
 
-use wstac_core::wire::{LONGEST, LearnedTextures, Learning, LearningStep, Message, Request, TextureName, encode};
+use wstac_core::wire::{LearnedTextures, Learning, LearningStep, Message, Request, TextureName};
 
 use super::port::Got;
 use super::settings::SettableBoard;
-use crate::error::{Error, ErrorKind};
+use crate::error::Error;
 
 /// The time between two requests for the state of learning.
 const POLL: Duration = Duration::from_secs(1);
@@ -61,7 +61,7 @@ impl SettableBoard {
     ) -> Result<Learned, Error> {
         if self.textures()?.is_none() {
             let message = "does not learn textures, expected a firmware with the feature learn";
-            return Err(Error::new(ErrorKind::Unsupported, self.name(), message));
+            return Err(self.lacks(message));
         }
         let mut last = self.ask(&[Request::Learn(name)], |message| match message {
             Message::Learning(state) if state.name == name => Some(*state),
@@ -73,7 +73,7 @@ impl SettableBoard {
                 LearningStep::Learned => return Ok(Learned::Whole),
                 LearningStep::Failed(reason) => {
                     let message = format_args!("does not learn the texture: {reason}");
-                    return Err(Error::new(ErrorKind::Data, self.name(), message));
+                    return Err(self.failed(message));
                 }
                 _ => {}
             }
@@ -97,9 +97,9 @@ impl SettableBoard {
                 asked = Instant::now();
                 self.send(&Request::Textures);
             }
-            let got = self.read(&mut byte)?;
+            let got = self.port.read(&mut byte)?;
             if got == Got::Ended || heard.elapsed() > SILENT {
-                return Err(Error::new(ErrorKind::Data, self.name(), "does not answer any more"));
+                return Err(self.failed("does not answer any more"));
             }
             let Got::Bytes(1) = got else { continue };
             let found = self.push(byte[0], |message| match message {
@@ -123,7 +123,7 @@ impl SettableBoard {
                         return Ok(Some(state));
                     }
                     let message = "has stopped learning: it has started again, or learns another texture";
-                    return Err(Error::new(ErrorKind::Data, self.name(), message));
+                    return Err(self.failed(message));
                 }
                 _ => {}
             }
@@ -138,7 +138,7 @@ impl SettableBoard {
         let has = |textures: &LearnedTextures| textures.names.contains(&Some(name));
         if !self.textures()?.is_some_and(|textures| has(&textures)) {
             let message = format_args!("has learned no texture {name}");
-            return Err(Error::new(ErrorKind::Data, self.name(), message));
+            return Err(self.failed(message));
         }
         // Answers to earlier requests may still come, so the board is asked several times.
         let lists = Cell::new(0);
@@ -151,13 +151,8 @@ impl SettableBoard {
             _ => None,
         })?;
         if left {
-            return Err(Error::new(ErrorKind::Data, self.name(), "does not forget the texture: its memory failed"));
+            return Err(self.failed("does not forget the texture: its memory failed"));
         }
         Ok(())
-    }
-
-    fn send(&mut self, request: &Request) {
-        self.port.send(encode(request, self.sequence, &mut [0; LONGEST]));
-        self.sequence = self.sequence.wrapping_add(1);
     }
 }

@@ -118,7 +118,7 @@ impl BoardLine {
                 return Ok(if goes_on { LineStep::GoesOn } else { LineStep::Over });
             }
             Got::Nothing if self.waits == SILENT => {
-                let nothing = self.monitor.foreign().filter(|foreign| foreign.is_nothing());
+                let nothing = self.monitor.foreign().filter(|foreign| foreign.count == 0);
                 give(Report::Note(match nothing {
                     Some(nothing) => format!("{} {}", self.port.name(), nothing.in_words()),
                     None => format!("no data for {} s", (WAIT * SILENT).as_secs()),

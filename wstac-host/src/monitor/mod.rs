@@ -82,12 +82,12 @@ impl Monitor {
     /// Once the board has answered, times of records are those of this machine's clocks. Before that, records have no
     /// times. Without this call, times are counted by the frame rate.
     pub fn set_now(&mut self, (monotonic, wall): (Duration, SystemTime)) -> Option<Request> {
-        self.board.set_now(monotonic, wall)
+        self.board.own_clock.set_now(monotonic, wall)
     }
 
     /// Returns the match of the board's clock and this machine's; `None` before the board has answered.
     pub fn clock_match(&self) -> Option<ClockMatch> {
-        self.board.clock_match()
+        self.board.own_clock.matched()
     }
 
     /// Returns whether any message has arrived.
@@ -128,8 +128,10 @@ impl Monitor {
                         give(gap(damaged, received.lost))?;
                     }
                     self.heard = true;
-                    self.board.take(&received.message, received.first, &mut give)?;
-                    if self.board.ended() {
+                    let mut reports = Vec::new();
+                    self.board.take(&received.message, received.first, &mut reports);
+                    reports.into_iter().try_for_each(&mut give)?;
+                    if self.board.ended {
                         return Ok(false);
                     }
                 }

@@ -2,8 +2,7 @@
 
 use std::cell::Cell;
 use std::fmt::Display;
-use std::thread::sleep;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use wstac_core::model::Model;
 use wstac_core::wire::{
@@ -20,6 +19,8 @@ const LONGEST_START: Duration = Duration::from_secs(30);
 const RESTART: Duration = Duration::from_millis(500);
 /// The number of times that a model is sent if the board starts again meanwhile.
 const TRIES: u32 = 3;
+
+const NO_MODELS: &str = "takes no models, expected a firmware with the feature models";
 
 /// The name of a model's kind, as `WSTAC_MODELS` of the firmware and `wstac board --json` spell it.
 pub const fn kind_name(kind: ModelKind) -> &'static str {
@@ -99,10 +100,7 @@ impl SettableBoard {
     /// The file is no model. The board takes no models, refuses this one, does not answer, or does not use it after
     /// that. The port cannot be read.
     pub fn send_model(&mut self, file: &ModelFile, mut told: impl FnMut(u32, u32)) -> Result<(), Error> {
-        let Some(state) = self.model()? else {
-            let message = "takes no models, expected a firmware with the feature models";
-            return Err(Error::new(ErrorKind::Unsupported, self.name(), message));
-        };
+        let state = self.model()?.ok_or_else(|| self.lacks(NO_MODELS))?;
         let model = check_model(file, &state)?;
         let bytes: Vec<u8> = file.words().iter().flat_map(|word| word.to_le_bytes()).collect();
         for _ in 0..TRIES {
@@ -118,7 +116,7 @@ impl SettableBoard {
                         let rest = bytes.get(at as usize..).unwrap_or_default();
                         let Some(piece) = ModelPiece::new(at, rest.get(..MODEL_PIECE).unwrap_or(rest)) else {
                             let message = "asks for bytes behind the end of the model";
-                            return Err(Error::new(ErrorKind::Data, self.name(), message));
+                            return Err(self.failed(message));
                         };
                         // An answer to an earlier piece, or to this one a second time, says nothing new.
                         step = self.ask_model(Request::ModelPiece(piece), |step| {
@@ -135,7 +133,7 @@ impl SettableBoard {
                 }
             }
         }
-        Err(Error::new(ErrorKind::Data, self.name(), "starts again and again while a model is sent"))
+        Err(self.failed("starts again and again while a model is sent"))
     }
 
     /// Lets the board forget the models that were sent, and waits until it has started again without them.
@@ -143,14 +141,11 @@ impl SettableBoard {
     /// # Errors
     /// The board takes no models, does not forget them, or does not answer. The port cannot be read.
     pub fn forget_model(&mut self) -> Result<(), Error> {
-        if self.model()?.is_none() {
-            let message = "takes no models, expected a firmware with the feature models";
-            return Err(Error::new(ErrorKind::Unsupported, self.name(), message));
-        }
+        self.model()?.ok_or_else(|| self.lacks(NO_MODELS))?;
         let is_end = |step: &ModelStep| matches!(step, ModelStep::Forgotten | ModelStep::Refused(ModelRefusal::Memory));
         match self.ask_model(Request::ForgetModel, is_end)? {
             ModelStep::Forgotten => self.await_model(|state| !state.sent),
-            _ => Err(Error::new(ErrorKind::Data, self.name(), "does not forget the model: its memory failed")),
+            _ => Err(self.failed("does not forget the model: its memory failed")),
         }
     }
 
@@ -164,14 +159,7 @@ impl SettableBoard {
 
     /// Waits until the board has started again, which `is_done` tells.
     fn await_model(&mut self, is_done: impl Fn(&BoardModel) -> bool) -> Result<(), Error> {
-        let began = Instant::now();
-        while !self.model()?.is_some_and(|state| is_done(&state)) {
-            if began.elapsed() > LONGEST_START {
-                let message = "keeps the model, and has not started again: it does when no touch is under way";
-                return Err(Error::new(ErrorKind::Data, self.name(), message));
-            }
-            sleep(RESTART);
-        }
-        Ok(())
+        let late = "keeps the model, and has not started again: it does when no touch is under way";
+        self.wait_for((LONGEST_START, RESTART), late, |board| Ok(board.model()?.is_some_and(|state| is_done(&state))))
     }
 }

@@ -8,13 +8,12 @@ use std::ffi::OsStr;
 use std::os::unix::fs::FileTypeExt;
 use std::time::{Duration, Instant};
 
-use wstac_core::wire::{
-    DecodeError, Decoder, Hello, LONGEST, Message, PICTURE_PART, PictureEnd, PicturePart, Request, VERSION, encode,
-};
+use wstac_core::wire::{Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
 
 use super::board::fault_in_words;
-use super::port::{Got, Port};
-use crate::error::{Error, ErrorKind};
+use super::port::Got;
+use super::settings::SettableBoard;
+use crate::error::Error;
 use crate::source::{Fault, FaultKind, Frame, Source, SourceEvent, StreamInfo};
 
 /// The time without a part after which a picture is asked for again.
@@ -47,8 +46,7 @@ pub fn port_of(name: &OsStr) -> Option<&OsStr> {
 /// A board that is asked for one picture after another.
 #[derive(Debug)]
 pub struct BoardPictures {
-    port: Port,
-    decoder: Decoder,
+    board: SettableBoard,
     info: StreamInfo,
     picture: Assembly,
     /// The picture that was returned last. Parts of the next one may have arrived before it was.
@@ -57,7 +55,6 @@ pub struct BoardPictures {
     events: VecDeque<Event>,
     /// Whether a picture is asked for next.
     wants_picture: bool,
-    sequence: u16,
     /// The time of the last part, or of the last request.
     heard: Instant,
 }
@@ -75,79 +72,46 @@ impl BoardPictures {
     /// # Errors
     /// The port cannot be opened or read, no board answers, or it speaks another version of the link.
     pub fn open(port: &OsStr, baud: Option<u32>) -> Result<Self, Error> {
-        let mut port = Port::open(port, baud)?;
-        let mut decoder = Decoder::new();
-        let began = Instant::now();
-        let mut asked = None::<Instant>;
-        let mut sequence = 0_u16;
-        // One byte at a time, so that nothing behind the description is lost.
-        let mut byte = [0];
-        let info = loop {
-            if asked.is_none_or(|asked| asked.elapsed() > SILENT) {
-                asked = Some(Instant::now());
-                port.send(encode(&Request::Hello, sequence, &mut [0; LONGEST]));
-                sequence = sequence.wrapping_add(1);
-            }
-            let got = port.read(&mut byte)?;
-            if got == Got::Ended || began.elapsed() > HELLO {
-                return Err(Error::new(
-                    ErrorKind::Data,
-                    port.name(),
-                    "has no description of a board, expected a board",
-                ));
-            }
-            let Got::Bytes(1) = got else { continue };
-            match decoder.push::<Message>(byte[0]) {
-                Some(Ok(received)) => {
-                    if let Message::Hello(hello) = received.message {
-                        break info_of(&hello);
-                    }
-                }
-                Some(Err(error)) => check_version(error)?,
-                None => {}
-            }
-        };
+        let (mut board, heard) = (SettableBoard::open(port, baud)?, Instant::now());
+        let info = board.ask_within(HELLO, &[Request::Hello], info_in)?;
+        let info = info.ok_or_else(|| board.failed("has no description of a board, expected a board"))?;
         let bytes = info.frame_bytes();
         if bytes > LARGEST {
             let message = format_args!("has pictures of {bytes} bytes, expected at most {LARGEST}");
-            return Err(Error::new(ErrorKind::Unsupported, port.name(), message));
+            return Err(board.lacks(message));
         }
         Ok(Self {
-            port,
-            decoder,
+            board,
             info,
             picture: Assembly::new(bytes),
             returned: Vec::new(),
             events: VecDeque::new(),
             wants_picture: true,
-            sequence,
-            heard: began,
+            heard,
         })
     }
 
     fn take(&mut self, bytes: &[u8]) -> Result<(), Error> {
+        let Self { board, picture, events, wants_picture, heard, .. } = self;
         for &byte in bytes {
-            match self.decoder.push::<Message>(byte) {
-                Some(Ok(received)) => match received.message {
-                    Message::PicturePart(part) => {
-                        self.picture.part(&part);
-                        self.heard = Instant::now();
+            board.push(byte, |message| {
+                match *message {
+                    Message::PicturePart(ref part) => {
+                        picture.part(part);
+                        *heard = Instant::now();
                     }
                     Message::PictureEnd(end) => {
-                        self.wants_picture = true;
-                        self.events.push_back(match self.picture.end(end) {
+                        *wants_picture = true;
+                        events.push_back(match picture.end(end) {
                             Some(picture) => Event::Picture(picture),
                             None => fault_of_board("a part of a picture was lost on the line; it is asked for again"),
                         });
                     }
-                    Message::Fault(fault) => {
-                        self.events.push_back(fault_of_board(fault_in_words(&fault)));
-                    }
+                    Message::Fault(ref fault) => events.push_back(fault_of_board(fault_in_words(fault))),
                     _ => {}
-                },
-                Some(Err(error)) => check_version(error)?,
-                None => {}
-            }
+                }
+                None::<()>
+            })?;
         }
         Ok(())
     }
@@ -164,19 +128,18 @@ impl Source for BoardPictures {
             if self.wants_picture || self.heard.elapsed() > SILENT {
                 self.wants_picture = false;
                 self.heard = Instant::now();
-                self.port.send(encode(&Request::Picture, self.sequence, &mut [0; LONGEST]));
-                self.sequence = self.sequence.wrapping_add(1);
+                self.board.send(&Request::Picture);
             }
-            match self.port.read(&mut room)? {
+            match self.board.port.read(&mut room)? {
                 Got::Bytes(count) => self.take(room.get(..count).unwrap_or_default())?,
                 Got::Ended => return Ok(SourceEvent::End),
                 Got::Gone => {
-                    let message = format!("{} is gone; waiting for it", self.port.name());
+                    let message = format!("{} is gone; waiting for it", self.board.port.name());
                     return Ok(SourceEvent::Fault(Fault::new(FaultKind::Disconnected, message)));
                 }
                 Got::Back => {
                     self.wants_picture = true;
-                    let message = format!("{} is back", self.port.name());
+                    let message = format!("{} is back", self.board.port.name());
                     return Ok(SourceEvent::Fault(Fault::new(FaultKind::Reconnected, message)));
                 }
                 Got::Nothing => {}
@@ -198,22 +161,11 @@ fn fault_of_board(message: impl Into<String>) -> Event {
     Event::Fault(Fault::new(FaultKind::from("board"), message))
 }
 
-pub(super) fn info_of(hello: &Hello<'_>) -> StreamInfo {
-    let Hello { firmware, version, size, format, rate, .. } = hello;
+pub(super) fn info_in(message: &Message<'_>) -> Option<StreamInfo> {
+    let Message::Hello(Hello { firmware, version, size, format, rate, .. }) = message else { return None };
     let (width, height) = (size.width(), size.height());
     let about = format!("pictures of {firmware} {version}, {width}x{height} {format:?}");
-    StreamInfo::new(about, *size, *format, *rate)
-}
-
-/// Refuses a board of another version; other messages that cannot be read are left out.
-fn check_version(error: DecodeError) -> Result<(), Error> {
-    match error {
-        DecodeError::Version(version) => {
-            let message = format!("speaks version {version} of the link, expected {VERSION}");
-            Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message))
-        }
-        _ => Ok(()),
-    }
+    Some(StreamInfo::new(about, *size, *format, *rate))
 }
 
 /// The parts of a picture that have arrived.

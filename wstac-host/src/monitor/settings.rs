@@ -2,6 +2,7 @@
 
 use std::cell::Cell;
 use std::ffi::OsStr;
+use std::fmt::Display;
 use std::time::{Duration, Instant};
 
 use wstac_core::error::ConfigError;
@@ -35,7 +36,7 @@ pub struct SettableBoard {
     foreign: Foreign,
     /// Whether a message has arrived.
     heard: bool,
-    pub(super) sequence: u16,
+    sequence: u16,
 }
 
 impl SettableBoard {
@@ -64,10 +65,7 @@ impl SettableBoard {
     /// # Errors
     /// As those of [`SettableBoard::in_use`].
     pub fn info(&mut self) -> Result<StreamInfo, Error> {
-        self.ask(&[Request::Hello], |message| match message {
-            Message::Hello(hello) => Some(super::pictures::info_of(hello)),
-            _ => None,
-        })
+        self.ask(&[Request::Hello], super::pictures::info_in)
     }
 
     /// Sets settings, waits until the board has started again with them, and reads them back.
@@ -104,8 +102,7 @@ impl SettableBoard {
         })?;
         let found = found.and_then(|found| found.ok_or("has no boot loader that takes programs over USB"));
         found.map_err(|what| {
-            let message = format!("{what}; help: flash it as wstac-fw/README.md says for this board");
-            Error::new(ErrorKind::Unsupported, self.name(), message)
+            self.lacks(format_args!("{what}; help: flash it as wstac-fw/README.md says for this board"))
         })
     }
 
@@ -114,32 +111,17 @@ impl SettableBoard {
             Message::Set(answer) => Some(*answer),
             _ => None,
         })?;
-        let name = self.port.name().to_owned();
-        answer
-            .map_err(|refusal| Error::new(ErrorKind::Data, &name, format_args!("refuses the settings: {refusal}")))?;
-        // Until it has started again, the board uses those of before.
-        let began = Instant::now();
-        while !is_done(&self.in_use()?) {
-            if began.elapsed() > LONGEST_WAIT {
-                return Err(Error::new(ErrorKind::Data, &name, "does not use the settings that it took"));
-            }
-            std::thread::sleep(RESTART);
-        }
-        Ok(())
-    }
-
-    /// Returns the name of the port.
-    pub(super) fn name(&self) -> String {
-        self.port.name().to_owned()
-    }
-
-    /// Reads a byte, if one comes in time.
-    pub(super) fn read(&mut self, byte: &mut [u8; 1]) -> Result<Got, Error> {
-        self.port.read(byte)
+        answer.map_err(|refusal| self.failed(format_args!("refuses the settings: {refusal}")))?;
+        let late = "does not use the settings that it took";
+        self.wait_for((LONGEST_WAIT, RESTART), late, |board| Ok(is_done(&board.in_use()?)))
     }
 
     /// Takes a byte, and returns what `pick` takes of the message that it ends.
-    pub(super) fn push<T>(&mut self, byte: u8, pick: impl Fn(&Message<'_>) -> Option<T>) -> Result<Option<T>, Error> {
+    pub(super) fn push<T>(
+        &mut self,
+        byte: u8,
+        pick: impl FnOnce(&Message<'_>) -> Option<T>,
+    ) -> Result<Option<T>, Error> {
         self.foreign.take(byte);
         match self.decoder.push::<Message>(byte) {
             Some(Ok(received)) => {
@@ -160,6 +142,19 @@ impl SettableBoard {
         requests: &[Request],
         pick: impl Fn(&Message<'_>) -> Option<T>,
     ) -> Result<T, Error> {
+        self.ask_within(LONGEST_WAIT, requests, pick)?.ok_or_else(|| {
+            let message = "does not answer, expected a board whose settings can be set".to_owned();
+            self.failed(if self.heard { message } else { self.foreign.in_words() })
+        })
+    }
+
+    /// Repeats requests until a message is picked; `None` if none is within this time, or if no board sends.
+    pub(super) fn ask_within<T>(
+        &mut self,
+        longest: Duration,
+        requests: &[Request],
+        pick: impl Fn(&Message<'_>) -> Option<T>,
+    ) -> Result<Option<T>, Error> {
         let began = Instant::now();
         let mut asked = None::<Instant>;
         let mut byte = [0];
@@ -167,22 +162,51 @@ impl SettableBoard {
             if asked.is_none_or(|asked| asked.elapsed() > AGAIN) {
                 asked = Some(Instant::now());
                 for request in requests {
-                    self.port.send(encode(request, self.sequence, &mut [0; LONGEST]));
-                    self.sequence = self.sequence.wrapping_add(1);
+                    self.send(request);
                 }
             }
             let got = self.port.read(&mut byte)?;
             let is_foreign = !self.heard && self.foreign.is_sure();
-            if got == Got::Ended || is_foreign || began.elapsed() > LONGEST_WAIT {
-                let message = "does not answer, expected a board whose settings can be set".to_owned();
-                let message = if self.heard { message } else { self.foreign.in_words() };
-                return Err(Error::new(ErrorKind::Data, self.port.name(), message));
+            if got == Got::Ended || is_foreign || began.elapsed() > longest {
+                return Ok(None);
             }
             let Got::Bytes(1) = got else { continue };
             if let Some(picked) = self.push(byte[0], &pick)? {
-                return Ok(picked);
+                return Ok(Some(picked));
             }
         }
+    }
+
+    pub(super) fn send(&mut self, request: &Request) {
+        self.port.send(encode(request, self.sequence, &mut [0; LONGEST]));
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+
+    /// Returns the error about a board that does not do what it should.
+    pub(super) fn failed(&self, message: impl Display) -> Error {
+        Error::new(ErrorKind::Data, self.port.name(), message)
+    }
+
+    /// Returns the error about a firmware that lacks something.
+    pub(super) fn lacks(&self, message: impl Display) -> Error {
+        Error::new(ErrorKind::Unsupported, self.port.name(), message)
+    }
+
+    /// Waits until a state is reached that the board reports.
+    pub(super) fn wait_for(
+        &mut self,
+        (longest, pause): (Duration, Duration),
+        late: &str,
+        mut is_done: impl FnMut(&mut Self) -> Result<bool, Error>,
+    ) -> Result<(), Error> {
+        let began = Instant::now();
+        while !is_done(self)? {
+            if began.elapsed() > longest {
+                return Err(self.failed(late));
+            }
+            std::thread::sleep(pause);
+        }
+        Ok(())
     }
 }
 

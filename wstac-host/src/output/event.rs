@@ -13,7 +13,7 @@ use wstac_core::touch::motion::{self, Contact, MotionConfig};
 use wstac_core::touch::path_sample::{self, PathSample};
 use wstac_core::touch::wave::{Basis, Extent, Measured};
 
-use super::{RecordTimes, SampleFrames};
+use super::{OutputOptions, RecordTimes, SampleFrames};
 use crate::frame_clock::{FrameClock, Stamp};
 use crate::texture::{NoTexture, Texture, Textures};
 
@@ -100,25 +100,25 @@ pub struct Paths {
 
 impl TactileEvent {
     /// Creates an event of the core, or of a touch under way, from the answer of the law.
-    pub(crate) fn new(event: &Event<'_>, answer: Answer, answering: &Answering<'_>) -> Self {
+    pub(crate) fn new(event: &Event<'_>, answer: Answer, answering: &Answering) -> Self {
         let flat = event.sample.flat();
-        let sample = flat.as_chunks().0.as_array().filter(|_| answering.with_sample);
-        let texture = answering.textures.of_event(event, &answer, answering.motion, answering.scale);
+        let sample = flat.as_chunks().0.as_array().filter(|_| answering.options.samples);
+        let texture = answering.textures.of_event(event, &answer, answering.motion, &answering.scale);
         let texture_doubt = answering.textures.doubt(&texture, &answer);
         let begin = event.touch_frame.unwrap_or(event.frame);
-        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(begin, Some(answering.clock));
+        let RecordTimes { time_ns, stamp, .. } = RecordTimes::new(begin, Some(&answering.clock));
         let completed_ns = answering.clock.nanoseconds(event.last_frame());
         Self {
             frame: event.frame,
             time_ns,
             completed_ns,
             stamp,
-            time: event.touch_frame.map(|touch| TouchTime::new(touch, event.last_frame(), answering.clock)),
+            time: event.touch_frame.map(|touch| TouchTime::new(touch, event.last_frame(), &answering.clock)),
             contact: answer.contact,
             touch_frame: event.touch_frame,
             end_frame: event.end_frame,
             lit_frames: answer.duration,
-            lit_span: speed::duration(event, answering.durations),
+            lit_span: speed::duration(event, &answering.durations),
             speed: answer.speed,
             speed_at_most: bound(answer.speed, |mm_s| answering.durations.marked(mm_s)),
             direction: answer.direction,
@@ -133,7 +133,7 @@ impl TactileEvent {
             doubt: answer.doubt,
             sample_reliable: event.reliable,
             sample: sample.copied().map(Box::new),
-            paths: answering.with_paths.then(|| Box::new(Paths::of_event(event, &answer, answering))),
+            paths: answering.options.paths.then(|| Box::new(Paths::of_event(event, &answer, answering))),
         }
     }
 
@@ -237,7 +237,7 @@ fn doubt_of_board(answers: &wstac_core::wire::Answers<'_>) -> Option<Reason> {
 impl Paths {
     /// Returns the samples of an event of this answer, with all numbers that models read. If the law gives no velocity,
     /// it is that by coherence.
-    fn of_event(event: &Event<'_>, answer: &Answer, answering: &Answering<'_>) -> Self {
+    fn of_event(event: &Event<'_>, answer: &Answer, answering: &Answering) -> Self {
         let config = answering.motion;
         let by_law = || answer.velocity().or_else(|| motion::by_coherence(event, config).velocity);
         let velocity = if answer.has_texture() { by_law() } else { None };
@@ -245,7 +245,7 @@ impl Paths {
         Self {
             sums: velocity.and_then(|velocity| PathSample::of_sums(event, &velocity, config, whole)),
             taxels: velocity.and_then(|velocity| PathSample::of_touch(event, &velocity, config, whole)),
-            light: event.taxels().map(|ring| ring.numbers(answering.scale)),
+            light: event.taxels().map(|ring| ring.numbers(&answering.scale)),
         }
     }
 }
@@ -267,16 +267,16 @@ impl TouchTime {
     }
 }
 
-/// All that answers an event: the law, the textures and the clock.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Answering<'p> {
-    pub(crate) durations: &'p SpeedConfig,
-    pub(crate) textures: &'p Textures,
+/// All that answers an event besides its law: the textures, the clock and what was asked for.
+#[derive(Debug)]
+pub(crate) struct Answering {
+    pub(crate) durations: SpeedConfig,
+    pub(crate) textures: Textures,
     pub(crate) motion: MotionConfig,
-    pub(crate) scale: &'p FeatureScale,
-    pub(crate) clock: &'p FrameClock,
-    pub(crate) with_sample: bool,
-    pub(crate) with_paths: bool,
+    /// The scale of taxels in a sample.
+    pub(crate) scale: FeatureScale,
+    pub(crate) clock: FrameClock,
+    pub(crate) options: OutputOptions,
 }
 
 /// Returns the bound of a speed that is not known because its event is cut off; `mark` marks it as extrapolated or not.

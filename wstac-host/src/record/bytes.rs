@@ -1,7 +1,7 @@
 //! The bytes of a file at any place of it, in little memory.
 
 use std::fs::File;
-use std::io;
+use std::io::{self, ErrorKind as IoErrorKind};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 
@@ -17,6 +17,7 @@ const WINDOW: usize = 1 << 16;
 /// A file that is read.
 #[derive(Debug)]
 pub(super) struct FileBytes {
+    subject: String,
     file: File,
     length: u64,
     /// Some bytes of the file, and their place.
@@ -32,15 +33,27 @@ impl FileBytes {
     /// # Errors
     /// The file cannot be read, or is no regular file.
     pub(super) fn open(path: &Path) -> Result<Self, Error> {
-        let failed = |error: io::Error| Error::io(path.display(), error);
+        let subject = path.display().to_string();
+        let failed = |error| Error::io(&subject, error);
         // Without this flag, a pipe would be opened only when somebody writes it.
         let file = crate::files::open(path).map_err(failed)?;
         let metadata = file.metadata().map_err(failed)?;
         if !metadata.is_file() {
             let message = "is a folder, a device or a pipe, expected an MCAP file";
-            return Err(Error::new(ErrorKind::Format, path.display(), message));
+            return Err(Error::new(ErrorKind::Format, &subject, message));
         }
-        Ok(Self { file, length: metadata.len(), window: Vec::new(), start: 0, unpacked: None })
+        let length = metadata.len();
+        Ok(Self { subject, file, length, window: Vec::new(), start: 0, unpacked: None })
+    }
+
+    /// Returns the error of a read that failed.
+    pub(super) fn failed(&self, error: impl Into<io::Error>) -> Error {
+        Error::io(&self.subject, error.into())
+    }
+
+    /// Returns the error about a file that no reader takes.
+    pub(super) fn refused(&self, message: String) -> Error {
+        Error::new(ErrorKind::Format, &self.subject, message)
     }
 
     /// Returns the size of the file when it was opened, or of the chunk that is read in its place.
@@ -57,7 +70,7 @@ impl FileBytes {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn peek(&mut self, at: u64, count: usize) -> io::Result<&[u8]> {
+    pub(super) fn peek(&mut self, at: u64, count: usize) -> Result<&[u8], Error> {
         let count = (count.min(WINDOW) as u64).min(self.length().saturating_sub(at)) as usize;
         if let Some(chunk) = &self.unpacked {
             return Ok(part(chunk, at, count as u64).unwrap_or_default());
@@ -65,7 +78,8 @@ impl FileBytes {
         let there = at.checked_sub(self.start).map_or(0, |from| (self.window.len() as u64).saturating_sub(from));
         if there < count as u64 {
             self.window.resize(WINDOW, 0);
-            let read = read_at_most(&self.file, &mut self.window, at)?;
+            let read = read_at_most(&self.file, &mut self.window, at);
+            let read = read.map_err(|error| Error::io(&self.subject, error))?;
             self.window.truncate(read);
             self.start = at;
         }
@@ -91,35 +105,37 @@ impl FileBytes {
     ///
     /// # Errors
     /// The file cannot be read or is too short, or there is not so much memory.
-    pub(super) fn read(&self, at: u64, count: usize, into: &mut Vec<u8>) -> io::Result<()> {
+    pub(super) fn read(&self, at: u64, count: usize, into: &mut Vec<u8>) -> Result<(), Error> {
         into.clear();
-        into.try_reserve_exact(count).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
+        into.try_reserve_exact(count).map_err(|_| self.failed(IoErrorKind::OutOfMemory))?;
         if let Some(chunk) = &self.unpacked {
-            into.extend_from_slice(part(chunk, at, count as u64).ok_or(io::ErrorKind::UnexpectedEof)?);
+            let bytes = part(chunk, at, count as u64);
+            into.extend_from_slice(bytes.ok_or_else(|| self.failed(IoErrorKind::UnexpectedEof))?);
             return Ok(());
         }
         into.resize(count, 0);
-        self.file.read_exact_at(into, at)
+        self.file.read_exact_at(into, at).map_err(|error| self.failed(error))
     }
 
     /// Returns the checksum of the bytes from one place to another.
     ///
     /// # Errors
     /// The file cannot be read or is too short.
-    pub(super) fn hash(&self, from: u64, to: u64) -> io::Result<Hasher> {
+    pub(super) fn hash(&self, from: u64, to: u64) -> Result<Hasher, Error> {
         let mut hasher = Hasher::new();
         if let Some(chunk) = &self.unpacked {
-            let bytes = part(chunk, from, to.saturating_sub(from)).ok_or(io::ErrorKind::UnexpectedEof)?;
-            hasher.update(bytes);
+            let bytes = part(chunk, from, to.saturating_sub(from));
+            hasher.update(bytes.ok_or_else(|| self.failed(IoErrorKind::UnexpectedEof))?);
             return Ok(hasher);
         }
         let mut buffer = [0; 1 << 14];
         let mut at = from;
         while at < to {
             let wanted = (to - at).min(buffer.len() as u64) as usize;
-            let read = read_at_most(&self.file, buffer.get_mut(..wanted).unwrap_or_default(), at)?;
+            let read = read_at_most(&self.file, buffer.get_mut(..wanted).unwrap_or_default(), at);
+            let read = read.map_err(|error| self.failed(error))?;
             if read == 0 {
-                return Err(io::ErrorKind::UnexpectedEof.into());
+                return Err(self.failed(IoErrorKind::UnexpectedEof));
             }
             let bytes = buffer.get(..read).unwrap_or_default();
             hasher.update(bytes);

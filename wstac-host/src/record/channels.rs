@@ -35,7 +35,8 @@ pub(super) struct Channels {
     prefix: Option<(u8, String)>,
     /// Another start for which as much speaks.
     second: Option<String>,
-    is_renumbered: bool,
+    /// Whether a channel has another number than this program gave it.
+    pub(super) is_renumbered: bool,
 }
 
 impl Channels {
@@ -71,7 +72,7 @@ impl Channels {
         };
         self.is_renumbered |= number < 256 && topic.number(sensor) != number;
         // Only this program has the schema of records. Pictures of other programs may have topics like these.
-        let rank = 2 * u8::from(schema == Schema::Record.name()) + u8::from(prefix.is_empty());
+        let rank = 2 * u8::from(schema == Schema::Record.facts().name) + u8::from(prefix.is_empty());
         match &self.prefix {
             Some((best, known)) if rank == *best && prefix != known => {
                 self.second.get_or_insert_with(|| prefix.to_owned());
@@ -102,11 +103,6 @@ impl Channels {
     pub(super) fn of(&self, number: u16) -> Option<(u8, Topic)> {
         let KnownChannel { prefix, sensor, topic } = self.found.get(&number)?;
         (Some(prefix.as_str()) == self.prefix()).then_some((*sensor, *topic))
-    }
-
-    /// Returns whether a channel has another number than this program gave it.
-    pub(super) fn is_renumbered(&self) -> bool {
-        self.is_renumbered
     }
 
     /// Returns whether there is a topic of frames.

@@ -54,25 +54,19 @@ impl Compression {
     /// Returns what was compressed, at most this many bytes of it, and whether that is all.
     ///
     /// Damaged bytes give what stands before the damage.
-    #[cfg(feature = "compression")]
     pub(super) fn unpack(self, packed: &[u8], most: usize) -> io::Result<(Vec<u8>, bool)> {
         match self {
-            Self::None => Ok((packed.to_vec(), true)),
+            Self::None => Ok((packed.to_vec(), packed.len() <= most)),
+            #[cfg(feature = "compression")]
             Self::Zstd => {
                 let mut decoder = zstd::stream::read::Decoder::with_buffer(packed)?;
                 // Frames that want a larger window than all that is read are damaged.
                 decoder.window_log_max(27)?;
                 read_up_to(decoder, most)
             }
+            #[cfg(feature = "compression")]
             Self::Lz4 => read_up_to(lz4::Decoder::new(packed)?, most),
-        }
-    }
-
-    /// Says what this build lacks.
-    #[cfg(not(feature = "compression"))]
-    pub(super) fn unpack(self, packed: &[u8], _: usize) -> io::Result<(Vec<u8>, bool)> {
-        match self {
-            Self::None => Ok((packed.to_vec(), true)),
+            #[cfg(not(feature = "compression"))]
             _ => Err(io::Error::new(io::ErrorKind::Unsupported, self.missing())),
         }
     }

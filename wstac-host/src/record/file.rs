@@ -16,13 +16,14 @@ use std::rc::Rc;
 
 use mcap::records::{Channel, MessageHeader};
 use mcap::write::Metadata;
-use mcap::{McapError, Schema, WriteOptions, Writer};
+use mcap::{McapError, WriteOptions, Writer};
 
 use super::about::{self, MOST_SENSORS};
 use super::compression::Compression;
+use super::foxglove::{Schema, SchemaFacts};
 use super::reserved::Reserved;
+use super::sums;
 use super::sums::{MomentSum, Tally};
-use super::{foxglove, sums};
 use crate::error::{Error, ErrorKind};
 
 /// Bytes after which a chunk ends.
@@ -106,15 +107,14 @@ impl Sensors {
     /// Returns the sensor and the topic whose channel has this number.
     pub(super) fn topic(&self, channel: u16) -> Option<(u8, Topic)> {
         let place = channel.checked_sub(1).filter(|_| self.channels().contains(&channel))?;
-        let topic = Topic::ALL.get(usize::from(place % CHANNELS))?;
+        let (topic, ..) = Topic::ALL.get(usize::from(place % CHANNELS))?;
         Some(((place / CHANNELS) as u8, *topic))
     }
 
     /// Returns the topic that a name and its schema end like, with its sensor and the start of the name before both.
     pub(super) fn find<'n>(&self, name: &'n str, schema: &str) -> Option<(&'n str, u8, Topic)> {
-        Topic::ALL.into_iter().find_map(|topic| {
-            let (own, of_own) = topic.name_and_schema();
-            let start = name.strip_suffix(own).filter(|_| of_own.name() == schema)?;
+        Topic::ALL.into_iter().find_map(|(topic, own, of_own)| {
+            let start = name.strip_suffix(own).filter(|_| of_own.facts().name == schema)?;
             if self.0.is_empty() || topic == Topic::Sums {
                 return Some((start, 0, topic));
             }
@@ -136,18 +136,19 @@ impl Sensors {
 }
 
 impl Topic {
-    const ALL: [Self; 11] = [
-        Self::Raw,
-        Self::Jpeg,
-        Self::Taxels,
-        Self::Features,
-        Self::Events,
-        Self::EventsJson,
-        Self::Faults,
-        Self::FaultsJson,
-        Self::Sums,
-        Self::TaxelSums,
-        Self::Clock,
+    /// All topics, with their names and schemas.
+    const ALL: [(Self, &str, Schema); 11] = [
+        (Self::Raw, super::CAMERA, Schema::RawImage),
+        (Self::Jpeg, super::CAMERA, Schema::CompressedImage),
+        (Self::Taxels, "/taxels", Schema::RawImage),
+        (Self::Features, "/features", Schema::Float64MultiArray),
+        (Self::Events, "/events", Schema::Log),
+        (Self::EventsJson, super::EVENTS, Schema::Record),
+        (Self::Faults, "/faults", Schema::Log),
+        (Self::FaultsJson, super::FAULTS, Schema::Record),
+        (Self::Sums, sums::SUMS, Schema::Record),
+        (Self::TaxelSums, super::TAXEL_SUMS, Schema::UInt32MultiArray),
+        (Self::Clock, super::CLOCK, Schema::Record),
     ];
 
     /// Returns the number of a sensor's channel in every recording that has checksums. Those are of no sensor.
@@ -161,21 +162,9 @@ impl Topic {
         matches!(self, Self::Raw | Self::Jpeg | Self::TaxelSums)
     }
 
-    pub(super) fn name_and_schema(self) -> (&'static str, foxglove::Schema) {
-        use foxglove::Schema;
-        match self {
-            Self::Raw => (super::CAMERA, Schema::RawImage),
-            Self::Jpeg => (super::CAMERA, Schema::CompressedImage),
-            Self::Taxels => ("/taxels", Schema::RawImage),
-            Self::Features => ("/features", Schema::Float64MultiArray),
-            Self::Events => ("/events", Schema::Log),
-            Self::EventsJson => (super::EVENTS, Schema::Record),
-            Self::Faults => ("/faults", Schema::Log),
-            Self::FaultsJson => (super::FAULTS, Schema::Record),
-            Self::Sums => (sums::SUMS, Schema::Record),
-            Self::TaxelSums => (super::TAXEL_SUMS, Schema::UInt32MultiArray),
-            Self::Clock => (super::CLOCK, Schema::Record),
-        }
+    pub(super) fn name_and_schema(self) -> (&'static str, Schema) {
+        let own = Self::ALL.into_iter().find(|(topic, ..)| *topic == self);
+        own.map_or(("", Schema::Record), |(_, name, schema)| (name, schema))
     }
 }
 
@@ -256,7 +245,7 @@ pub(super) struct RecordingFile {
     /// The checksum of the moment that is being written, and its last time.
     moment: MomentSum,
     moment_time: Option<u64>,
-    tally: Tally,
+    pub(super) tally: Tally,
 }
 
 impl RecordingFile {
@@ -299,10 +288,6 @@ impl RecordingFile {
         Ok(file)
     }
 
-    pub(super) fn tally(&self) -> &Tally {
-        &self.tally
-    }
-
     /// Returns whether there is room for these messages, and to finish the file after them.
     ///
     /// # Errors
@@ -328,7 +313,7 @@ impl RecordingFile {
         topics.sort_unstable();
         topics.dedup();
         let new = topics.into_iter().filter(|(sensor, topic)| !self.channels.contains(&topic.number(*sensor)));
-        let new: u64 = new.map(|(_, topic)| topic.name_and_schema().1.data().len() as u64 + CHUNK_SHARE).sum();
+        let new: u64 = new.map(|(_, topic)| topic.name_and_schema().1.facts().data.len() as u64 + CHUNK_SHARE).sum();
         let sensors = self.sensors.count() as u64;
         let end = sensors * (END_BYTES + CHUNK_SHARE * (self.chunks + 1)) + MESSAGE_SHARE * self.chunk.1;
         let mut file = self.shared.0.borrow_mut();
@@ -420,8 +405,8 @@ impl RecordingFile {
                 self.add_own(0, Topic::Sums)?;
             }
             let (name, (_, schema)) = (self.sensors.name(sensor, topic), topic.name_and_schema());
-            let (schema_encoding, encoding) = schema.encodings();
-            let id = self.writer.add_schema_with_id(schema.number(), schema.name(), schema_encoding, schema.data())?;
+            let SchemaFacts { name: of_schema, encodings: [schema_encoding, encoding], data } = schema.facts();
+            let id = self.writer.add_schema_with_id(schema.number(), of_schema, schema_encoding, data)?;
             self.writer.add_channel_with_id(number, id, &name, encoding, &BTreeMap::new())?;
             self.channels.insert(number);
         }
@@ -432,7 +417,11 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn add_foreign(&mut self, channel: &Channel, schema: Option<&Schema<'_>>) -> Result<u16, McapError> {
+    pub(super) fn add_foreign(
+        &mut self,
+        channel: &Channel,
+        schema: Option<&mcap::Schema<'_>>,
+    ) -> Result<u16, McapError> {
         if self.is_own {
             self.add_own(0, Topic::Sums)?;
         }
@@ -440,7 +429,7 @@ impl RecordingFile {
         self.next_foreign = number.checked_add(1).ok_or(McapError::TooManyChannels)?;
         let schema = match schema {
             // Each channel has its schema under its own number.
-            Some(Schema { name, encoding, data, .. }) => {
+            Some(mcap::Schema { name, encoding, data, .. }) => {
                 self.writer.add_schema_with_id(number, name, encoding, data)?
             }
             None => 0,
@@ -479,7 +468,7 @@ impl RecordingFile {
         self.shared.flush()?;
         let Some(shared) = Rc::into_inner(self.shared.0) else { return Ok(0) };
         let file = shared.into_inner().into_inner().map_err(io::IntoInnerError::into_error)?;
-        let bytes = file.bytes();
+        let bytes = file.end;
         file.close()?;
         Ok(bytes)
     }

@@ -1,6 +1,6 @@
 //! Messages that viewers know: Foxglove's schemas in protocol buffers, and one of ROS 2.
 //!
-//! An MCAP file carries a schema of protocol buffers as a `FileDescriptorSet`, which [`Schema::data`] returns.
+//! An MCAP file carries a schema of protocol buffers as a `FileDescriptorSet`, which [`SchemaFacts::data`] has.
 //! `messages.rs` and the descriptors beside it are written by `ci/generated protobuf --write`.
 
 #[allow(dead_code, unreachable_pub, clippy::pedantic, reason = "generated")]
@@ -34,42 +34,35 @@ macro_rules! multi_array {
     };
 }
 
-impl Schema {
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::RawImage => "foxglove.RawImage",
-            Self::CompressedImage => "foxglove.CompressedImage",
-            Self::Log => "foxglove.Log",
-            Self::Float64MultiArray => "std_msgs/msg/Float64MultiArray",
-            Self::Record => "wstac.Record",
-            Self::UInt32MultiArray => "std_msgs/msg/UInt32MultiArray",
-        }
-    }
+/// A schema's part of an MCAP file.
+pub(crate) struct SchemaFacts {
+    pub(crate) name: &'static str,
+    /// The encodings of the schema and of its messages.
+    pub(crate) encodings: [&'static str; 2],
+    /// Its text or descriptor.
+    pub(crate) data: &'static [u8],
+}
 
+impl Schema {
     /// Returns its number in every recording.
     pub(crate) fn number(self) -> u16 {
         self as u16 + 1
     }
 
-    /// Returns the encoding of the schema and that of its messages.
-    pub(crate) fn encodings(self) -> (&'static str, &'static str) {
-        match self {
-            Self::RawImage | Self::CompressedImage | Self::Log => ("protobuf", "protobuf"),
-            Self::Float64MultiArray | Self::UInt32MultiArray => ("ros2msg", "cdr"),
-            Self::Record => ("jsonschema", "json"),
-        }
-    }
-
-    /// Returns its text or descriptor.
-    pub(crate) fn data(self) -> &'static [u8] {
-        match self {
-            Self::RawImage => include_bytes!("foxglove/RawImage.binpb"),
-            Self::CompressedImage => include_bytes!("foxglove/CompressedImage.binpb"),
-            Self::Log => include_bytes!("foxglove/Log.binpb"),
-            Self::Float64MultiArray => multi_array!("float64").as_bytes(),
-            Self::UInt32MultiArray => multi_array!("uint32").as_bytes(),
-            Self::Record => schema::record(),
-        }
+    pub(crate) fn facts(self) -> SchemaFacts {
+        const PROTOBUF: [&str; 2] = ["protobuf"; 2];
+        const ROS: [&str; 2] = ["ros2msg", "cdr"];
+        let (name, encodings, data): (_, _, &[u8]) = match self {
+            Self::RawImage => ("foxglove.RawImage", PROTOBUF, include_bytes!("foxglove/RawImage.binpb")),
+            Self::CompressedImage => {
+                ("foxglove.CompressedImage", PROTOBUF, include_bytes!("foxglove/CompressedImage.binpb"))
+            }
+            Self::Log => ("foxglove.Log", PROTOBUF, include_bytes!("foxglove/Log.binpb")),
+            Self::Float64MultiArray => ("std_msgs/msg/Float64MultiArray", ROS, multi_array!("float64").as_bytes()),
+            Self::Record => ("wstac.Record", ["jsonschema", "json"], schema::record()),
+            Self::UInt32MultiArray => ("std_msgs/msg/UInt32MultiArray", ROS, multi_array!("uint32").as_bytes()),
+        };
+        SchemaFacts { name, encodings, data }
     }
 }
 
@@ -241,7 +234,7 @@ mod tests {
         assert_eq!(jpeg_image(0, "camera", &[0xFF; 130]), jpeg.collect::<Vec<u8>>());
         assert_eq!(log(7, Level::Warning, "lost"), b"\x0A\x02\x10\x07\x10\x03\x1A\x04lost\x22\x05wstac");
         let hashes =
-            [Schema::RawImage, Schema::CompressedImage, Schema::Log].map(|schema| crc32fast::hash(schema.data()));
+            [Schema::RawImage, Schema::CompressedImage, Schema::Log].map(|schema| crc32fast::hash(schema.facts().data));
         assert_eq!(hashes, [0x3F14_7E59, 0x8EE8_A511, 0x9A3B_DD9C]);
     }
 
@@ -264,9 +257,9 @@ mod tests {
 
     #[test]
     fn schemas_of_arrays_are_those_of_ros() {
-        let text = String::from_utf8(Schema::Float64MultiArray.data().to_vec()).unwrap();
+        let text = String::from_utf8(Schema::Float64MultiArray.facts().data.to_vec()).unwrap();
         assert_eq!(crc32fast::hash(text.as_bytes()), 0x7C5B_3D1C);
-        assert_eq!(Schema::UInt32MultiArray.data(), text.replacen("float64[]", "uint32[]", 1).as_bytes());
+        assert_eq!(Schema::UInt32MultiArray.facts().data, text.replacen("float64[]", "uint32[]", 1).as_bytes());
     }
 
     #[test]

@@ -64,15 +64,14 @@ impl RecordingReader {
     /// The file cannot be read, is no MCAP file, is damaged, or was not finished. The error says which, and what to do.
     pub(crate) fn open(path: &Path) -> Result<(Self, Outline), Error> {
         let subject = path.display().to_string();
-        let failed = |error| Error::io(&subject, error);
         let mut walk = Walk::open(path, Mode::Outline)?;
         let recover = format!("wstac recover {subject} -o NEW.mcap makes a whole recording of what is in it");
-        if !walk.has_magic() {
-            let hint = if walk.summary().is_some() { format!("; {recover}") } else { String::new() };
-            let message = walk.other_start().map_err(failed)?;
+        if !walk.has_magic {
+            let hint = if walk.summary.is_some() { format!("; {recover}") } else { String::new() };
+            let message = walk.other_start()?;
             return Err(Error::new(ErrorKind::Format, &subject, message + &hint));
         }
-        let outline = outline(&mut walk).map_err(failed)?;
+        let outline = outline(&mut walk)?;
         if let Some(unread) = outline.unread.filter(|unread| unread.damaged) {
             let message = format_args!("is damaged at byte {}: {recover}", unread.at);
             return Err(Error::new(ErrorKind::Format, &subject, message));
@@ -89,7 +88,7 @@ impl RecordingReader {
         if stated.as_ref().is_some_and(|stated| stated.has_other_end) {
             return Err(damaged(&subject, "has the ends of several recordings"));
         }
-        let definitions = walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
+        let definitions = walk.summary.as_ref().map(|summary| summary.definitions.clone()).unwrap_or_default();
         let mut reader = Self {
             subject,
             walk,
@@ -177,11 +176,11 @@ impl RecordingReader {
             }
             let is_given =
                 sensor == self.sensor && (topic.is_frame() || matches!(topic, Topic::FaultsJson | Topic::Clock));
-            let is_unsure = self.stated.is_some() && (self.walk.crc() != Crc::Good || self.moment.is_some());
+            let is_unsure = self.stated.is_some() && (self.walk.crc != Crc::Good || self.moment.is_some());
             let mut body = self.spare.pop().unwrap_or_default();
             body.clear();
             if is_given || is_unsure || matches!(topic, Topic::FaultsJson | Topic::Sums) {
-                self.walk.body(span, &mut body).map_err(|error| Error::io(&self.subject, error))?;
+                self.walk.body(span, &mut body)?;
             }
             if is_unsure {
                 self.sum_up(sensor, topic, &body)?;
@@ -229,11 +228,10 @@ impl RecordingReader {
         self.rewind();
         let mut index = Index::default();
         while let Some(span) = self.next_message()? {
-            index.add(&mut self.walk, span).map_err(|error| Error::io(&self.subject, error))?;
+            index.add(&mut self.walk, span)?;
         }
         let (own, sensors) = (&self.own, self.tally.each.len().max(1));
-        let sorted = index.sort(&mut self.walk, sensors, |channel| own.of(channel));
-        self.sorted = Some(sorted.map_err(|error| Error::io(&self.subject, error))?);
+        self.sorted = Some(index.sort(&mut self.walk, sensors, |channel| own.of(channel))?);
         Ok(())
     }
 
@@ -250,7 +248,7 @@ impl RecordingReader {
     /// Returns the sensor and the topic of a message of this program, and whether it stands where it was recorded.
     fn own_message(&mut self, span: Span) -> Result<Option<(u8, Topic, bool)>, Error> {
         let start = self.walk.start_of(span, MESSAGE_HEADER as usize);
-        let message = MessageBody::parse(start.map_err(|error| Error::io(&self.subject, error))?);
+        let message = MessageBody::parse(start?);
         let own = message.and_then(|message| Some((self.own.of(message.channel)?, message)));
         Ok(own.map(|((sensor, topic), message)| (sensor, topic, self.order.add(sensor, topic, &message))))
     }
@@ -267,24 +265,24 @@ impl RecordingReader {
     /// Returns the next message; `None` at the end of a file that is whole.
     fn next_message(&mut self) -> Result<Option<Span>, Error> {
         if let Some(sorted) = &mut self.sorted {
-            return sorted.next(&mut self.walk).map_err(|error| Error::io(&self.subject, error));
+            return sorted.next(&mut self.walk);
         }
         loop {
-            match self.walk.next().map_err(|error| Error::io(&self.subject, error))? {
-                WalkStep::Record(_) if self.walk.crc() == Crc::Bad => {
+            match self.walk.next()? {
+                WalkStep::Record(_) if self.walk.crc == Crc::Bad => {
                     return Err(self.damaged("has a chunk whose bytes are not those that were written"));
                 }
                 WalkStep::Record(span) => match span.op {
                     op::SCHEMA | op::CHANNEL => {
                         let mut body = Vec::new();
-                        self.walk.body(span, &mut body).map_err(|error| Error::io(&self.subject, error))?;
+                        self.walk.body(span, &mut body)?;
                         if span.op == op::CHANNEL {
                             self.channels.extend(body.first_chunk().map(|id| u16::from_le_bytes(*id)));
                         }
                         self.define(span.op, &body)?;
                     }
                     op::MESSAGE => {
-                        let channel = self.walk.channel_of(span).map_err(|error| Error::io(&self.subject, error))?;
+                        let channel = self.walk.channel_of(span)?;
                         if !self.channels.contains(&channel) {
                             let what = format_args!("has a message of channel {channel}, which nothing describes");
                             return Err(self.damaged(what));
@@ -359,10 +357,10 @@ impl RecordingReader {
 
     /// Checks that all bytes and messages are there that were written.
     fn check_total(&mut self) -> Result<(), Error> {
-        if self.walk.check_total().map_err(|error| Error::io(&self.subject, error))? == Some(false) {
+        if self.walk.check_total()? == Some(false) {
             return Err(self.damaged("has other bytes than those that were written"));
         }
-        let recorded = self.walk.summary().and_then(|summary| summary.messages.as_ref());
+        let recorded = self.walk.summary.as_ref().and_then(|summary| summary.messages.as_ref());
         for (channel, recorded) in recorded.into_iter().flatten() {
             let found = self.messages.get(channel).copied().unwrap_or(0);
             if found != *recorded {

@@ -24,7 +24,6 @@ mod settle;
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io;
 use std::os::fd::AsRawFd;
 use std::path::{Path, PathBuf};
 
@@ -170,12 +169,11 @@ fn has_configurations(description: &[Metadata]) -> bool {
 
 /// Recovers a file. Returns false as well if its messages stand in another order than they were recorded in.
 fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recovered, bool), Error> {
-    let failed = |error| Error::io(old.display(), error);
     let mut survey = Walk::open(old, Mode::Survey)?;
     survey.set_own(&Sensors::default());
-    let all = outline(&mut survey).map_err(failed)?.metadata;
+    let all = outline(&mut survey)?.metadata;
     let stated = Stated::of(&all);
-    let compression = survey.compression().unwrap_or_default();
+    let compression = survey.compression.unwrap_or_default();
     compression.check(&old.display())?;
     let (sound, missing) = sums::sound_metadata(&all);
     let sensors = Sensors::of(&sound);
@@ -185,8 +183,8 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
     let rates = sensors.names().iter().map(|name| Some(about_of(name)?.info.rate)).collect();
     let description: Vec<Metadata> = sound.into_iter().filter(|metadata| is_description(&metadata.name)).collect();
     let mut walk = Walk::open(old, Mode::Salvage)?;
-    if !walk.has_magic() && description.is_empty() && walk.summary().is_none() {
-        let message = walk.other_start().map_err(failed)?;
+    if !walk.has_magic && description.is_empty() && walk.summary.is_none() {
+        let message = walk.other_start()?;
         return Err(Error::new(ErrorKind::Format, old.display(), message));
     }
     let problem = match &about {
@@ -196,8 +194,8 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         Err(error) => Some(error.clone()),
     };
     // All recordings of several sensors have checksums, unless another tool left them out.
-    let is_with = survey.summary().is_none() || has_sum(old)?;
-    let [with_crc, without_crc] = survey.crcs();
+    let is_with = survey.summary.is_none() || has_sum(old)?;
+    let [with_crc, without_crc] = survey.crcs;
     let has_sums = (stated.has_sums || sensors.first().is_some()) && is_with;
     if has_sums || !description.is_empty() {
         walk.set_own(&sensors);
@@ -247,19 +245,15 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         doubt: stated.has_other_end.then(|| "has the ends of several recordings".to_owned()),
         found: Recovered { problem, ..Recovered::default() },
     };
-    let in_words = |failure| match failure {
-        RecoverFailure::Old(error) => failed(error),
-        RecoverFailure::New(error) => not_written(path, error),
-    };
     // The index comes first, because chunks have each channel only once.
-    let definitions = recovery.walk.summary().map(|summary| summary.definitions.clone()).unwrap_or_default();
+    let definitions = recovery.walk.summary.as_ref().map(|summary| summary.definitions.clone()).unwrap_or_default();
     for (op, body) in definitions {
         recovery.define(op, &body, true);
     }
     if order == Order::Sorted {
-        recovery.sort().map_err(in_words)?;
+        recovery.sort()?;
     }
-    if !recovery.go(&stated).map_err(in_words)? && order == Order::Doubted {
+    if !recovery.go(&stated)? && order == Order::Doubted {
         return Ok((recovery.found, false));
     }
     Ok((recovery.finish(new)?, true))
@@ -267,35 +261,16 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
 
 /// Returns whether a file has a message that is a checksum, whatever its channel is.
 fn has_sum(old: &Path) -> Result<bool, Error> {
-    let failed = |error| Error::io(old.display(), error);
     let mut walk = Walk::open(old, Mode::Salvage)?;
     loop {
-        let span = match walk.next().map_err(failed)? {
+        let span = match walk.next()? {
             WalkStep::Record(span) if span.op == op::MESSAGE => span,
             WalkStep::End { .. } => return Ok(false),
             _ => continue,
         };
-        if moments::looks_like_sum(walk.start_of(span, moments::SUM_START).map_err(failed)?) {
+        if moments::looks_like_sum(walk.start_of(span, moments::SUM_START)?) {
             return Ok(true);
         }
-    }
-}
-
-/// A failure of reading or of writing.
-enum RecoverFailure {
-    Old(io::Error),
-    New(McapError),
-}
-
-impl From<io::Error> for RecoverFailure {
-    fn from(error: io::Error) -> Self {
-        Self::Old(error)
-    }
-}
-
-impl From<McapError> for RecoverFailure {
-    fn from(error: McapError) -> Self {
-        Self::New(error)
     }
 }
 
@@ -309,13 +284,18 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 }
 
 impl Recovery<'_> {
+    /// Notes why the number of lost frames is not certain. The first reason stays.
+    fn doubt(&mut self, why: impl Into<String>) {
+        self.doubt.get_or_insert_with(|| why.into());
+    }
+
     /// Takes a record that is no message.
-    fn record(&mut self, span: Span) -> Result<(), RecoverFailure> {
+    fn record(&mut self, span: Span) -> Result<(), Error> {
         match span.op {
             op::SCHEMA | op::CHANNEL => {
                 let mut body = std::mem::take(&mut self.body);
                 self.walk.body(span, &mut body)?;
-                self.define(span.op, &body, self.walk.crc() != Crc::Bad);
+                self.define(span.op, &body, self.walk.crc != Crc::Bad);
                 self.body = body;
                 Ok(())
             }
@@ -325,14 +305,14 @@ impl Recovery<'_> {
     }
 
     /// Goes on in the old file, or in its messages in order.
-    fn step(&mut self) -> io::Result<WalkStep> {
+    fn step(&mut self) -> Result<WalkStep, Error> {
         let Some(sorted) = &mut self.sorted else { return self.walk.next() };
         let next = sorted.next(&mut self.walk)?;
         Ok(next.map_or(WalkStep::End { whole: self.found.whole }, WalkStep::Record))
     }
 
     /// Goes through the old file. Returns false if its messages stand in another order than they are recorded in.
-    fn go(&mut self, stated: &Stated) -> Result<bool, RecoverFailure> {
+    fn go(&mut self, stated: &Stated) -> Result<bool, Error> {
         loop {
             match self.step()? {
                 WalkStep::Record(span) if span.op == op::MESSAGE => self.message(span)?,
@@ -355,7 +335,7 @@ impl Recovery<'_> {
                         return Ok(false);
                     }
                     self.found.whole = whole || self.walk.is_finished()?;
-                    self.found.unread = self.walk.unread();
+                    self.found.unread = self.walk.unread;
                     self.found.left_out += self.walk.others;
                     break;
                 }
@@ -372,7 +352,7 @@ impl Recovery<'_> {
     fn define(&mut self, op: u8, body: &[u8], sound: bool) {
         self.definitions = self.definitions.saturating_add(body.len() as u64);
         if self.definitions > 4 * MOST_DEFINITIONS {
-            self.doubt.get_or_insert(format!("has more than {} MB of schemas and channels", MOST_DEFINITIONS >> 18));
+            self.doubt(format!("has more than {} MB of schemas and channels", MOST_DEFINITIONS >> 18));
             return;
         }
         // The numbers of channels are known without their records.
@@ -399,7 +379,7 @@ impl Recovery<'_> {
                     self.own.add(channel.id, &channel.topic, schema);
                 }
                 if let Some(ambiguity) = self.own.ambiguity() {
-                    self.doubt.get_or_insert(ambiguity);
+                    self.doubt(ambiguity);
                 }
                 self.channels.insert(channel.id, (channel, sound));
             }
@@ -408,7 +388,7 @@ impl Recovery<'_> {
     }
 
     /// Copies other programs' metadata.
-    fn copy_metadata(&mut self, span: Span) -> Result<(), RecoverFailure> {
+    fn copy_metadata(&mut self, span: Span) -> Result<(), Error> {
         self.walk.body(span, &mut self.body)?;
         let Ok(Record::Metadata(metadata)) = parse_record(op::METADATA, &self.body) else { return Ok(()) };
         if is_description(&metadata.name) || metadata.name.starts_with("wstac.") || self.metadata == MOST_METADATA {
@@ -416,18 +396,18 @@ impl Recovery<'_> {
         }
         self.metadata += 1;
         self.flush()?;
-        Ok(self.out.write_metadata(&metadata)?)
+        self.out.write_metadata(&metadata).map_err(|error| not_written(self.path, error))
     }
 
     /// Returns the sensor and the topic of a channel of this program.
     fn own(&self, channel: u16) -> Option<(u8, Topic)> {
         // This program's numbers are fixed, so a damaged record of a channel loses nothing.
-        let is_fixed = self.has_sums && !self.own.is_renumbered();
+        let is_fixed = self.has_sums && !self.own.is_renumbered;
         self.own.of(channel).or_else(|| self.sensors.topic(channel).filter(|_| is_fixed))
     }
 
     /// Reads a message's body.
-    fn read(&mut self, message: &Waiting) -> io::Result<()> {
+    fn read(&mut self, message: &Waiting) -> Result<(), Error> {
         match &message.body {
             Some(body) => self.body.clone_from(body),
             None => self.walk.body(message.span, &mut self.body)?,
@@ -436,8 +416,8 @@ impl Recovery<'_> {
     }
 
     /// Ends a chunk. What waits in it for a checksum may not be in the file's bytes any longer.
-    fn end_chunk(&mut self) -> Result<(), RecoverFailure> {
-        if !self.has_sums || self.walk.crc() == Crc::Bad {
+    fn end_chunk(&mut self) -> Result<(), Error> {
+        if !self.has_sums || self.walk.crc == Crc::Bad {
             return self.flush();
         }
         let mut pending = std::mem::take(&mut self.pending);
@@ -452,7 +432,7 @@ impl Recovery<'_> {
         if has_room { Ok(()) } else { self.flush() }
     }
 
-    fn message(&mut self, span: Span) -> Result<(), RecoverFailure> {
+    fn message(&mut self, span: Span) -> Result<(), Error> {
         let channel = self.walk.channel_of(span)?;
         let own = self.own(channel);
         let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
@@ -461,7 +441,7 @@ impl Recovery<'_> {
             self.order.add(sensor, topic, &message);
             of_moment = Some((sensor, message.times[0]));
         }
-        self.has_bad_chunk |= self.walk.crc() == Crc::Bad;
+        self.has_bad_chunk |= self.walk.crc == Crc::Bad;
         let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
         if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
             return self.sum(span);
@@ -475,7 +455,7 @@ impl Recovery<'_> {
         if starts || self.pending.len() == MOST_PENDING {
             self.flush()?;
         }
-        let (crc, is_unfinished, mut body) = (self.walk.crc(), self.walk.in_unfinished(), None);
+        let (crc, is_unfinished, mut body) = (self.walk.crc, self.walk.in_unfinished(), None);
         if !self.walk.in_chunk() {
             if self.held + span.length > 2 * MOST_MESSAGE {
                 self.flush()?;
@@ -489,7 +469,7 @@ impl Recovery<'_> {
     }
 
     /// Returns whether a message is copied that has no checksum of its own.
-    fn is_sound(&mut self, message: &Waiting) -> io::Result<bool> {
+    fn is_sound(&mut self, message: &Waiting) -> Result<bool, Error> {
         Ok(match message.crc {
             Crc::Bad => false,
             // Messages that have no place in the stream.
@@ -501,7 +481,7 @@ impl Recovery<'_> {
     }
 
     /// Returns whether a message is no frame, or one that is read as a picture: the new file would end at another.
-    fn is_readable(&mut self, message: &Waiting) -> io::Result<bool> {
+    fn is_readable(&mut self, message: &Waiting) -> Result<bool, Error> {
         let Some((_, topic)) = message.own.filter(|(_, topic)| topic.is_frame()) else { return Ok(true) };
         self.read(message)?;
         let data = MessageBody::parse(&self.body).map_or(&[][..], |message| message.data);
@@ -510,7 +490,7 @@ impl Recovery<'_> {
     }
 
     /// Copies the messages that wait, if they are sound.
-    fn flush(&mut self) -> Result<(), RecoverFailure> {
+    fn flush(&mut self) -> Result<(), Error> {
         (self.held, self.moment) = (0, None);
         let pending = std::mem::take(&mut self.pending);
         if pending.is_empty() || self.is_over {
@@ -540,14 +520,13 @@ impl Recovery<'_> {
         self.suspects = self.suspects.saturating_add(frames);
         let mut foreign = messages.iter().filter(|of| of.own.is_none() && of.crc == Crc::Unknown);
         if let Some((channel, _)) = foreign.find_map(|of| self.channels.get(&of.channel)) {
-            let what = || format!("has messages of {}, which no checksum vouches for", channel.topic);
-            self.doubt.get_or_insert_with(what);
+            self.doubt(format!("has messages of {}, which no checksum vouches for", channel.topic));
         }
     }
 
     /// Copies a moment that no checksum counts. The times of frames say how many are missing before it, and whether
     /// they come evenly.
-    fn copy_by_times(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
+    fn copy_by_times(&mut self, moment: &[Waiting]) -> Result<(), Error> {
         let Some(About { driver_times, info, .. }) = &self.about else { return self.copy(moment) };
         let (driver_times, of_first) = (*driver_times, info.rate);
         let mut gaps = Vec::new();
@@ -585,14 +564,15 @@ impl Recovery<'_> {
         self.copy_after_gaps(moment, &gaps)
     }
 
-    fn copy(&mut self, moment: &[Waiting]) -> Result<(), RecoverFailure> {
-        let is_own = self.about.is_some();
+    fn copy(&mut self, moment: &[Waiting]) -> Result<(), Error> {
+        let (is_own, path) = (self.about.is_some(), self.path);
+        let failed = |error| not_written(path, error);
         let mut targets = Vec::with_capacity(moment.len());
         // All channels come before the first message.
         for message in moment {
             let own = message.own.filter(|_| is_own);
             targets.push(match own {
-                Some((sensor, topic)) => Some((own, self.out.add_own(sensor, topic)?)),
+                Some((sensor, topic)) => Some((own, self.out.add_own(sensor, topic).map_err(failed)?)),
                 None => self.foreign(message.channel)?.map(|number| (None, number)),
             });
         }
@@ -608,17 +588,17 @@ impl Recovery<'_> {
                 let is_event = matches!(message.own, Some((_, Topic::EventsJson)));
                 self.found.events += u64::from(is_event && data.starts_with(br#"{"kind":"event""#));
                 let header = MessageHeader { channel_id, sequence, log_time, publish_time };
-                self.out.write_message(own, &header, data)?;
+                self.out.write_message(own, &header, data).map_err(failed)?;
             }
             self.body = body;
         }
-        Ok(self.out.end_moment()?)
+        self.out.end_moment().map_err(failed)
     }
 
     /// Returns the number of another program's channel in the new file; `None` if nothing describes it.
-    fn foreign(&mut self, old: u16) -> Result<Option<u16>, RecoverFailure> {
+    fn foreign(&mut self, old: u16) -> Result<Option<u16>, Error> {
         let Some((channel, known)) = self.channels.get(&old) else {
-            self.doubt.get_or_insert_with(|| format!("has messages of channel {old}, which nothing describes"));
+            self.doubt(format!("has messages of channel {old}, which nothing describes"));
             return Ok(None);
         };
         let schema = self.schemas.get(&channel.schema_id);
@@ -626,17 +606,18 @@ impl Recovery<'_> {
         if let Some(&number) = self.numbers.get(&old) {
             return Ok(Some(number));
         }
-        let number = self.out.add_foreign(channel, schema.map(|(schema, _)| schema))?;
+        let number = self.out.add_foreign(channel, schema.map(|(schema, _)| schema));
+        let number = number.map_err(|error| not_written(self.path, error))?;
         self.numbers.insert(old, number);
         Ok(Some(number))
     }
 
     /// Enters frames of a sensor that are missing as lost, before a message.
-    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), RecoverFailure> {
+    fn enter_lost(&mut self, sensor: u8, frames: u64, before: Option<&Waiting>) -> Result<(), Error> {
         if frames == 0 || self.about.is_none() {
             return Ok(());
         }
-        if self.out.tally().all.all() == 0
+        if self.out.tally.all.all() == 0
             && let Some(message) = before
         {
             self.read(message)?;
@@ -648,11 +629,13 @@ impl Recovery<'_> {
     }
 
     /// Enters a line of JSON about a sensor's source.
-    fn enter(&mut self, sensor: u8, data: &[u8]) -> Result<(), RecoverFailure> {
-        let channel_id = self.out.add_own(sensor, Topic::FaultsJson)?;
+    fn enter(&mut self, sensor: u8, data: &[u8]) -> Result<(), Error> {
+        let path = self.path;
+        let failed = |error| not_written(path, error);
+        let channel_id = self.out.add_own(sensor, Topic::FaultsJson).map_err(failed)?;
         let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
-        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, data)?;
-        Ok(self.out.end_moment()?)
+        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, data).map_err(failed)?;
+        self.out.end_moment().map_err(failed)
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {

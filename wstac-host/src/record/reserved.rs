@@ -22,7 +22,7 @@ pub(super) struct Reserved {
     /// The place of the next byte.
     at: u64,
     /// The end of the file.
-    end: u64,
+    pub(super) end: u64,
     /// The end of the reserved room.
     room: u64,
     /// Largest file that the process may write.
@@ -87,10 +87,6 @@ impl Reserved {
             let _ = self.file.set_len(self.end);
             self.room = self.end;
         }
-    }
-
-    pub(super) fn bytes(&self) -> u64 {
-        self.end
     }
 }
 

@@ -5,13 +5,13 @@
 //! moment. So the places and lengths of all messages are enough, and no frame is kept in memory.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
-use std::io;
 
 use super::file::Topic;
 use super::limits::{MOST_PACKED, MOST_ROOM, MOST_SORTED};
 use super::summary::HEAD;
 use super::sums::{Sum, Tally};
 use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Packed, Span, Walk};
+use crate::error::Error;
 
 /// Most checksums that are compared of those that look alike, and most of a frame's moments: a bound of the work.
 const MOST_ALIKE: usize = 8;
@@ -117,12 +117,12 @@ impl Index {
     ///
     /// # Errors
     /// The file cannot be read, or has too many messages.
-    pub(super) fn add(&mut self, walk: &mut Walk, span: Span) -> io::Result<()> {
+    pub(super) fn add(&mut self, walk: &mut Walk, span: Span) -> Result<(), Error> {
         if self.entries.len() == MOST_SORTED {
             let message = format!("has another order than it was recorded in, and more than {MOST_SORTED} messages");
-            return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+            return Err(walk.refused(message));
         }
-        let chunk = (walk.packed(), walk.crc());
+        let chunk = (walk.packed(), walk.crc);
         if self.chunks.last() != Some(&chunk) {
             self.chunks.push(chunk);
             self.unpacked = self.unpacked.saturating_add(chunk.0.map_or(0, |packed| packed.unpacked));
@@ -145,7 +145,7 @@ impl Index {
         walk: &mut Walk,
         sensors: usize,
         own: impl Fn(u16) -> Option<(u8, Topic)>,
-    ) -> io::Result<Sorted> {
+    ) -> Result<Sorted, Error> {
         let Self { mut entries, chunks, unpacked } = self;
         let channels = entries.iter().map(|of| of.channel).collect::<BTreeSet<_>>().len();
         for entry in &mut entries {
@@ -307,7 +307,7 @@ impl Sorted {
     ///
     /// # Errors
     /// The file cannot be read, or is too far out of order.
-    pub(super) fn next(&mut self, walk: &mut Walk) -> io::Result<Option<Span>> {
+    pub(super) fn next(&mut self, walk: &mut Walk) -> Result<Option<Span>, Error> {
         let Some(entry) = self.order.pop_front() else { return Ok(None) };
         self.show(walk, &entry)?;
         Ok(Some(entry.span()))
@@ -324,7 +324,7 @@ impl Sorted {
     }
 
     /// Reads a checksum; `None` if it is damaged.
-    fn sum(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<Option<Sum>> {
+    fn sum(&mut self, walk: &mut Walk, entry: &Entry) -> Result<Option<Sum>, Error> {
         self.show(walk, entry)?;
         let mut body = Vec::new();
         walk.body(entry.span(), &mut body)?;
@@ -332,7 +332,7 @@ impl Sorted {
     }
 
     /// Lets the walk read the chunk of a message.
-    fn show(&mut self, walk: &mut Walk, entry: &Entry) -> io::Result<()> {
+    fn show(&mut self, walk: &mut Walk, entry: &Entry) -> Result<(), Error> {
         if self.shown == Some(entry.chunk) {
             return Ok(());
         }
@@ -346,7 +346,7 @@ impl Sorted {
                         "has messages too far out of order (its chunks are unpacked more than {MOST_UNPACKED} times); \
                          help: mcap sort OLD -o NEW"
                     );
-                    io::Error::new(io::ErrorKind::InvalidData, message)
+                    walk.refused(message)
                 })?;
                 Some(walk.unpack_again(packed)?)
             }

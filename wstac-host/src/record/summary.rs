@@ -1,12 +1,12 @@
 //! The index at the end of a recording that was finished.
 
 use std::collections::BTreeMap;
-use std::io;
 
 use mcap::records::{Record, op};
 
 use super::bytes::FileBytes;
 use super::limits::{MOST_CHUNKS, MOST_DEFINITIONS};
+use crate::error::Error;
 
 /// Bytes of an operation code and a length.
 pub(super) const HEAD: u64 = 9;
@@ -32,7 +32,7 @@ pub(super) struct Summary {
 ///
 /// # Errors
 /// The file cannot be read.
-pub(super) fn has_proper_end(file: &mut FileBytes) -> io::Result<bool> {
+pub(super) fn has_proper_end(file: &mut FileBytes) -> Result<bool, Error> {
     let Some(footer) = file.length().checked_sub(END) else { return Ok(false) };
     let tail = file.peek(footer, END as usize)?;
     Ok(tail.first() == Some(&op::FOOTER) && tail.ends_with(mcap::MAGIC))
@@ -42,7 +42,7 @@ pub(super) fn has_proper_end(file: &mut FileBytes) -> io::Result<bool> {
 ///
 /// # Errors
 /// The file cannot be read.
-pub(super) fn ends_with_magic(file: &mut FileBytes) -> io::Result<bool> {
+pub(super) fn ends_with_magic(file: &mut FileBytes) -> Result<bool, Error> {
     let magic = mcap::MAGIC.len();
     let Some(at) = file.length().checked_sub(magic as u64) else { return Ok(false) };
     Ok(file.peek(at, magic)? == mcap::MAGIC)
@@ -52,7 +52,7 @@ pub(super) fn ends_with_magic(file: &mut FileBytes) -> io::Result<bool> {
 ///
 /// # Errors
 /// The file cannot be read.
-pub(super) fn read(file: &mut FileBytes) -> io::Result<Option<Summary>> {
+pub(super) fn read(file: &mut FileBytes) -> Result<Option<Summary>, Error> {
     if !has_proper_end(file)? {
         return Ok(None);
     }

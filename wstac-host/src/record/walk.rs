@@ -11,7 +11,6 @@ mod resync;
 mod shape;
 
 use std::collections::BTreeSet;
-use std::io;
 use std::path::Path;
 
 use crc32fast::Hasher;
@@ -170,27 +169,30 @@ pub(super) struct Walk {
     at: u64,
     end: u64,
     around: Around,
-    /// The verdict on the chunk that is being read, or that just ended.
-    crc: Crc,
+    /// The checksum's verdict on the chunk that the last record stands in, or that just ended.
+    pub(super) crc: Crc,
     /// The end of the bytes that a chunk's checksum was made of.
     hashed: u64,
     /// The place of the chunk that was unpacked; `None` if the file itself is read.
     outer: Option<Outer>,
     /// The end of the bytes that were taken for a compressed chunk and were none.
     tried: u64,
-    /// The compression of the first chunk.
-    compression: Option<Compression>,
-    /// Chunks that were finished with a checksum, and without one.
-    crcs: [u64; 2],
+    /// The compression of the first chunk; `None` if there is no chunk so far.
+    pub(super) compression: Option<Compression>,
+    /// Chunks that were finished with a checksum, and without one, so far.
+    pub(super) crcs: [u64; 2],
     /// The checksum of the data so far, and its end.
     total: (Hasher, u64),
     /// Numbers of channels.
     channels: BTreeSet<u16>,
     /// Whether `wstac record` wrote the file. It writes no private records and no attachments.
     own: bool,
-    summary: Option<Summary>,
-    has_magic: bool,
-    unread: Option<Unread>,
+    /// The index at the file's end; `None` if it is damaged or missing.
+    pub(super) summary: Option<Summary>,
+    /// Whether the file starts as an MCAP file does.
+    pub(super) has_magic: bool,
+    /// All bytes that could not be read so far.
+    pub(super) unread: Option<Unread>,
     /// Attachments and records of unknown kinds so far.
     pub(super) others: u64,
     /// Memory for records whose shape is checked.
@@ -206,9 +208,8 @@ impl Walk {
     /// The file cannot be read.
     pub(super) fn open(path: &Path, mode: Mode) -> Result<Self, Error> {
         let mut file = FileBytes::open(path)?;
-        let failed = |error: io::Error| Error::io(path.display(), error);
-        let has_magic = file.peek(0, mcap::MAGIC.len()).map_err(failed)? == mcap::MAGIC;
-        let summary = summary::read(&mut file).map_err(failed)?;
+        let has_magic = file.peek(0, mcap::MAGIC.len())? == mcap::MAGIC;
+        let summary = summary::read(&mut file)?;
         let mut walk = Self {
             end: summary.as_ref().map_or(file.length(), |summary| summary.data_end),
             file,
@@ -244,54 +245,29 @@ impl Walk {
         self.channels.extend(sensors.channels());
     }
 
-    /// Returns whether the file starts as an MCAP file does.
-    pub(super) fn has_magic(&self) -> bool {
-        self.has_magic
-    }
-
     /// Returns why a file with other first bytes is refused.
-    pub(super) fn other_start(&mut self) -> io::Result<String> {
+    pub(super) fn other_start(&mut self) -> Result<String, Error> {
         let found = self.file.peek(0, mcap::MAGIC.len())?.escape_ascii();
         Ok(format!("starts with \"{found}\", expected an MCAP file, which starts with \"\\x89MCAP0\""))
     }
 
-    /// Returns the index at the file's end; `None` if it is damaged or missing.
-    pub(super) fn summary(&self) -> Option<&Summary> {
-        self.summary.as_ref()
+    /// Returns the error about a file that no reader takes.
+    pub(super) fn refused(&self, message: String) -> Error {
+        self.file.refused(message)
     }
 
     /// Returns whether the file was finished: it ends as it should, or has its index.
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn is_finished(&mut self) -> io::Result<bool> {
+    pub(super) fn is_finished(&mut self) -> Result<bool, Error> {
         Ok(self.summary.is_some() || (self.outer.is_none() && summary::has_proper_end(&mut self.file)?))
-    }
-
-    /// Returns the compression of the first chunk; `None` if there is no chunk so far.
-    pub(super) fn compression(&self) -> Option<Compression> {
-        self.compression
-    }
-
-    /// Returns how many finished chunks there are so far with a checksum, and without one.
-    pub(super) fn crcs(&self) -> [u64; 2] {
-        self.crcs
     }
 
     /// Returns whether the last record stands in a chunk that was never finished, in a file without an end.
     pub(super) fn in_unfinished(&self) -> bool {
         let is_open = self.around == Around::Open || self.outer.is_some();
         is_open && self.summary.is_none()
-    }
-
-    /// Returns all bytes that could not be read so far.
-    pub(super) fn unread(&self) -> Option<Unread> {
-        self.unread
-    }
-
-    /// Returns the checksum's verdict on the chunk that the last record stands in, or that just ended.
-    pub(super) fn crc(&self) -> Crc {
-        self.crc
     }
 
     /// Returns whether the last record stands in a chunk.
@@ -326,7 +302,7 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn unpack_again(&mut self, packed: Packed) -> io::Result<Vec<u8>> {
+    pub(super) fn unpack_again(&mut self, packed: Packed) -> Result<Vec<u8>, Error> {
         let now = self.file.set_unpacked(None);
         let unpacked = self.unpacked(packed.content, packed.behind, packed.compression, 0);
         drop(self.file.set_unpacked(now));
@@ -337,11 +313,11 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read, or the record is larger than any that is read.
-    pub(super) fn body(&self, span: Span, into: &mut Vec<u8>) -> io::Result<()> {
+    pub(super) fn body(&self, span: Span, into: &mut Vec<u8>) -> Result<(), Error> {
         if span.length > MOST_MESSAGE {
             let (found, most) = (span.length >> 20, MOST_MESSAGE >> 20);
             let message = format!("has a record of {found} MB at byte {}, expected at most {most} MB", span.at);
-            return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+            return Err(self.refused(message));
         }
         self.file.read(span.at + HEAD, span.length as usize, into)
     }
@@ -350,7 +326,7 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn start_of(&mut self, span: Span, count: usize) -> io::Result<&[u8]> {
+    pub(super) fn start_of(&mut self, span: Span, count: usize) -> Result<&[u8], Error> {
         self.file.peek(span.at + HEAD, count.min(usize::try_from(span.length).unwrap_or(usize::MAX)))
     }
 
@@ -358,7 +334,7 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn channel_of(&mut self, span: Span) -> io::Result<u16> {
+    pub(super) fn channel_of(&mut self, span: Span) -> Result<u16, Error> {
         Ok(self.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
     }
 
@@ -366,7 +342,7 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn hash(&self, from: u64, to: u64) -> io::Result<u32> {
+    pub(super) fn hash(&self, from: u64, to: u64) -> Result<u32, Error> {
         Ok(self.file.hash(from, to)?.finalize())
     }
 
@@ -374,7 +350,7 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn messages(&mut self, from: u64, to: u64, most: usize) -> io::Result<Option<Vec<Span>>> {
+    pub(super) fn messages(&mut self, from: u64, to: u64, most: usize) -> Result<Option<Vec<Span>>, Error> {
         let (mut at, mut found) = (from, Vec::new());
         while at < to {
             let Some((op, length)) = self.head(at)? else { return Ok(None) };
@@ -393,7 +369,7 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn check_total(&mut self) -> io::Result<Option<bool>> {
+    pub(super) fn check_total(&mut self) -> Result<Option<bool>, Error> {
         let (hasher, at) = &mut self.total;
         if *at > self.at {
             return Ok(None);
@@ -411,7 +387,7 @@ impl Walk {
     ///
     /// # Errors
     /// The file cannot be read, or a chunk is compressed in a way that this build does not read.
-    pub(super) fn next(&mut self) -> io::Result<WalkStep> {
+    pub(super) fn next(&mut self) -> Result<WalkStep, Error> {
         if !self.in_chunk() {
             self.crc = Crc::Unknown;
             if let Some(outer) = self.outer.take() {
@@ -459,7 +435,7 @@ impl Walk {
     }
 
     /// Leaves bytes that are no record. It returns `None` if the walk goes on behind them without a word.
-    fn leave(&mut self, start: u64) -> io::Result<Option<WalkStep>> {
+    fn leave(&mut self, start: u64) -> Result<Option<WalkStep>, Error> {
         if start >= self.end && self.summary.is_some() && !self.in_chunk() {
             // The record at the end of the data is damaged, and nothing else.
             return Ok(Some(WalkStep::End { whole: false }));
@@ -508,7 +484,7 @@ impl Walk {
     }
 
     /// Starts to read a chunk's records.
-    fn enter(&mut self, span: Span) -> io::Result<()> {
+    fn enter(&mut self, span: Span) -> Result<(), Error> {
         let Some(ChunkHead { content, stored, compression }) = self.chunk_head(span.at)? else { return Ok(()) };
         self.compression.get_or_insert(compression);
         self.at = content;
@@ -550,13 +526,13 @@ impl Walk {
         end: Option<u64>,
         compression: Compression,
         crc: u32,
-    ) -> io::Result<()> {
+    ) -> Result<(), Error> {
         let mut behind = end.unwrap_or(self.end).max(content);
         let packed_bytes = behind - content;
         if packed_bytes > MOST_PACKED && end.is_some() && !self.goes_on() {
             let (found, most) = (packed_bytes >> 20, MOST_PACKED >> 20);
             let message = format!("has a compressed chunk of {found} MB at byte {at}, expected at most {most} MB");
-            return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+            return Err(self.refused(message));
         }
         // Bytes are unpacked once: a chunk in a damaged one ends before the next one.
         let is_known = end.is_some() && packed_bytes <= MOST_PACKED && content >= self.tried;
@@ -597,16 +573,17 @@ impl Walk {
         behind: u64,
         compression: Compression,
         crc: u32,
-    ) -> io::Result<(Vec<u8>, Crc, bool)> {
+    ) -> Result<(Vec<u8>, Crc, bool), Error> {
         let mut packed = Vec::new();
         self.file.read(content, (behind - content).min(MOST_PACKED) as usize, &mut packed)?;
-        let (unpacked, is_all) = compression.unpack(&packed, MOST_PACKED as usize)?;
+        let unpacked = compression.unpack(&packed, MOST_PACKED as usize);
+        let (unpacked, is_all) = unpacked.map_err(|error| self.file.failed(error))?;
         let found = Crc::of(crc, crc32fast::hash(&unpacked));
         Ok((unpacked, if is_all { found } else { Crc::Bad }, is_all))
     }
 
     /// Adds a chunk's checksum to that of all data, with the bytes before the chunk.
-    fn add_to_total(&mut self, content: u64, end: u64, of_chunk: &Hasher) -> io::Result<()> {
+    fn add_to_total(&mut self, content: u64, end: u64, of_chunk: &Hasher) -> Result<(), Error> {
         if self.mode == Mode::Strict {
             let (total, at) = &mut self.total;
             total.combine(&self.file.hash(*at, content)?);
@@ -633,7 +610,7 @@ pub(crate) struct Outline {
 ///
 /// # Errors
 /// The file cannot be read, or has too many records of metadata.
-pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
+pub(super) fn outline(walk: &mut Walk) -> Result<Outline, Error> {
     let (mut metadata, mut bytes, mut body) = (Vec::new(), 0_u64, Vec::new());
     let mut is_outside = false;
     loop {
@@ -642,7 +619,7 @@ pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
                 bytes = bytes.saturating_add(span.length);
                 if bytes > MOST_DEFINITIONS || metadata.len() == MOST_METADATA {
                     let message = format!("has more than {} MB of metadata", MOST_DEFINITIONS >> 20);
-                    return Err(io::Error::new(io::ErrorKind::InvalidData, message));
+                    return Err(walk.refused(message));
                 }
                 walk.body(span, &mut body)?;
                 if let Ok(mcap::records::Record::Metadata(record)) = parse_record(op::METADATA, &body) {
@@ -651,8 +628,8 @@ pub(super) fn outline(walk: &mut Walk) -> io::Result<Outline> {
             }
             WalkStep::Record(span) if span.op == op::MESSAGE => is_outside |= !walk.in_chunk(),
             WalkStep::End { whole } => {
-                let has_crcs = !is_outside && walk.crcs()[1] == 0;
-                return Ok(Outline { metadata, whole, unread: walk.unread(), has_crcs });
+                let has_crcs = !is_outside && walk.crcs[1] == 0;
+                return Ok(Outline { metadata, whole, unread: walk.unread, has_crcs });
             }
             _ => {}
         }

@@ -2,10 +2,8 @@
 
 use std::collections::VecDeque;
 
-use wstac_core::features::FeatureScale;
 use wstac_core::green::any::Any;
 use wstac_core::law::{Answer, AnyLaw, EventLaw};
-use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::{ContactEnd, Event, InterruptedSample};
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::Update;
@@ -16,6 +14,7 @@ use wstac_core::touch::motion::{LiveWave, MotionConfig};
 use wstac_core::touch::slip::SlipDetector;
 
 use super::stream_config::HostPipeline;
+use super::sums::FrameSums;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::frame_clock::FrameClock;
@@ -35,23 +34,14 @@ pub struct Processor {
     pipeline: HostPipeline,
     /// Taxel sums of the last frame.
     taxels: Option<[u32; TAXELS]>,
-    textures: Textures,
-    law: AnyLaw,
-    durations: SpeedConfig,
-    motion: MotionConfig,
-    /// The scale of taxels in a sample.
-    scale: FeatureScale,
+    /// Taxel sums of the feature frame under way, if features were asked for.
+    sums: FrameSums,
+    answers: Answers,
     readout: ReadoutUsed,
-    clock: FrameClock,
     /// Follows motion, if it was asked for.
     live: Option<LiveWave>,
-    /// Watches held parts, if the law takes taxels.
-    slip: Option<SlipDetector>,
-    options: OutputOptions,
     dropped: u64,
     dropped_by: LossCounts,
-    doubts: Doubts,
-    at_once: AtOnce,
     /// Whether lost JPEG pictures are such frames. A camera reports its own.
     is_of_camera: bool,
     baseline_reported: bool,
@@ -196,23 +186,25 @@ impl Processor {
         if options.paths || law.takes_taxels() {
             pipeline.keep_taxels();
         }
-        Ok(Self {
-            taxels: None,
-            law,
+        let context = Answering {
             durations: config.durations(info.rate).map_err(in_table)?,
-            scale: config.scale_of(pipeline.geometry(), &info.about)?,
-            pipeline,
-            motion,
-            readout: ReadoutUsed::of(config.readout(info)),
-            clock: FrameClock::new(info.rate, info.clock),
-            live: options.motion.then(|| LiveWave::new(motion)),
-            slip: law.takes_taxels().then(|| SlipDetector::new(info.rate)),
             textures: Textures::default(),
+            motion,
+            scale: config.scale_of(pipeline.geometry(), &info.about)?,
+            clock: FrameClock::new(info.rate, info.clock),
             options,
+        };
+        let slip = law.takes_taxels().then(|| SlipDetector::new(info.rate));
+        let (doubts, at_once, outputs) = (Doubts::default(), AtOnce::new(motion), Vec::new());
+        Ok(Self {
+            pipeline,
+            taxels: None,
+            sums: FrameSums::new(info.rate),
+            answers: Answers { context, law, doubts, at_once, slip, outputs },
+            readout: ReadoutUsed::of(config.readout(info)),
+            live: options.motion.then(|| LiveWave::new(motion)),
             dropped: 0,
             dropped_by: LossCounts::default(),
-            doubts: Doubts::default(),
-            at_once: AtOnce::new(motion),
             is_of_camera: info.camera.is_some(),
             baseline_reported: false,
             zero: first,
@@ -230,11 +222,11 @@ impl Processor {
     ///
     /// Models of 25 taxels answer for events that begin after it.
     pub fn set_textures(&mut self, textures: Textures) {
-        let has_taxels = self.options.paths || self.law.takes_taxels() || self.textures.needs_taxels();
-        if textures.needs_taxels() && !has_taxels {
+        let Answers { context: Answering { textures: own, options, .. }, law, .. } = &mut self.answers;
+        if textures.needs_taxels() && !(options.paths || law.takes_taxels() || own.needs_taxels()) {
             self.pipeline.keep_taxels();
         }
-        self.textures = textures;
+        *own = textures;
     }
 
     /// Takes an event of the source and hands every output that follows from it to `emit`.
@@ -246,108 +238,107 @@ impl Processor {
     pub fn process<E>(
         &mut self,
         event: &SourceEvent<'_>,
-        mut emit: impl FnMut(Output) -> Result<(), E>,
+        emit: impl FnMut(Output) -> Result<(), E>,
     ) -> Result<bool, E> {
-        if let SourceEvent::Fault(fault) = event {
-            let frame = self.pipeline.next_frame();
-            let Doubts { uneven, fast, .. } = &mut self.doubts;
-            match fault.kind {
-                FaultKind::Uneven => uneven.begin(frame),
-                FaultKind::Even => uneven.end(frame),
-                FaultKind::Fast => fast.begin(frame),
-                FaultKind::InTime | FaultKind::Rate | FaultKind::Slow => fast.end(frame),
-                _ => {}
-            }
-        }
-        if let SourceEvent::Lost { frames, reason } = event
-            && (matches!(reason, LossReason::Missing | LossReason::CorruptPicture)
-                || (reason.is_of_jpeg() && !self.is_of_camera))
-        {
-            let first = self.pipeline.next_frame();
-            let added = u64::from(self.geometry().rate().frames_added());
-            self.doubts.missing.begin(first);
-            self.doubts.missing.end(first.saturating_add(frames.div_ceil(added)));
-        }
-        let (pipeline, mut answers) = self.parts();
-        let mut is_answered = false;
+        let frame = self.pipeline.next_frame();
         match event {
             SourceEvent::Waiting => {}
             SourceEvent::Fault(fault) => {
-                let frame = pipeline.next_frame();
-                let RecordTimes { time_ns, stamp, .. } = answers.times(frame);
-                emit(Output::Fault(FaultReport { frame, time_ns, stamp, fault: fault.clone() }))?;
+                let Doubts { uneven, fast, .. } = &mut self.answers.doubts;
+                match fault.kind {
+                    FaultKind::Uneven => uneven.begin(frame),
+                    FaultKind::Even => uneven.end(frame),
+                    FaultKind::Fast => fast.begin(frame),
+                    FaultKind::InTime | FaultKind::Rate | FaultKind::Slow => fast.end(frame),
+                    _ => {}
+                }
+                let RecordTimes { time_ns, stamp, .. } = self.answers.times(frame);
+                self.answers.outputs.push(Output::Fault(FaultReport { frame, time_ns, stamp, fault: fault.clone() }));
             }
             SourceEvent::End => {
                 self.finish(emit)?;
                 return Ok(false);
             }
-            SourceEvent::Taxels(frame) => {
-                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
-                is_answered = answers.emit(&pipeline.push_taxels(&frame.sums), &mut emit)?;
-                self.taxels = Some(frame.sums);
+            SourceEvent::Taxels(taken) => {
+                self.answers.context.clock.frame_arrives(frame, taken.timestamp, taken.stamp);
+                let is_answered = self.answers.take(&self.pipeline.push_taxels(&taken.sums));
+                self.arrive(Some(taken.sums), is_answered);
             }
             SourceEvent::Lost { frames, reason } => {
-                let frame = pipeline.next_frame();
-                emit(Output::Lost(LostFrames { frame, frames: *frames, reason: reason.clone() }))?;
-                is_answered = answers.emit(&pipeline.push_lost(*frames), &mut emit)?;
-                self.dropped = self.dropped.saturating_add(*frames);
-                self.dropped_by.add(*frames, reason);
-                self.taxels = None;
+                if matches!(reason, LossReason::Missing | LossReason::CorruptPicture)
+                    || (reason.is_of_jpeg() && !self.is_of_camera)
+                {
+                    let added = u64::from(self.geometry().rate().frames_added());
+                    self.answers.doubts.missing.begin(frame);
+                    self.answers.doubts.missing.end(frame.saturating_add(frames.div_ceil(added)));
+                }
+                let lost = LostFrames { frame, frames: *frames, reason: reason.clone() };
+                self.answers.outputs.push(Output::Lost(lost));
+                self.lose(*frames, reason);
             }
-            SourceEvent::Frame(frame) => {
-                let added = pipeline.geometry().rate().frames_added();
-                answers.doubts.places.arrive(pipeline.next_frame(), frame.off / added as f32);
-                answers.clock.frame_arrives(pipeline.next_frame(), frame.timestamp, frame.stamp);
-                if let Ok(update) = pipeline.push_frame(frame.bytes) {
-                    is_answered = answers.emit(&update, &mut emit)?;
-                    self.taxels = self.pipeline.taxels();
+            SourceEvent::Frame(taken) => {
+                let added = self.geometry().rate().frames_added();
+                self.answers.doubts.places.arrive(frame, taken.off / added as f32);
+                self.answers.context.clock.frame_arrives(frame, taken.timestamp, taken.stamp);
+                if let Ok(update) = self.pipeline.push_frame(taken.bytes) {
+                    let is_answered = self.answers.take(&update);
+                    self.arrive(self.pipeline.taxels(), is_answered);
                 } else {
                     // The frame has too few bytes. Nothing of it was taken, but its time has passed.
-                    is_answered = answers.emit(&pipeline.push_lost(1), &mut emit)?;
-                    self.dropped = self.dropped.saturating_add(1);
-                    self.dropped_by.add(1, &LossReason::Short);
-                    self.taxels = None;
+                    self.lose(1, &LossReason::Short);
                 }
+            }
+        }
+        let motion = self.motion();
+        self.answers.outputs.extend(motion.map(Output::Motion));
+        if self.baseline_disturbed() {
+            self.answers.outputs.push(Output::BaselineDisturbed { frame: self.pipeline.next_frame() });
+        }
+        self.answers.outputs.drain(..).try_for_each(emit)?;
+        Ok(true)
+    }
+
+    /// Takes the taxel sums of a frame that was pushed, if it was not lost.
+    fn arrive(&mut self, taxels: Option<[u32; TAXELS]>, is_answered: bool) {
+        self.taxels = taxels;
+        if self.answers.context.options.features {
+            if let Some(sums) = &taxels {
+                self.sums.add(sums);
+            }
+            let mut outputs = self.answers.outputs.iter_mut();
+            let features =
+                outputs.find_map(|of| if let Output::Features(features) = of { Some(features) } else { None });
+            if let Some(features) = features {
+                features.sums = self.sums.complete();
             }
         }
         if is_answered {
             self.pipeline.answer_touch();
         }
-        if let Some(motion) = self.motion() {
-            emit(Output::Motion(motion))?;
-        }
-        if self.baseline_disturbed() {
-            emit(Output::BaselineDisturbed { frame: self.pipeline.next_frame() })?;
-        }
-        Ok(true)
+    }
+
+    fn lose(&mut self, frames: u64, reason: &LossReason) {
+        let is_answered = self.answers.take(&self.pipeline.push_lost(frames));
+        self.arrive(None, is_answered);
+        self.dropped = self.dropped.saturating_add(frames);
+        self.dropped_by.add(frames, reason);
     }
 
     /// Ends the stream: emits what was pending, then the summary.
     ///
     /// # Errors
     /// `emit` returns an error.
-    pub fn finish<E>(&mut self, mut emit: impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
-        let (pipeline, mut answers) = self.parts();
-        let finished = pipeline.finish();
-        if let Some(event) = finished.event() {
-            // The end of a stream completes a sample only with lost frames.
-            if let Some(answer) = answers.answer(&event) {
-                emit(answers.event(&event, answer))?;
-            }
-        }
-        if let Some(end) = finished.contact_end() {
-            emit(answers.contact_end(end))?;
-        }
-        if let Some(sample) = finished.interrupted() {
-            emit(answers.interrupted(sample))?;
-        }
-        let end = finished.end();
-        let summary = StreamSummary {
-            dropped_by: self.dropped_by,
-            readout: self.readout,
-            ..StreamSummary::new(end, self.dropped)
-        };
-        emit(Output::End(summary.by_clock(&self.clock)))
+    pub fn finish<E>(&mut self, emit: impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
+        let (answers, finished) = (&mut self.answers, self.pipeline.finish());
+        // The end of a stream completes a sample only with lost frames.
+        let event = finished.event().and_then(|event| answers.whole(&event));
+        let end = finished.contact_end().map(|end| answers.contact_end(end));
+        let sample = finished.interrupted().map(|sample| answers.interrupted(sample));
+        answers.outputs.extend(event.into_iter().chain(end).chain(sample));
+        let (dropped_by, readout) = (self.dropped_by, self.readout);
+        let summary = StreamSummary { dropped_by, readout, ..StreamSummary::new(finished.end(), self.dropped) };
+        answers.outputs.push(Output::End(summary.by_clock(&answers.context.clock)));
+        answers.outputs.drain(..).try_for_each(emit)
     }
 
     /// Returns the 25 taxels of the last frame, row by row, each as a fraction of full scale from 0 to 1.
@@ -398,7 +389,7 @@ impl Processor {
     /// Returns the time of a feature frame in seconds from the first frame of the stream. Before the first frame and of
     /// frames to come, the frame rate gives it.
     pub fn seconds(&self, frame: u64) -> f64 {
-        self.clock.seconds(frame)
+        self.answers.context.clock.seconds(frame)
     }
 
     /// Returns the time from the stream's first frame to the frame of the last [`restart`](Self::restart), from which
@@ -406,13 +397,13 @@ impl Processor {
     ///
     /// By a driver's clock it is known from the first frame after the restart on; until then it is 0.
     pub fn elapsed(&self) -> Elapsed {
-        self.clock.elapsed()
+        self.answers.context.clock.elapsed()
     }
 
     /// Returns the time of a feature frame in nanoseconds on the clock of the stream, as records have it; `None` before
     /// the first frame.
     pub fn nanoseconds(&self, frame: u64) -> Option<u64> {
-        self.clock.nanoseconds(frame)
+        self.answers.context.clock.nanoseconds(frame)
     }
 
     /// Gathers the baseline from the frames of a source from a time on, in seconds from its first frame. The next frame
@@ -472,7 +463,7 @@ impl Processor {
         self.baseline_reported = false;
         self.forget_motion();
         self.zero = self.pipeline.next_frame();
-        self.pipeline.rezero().map(|sample| InterruptedReport::new(sample, Some(&self.clock)))
+        self.pipeline.rezero().map(|sample| InterruptedReport::new(sample, Some(&self.answers.context.clock)))
     }
 
     /// Takes the next camera frame as the first of a stream, with a new baseline and without a part of a feature frame.
@@ -482,9 +473,11 @@ impl Processor {
     pub fn restart(&mut self) -> Option<InterruptedReport> {
         self.baseline_reported = false;
         self.forget_motion();
-        let incomplete = self.pipeline.restart().map(|sample| InterruptedReport::new(sample, Some(&self.clock)));
+        self.sums.restart();
+        let clock = &mut self.answers.context.clock;
+        let incomplete = self.pipeline.restart().map(|sample| InterruptedReport::new(sample, Some(clock)));
         self.zero = self.pipeline.next_frame();
-        self.clock.restart(self.zero);
+        clock.restart(self.zero);
         incomplete
     }
 
@@ -495,33 +488,37 @@ impl Processor {
     /// Layout, format and configuration do not fit each other. Nothing has changed then.
     pub fn reconfigure(&mut self, info: &StreamInfo, config: &Config) -> Result<Option<InterruptedReport>, Error> {
         let next = self.pipeline.next_frame();
-        let new = Self::starting_at(info, config, self.options, next)?.with_textures(self.textures.clone());
+        let Answering { options, textures, .. } = &self.answers.context;
+        let new = Self::starting_at(info, config, *options, next)?.with_textures(textures.clone());
         let incomplete = self.restart();
-        let Self { clock, dropped, dropped_by, doubts, .. } = std::mem::replace(self, new);
-        (self.clock, self.dropped, self.dropped_by, self.doubts) = (clock, dropped, dropped_by, doubts);
+        let Self { answers, dropped, dropped_by, .. } = std::mem::replace(self, new);
+        (self.answers.context.clock, self.answers.doubts) = (answers.context.clock, answers.doubts);
+        (self.dropped, self.dropped_by) = (dropped, dropped_by);
         Ok(incomplete)
     }
 
     fn forget_motion(&mut self) {
-        self.at_once = AtOnce::new(self.motion);
+        let Answers { at_once, slip, context, .. } = &mut self.answers;
+        *at_once = AtOnce::new(context.motion);
+        *slip = slip.map(|_| SlipDetector::new(self.pipeline.geometry().rate()));
         if let Some(live) = &mut self.live {
             live.reset();
         }
-        self.slip = self.slip.map(|_| SlipDetector::new(self.pipeline.geometry().rate()));
     }
 
     /// Returns the motion in the newest frame, if it was asked for and something slides.
     fn motion(&mut self) -> Option<MotionReport> {
         let (live, baseline) = (self.live.as_mut()?, self.pipeline.baseline()?);
         let (next_frame, recent) = self.pipeline.recent();
-        let taxels = self.pipeline.taxel_ring().filter(|_| self.law.takes_taxels());
+        let taxels = self.pipeline.taxel_ring().filter(|_| self.answers.law.takes_taxels());
         let touch = live.push(next_frame, recent, baseline, taxels)?;
         let (velocity, first) = (touch.velocity?, next_frame.saturating_sub(SAMPLE_FRAMES as u64));
-        if self.doubts.places.doubt(first, velocity.mm_s, self.motion) {
+        let Answers { doubts, context, .. } = &self.answers;
+        if doubts.places.doubt(first, velocity.mm_s, context.motion) {
             return None;
         }
         let frame = next_frame.saturating_sub(1);
-        Some(MotionReport::new(frame, velocity, touch.basis, Some(&self.clock)))
+        Some(MotionReport::new(frame, velocity, touch.basis, Some(&context.clock)))
     }
 
     /// Returns `true` once when the baseline turns out not to be quiet.
@@ -532,106 +529,91 @@ impl Processor {
         self.baseline_reported = true;
         !self.pipeline.end().baseline_quiet
     }
-
-    fn parts(&mut self) -> (&mut HostPipeline, Answers<'_>) {
-        let Self { pipeline, textures, law, durations, motion, scale, clock, options, doubts, at_once, slip, .. } =
-            self;
-        let (motion, options) = (*motion, *options);
-        (pipeline, Answers { textures, law, durations, motion, scale, clock, options, doubts, at_once, slip })
-    }
 }
 
-/// The options and models that turn updates into outputs.
-struct Answers<'p> {
-    textures: &'p Textures,
-    law: &'p AnyLaw,
-    durations: &'p SpeedConfig,
-    motion: MotionConfig,
-    scale: &'p FeatureScale,
-    clock: &'p mut FrameClock,
-    options: OutputOptions,
-    doubts: &'p mut Doubts,
-    at_once: &'p mut AtOnce,
-    slip: &'p mut Option<SlipDetector>,
+/// Turns updates into outputs.
+#[derive(Debug)]
+struct Answers {
+    context: Answering,
+    law: AnyLaw,
+    doubts: Doubts,
+    at_once: AtOnce,
+    /// Watches held parts, if the law takes taxels.
+    slip: Option<SlipDetector>,
+    /// The outputs of the source's event so far.
+    outputs: Vec<Output>,
 }
 
-impl Answers<'_> {
-    fn event(&self, event: &Event<'_>, answer: Answer) -> Output {
-        let Self { durations, textures, motion, scale, ref clock, options, ref doubts, .. } = *self;
-        let OutputOptions { samples: with_sample, paths: with_paths, .. } = options;
-        let answering = Answering { durations, textures, motion, scale, clock, with_sample, with_paths };
-        let event = TactileEvent::new(event, answer, &answering);
-        Output::Event(Box::new(doubts.of(event, motion)))
+impl Answers {
+    fn event(&self, event: &Event<'_>, answer: Answer) -> TactileEvent {
+        self.doubts.of(TactileEvent::new(event, answer, &self.context), self.context.motion)
     }
 
     /// Returns whether all events have their whole samples, and so are those of a data set.
     fn waits(&self) -> bool {
-        self.options.samples || self.options.paths || !self.textures.answer_at_once()
+        let Answering { options, textures, .. } = &self.context;
+        options.samples || options.paths || !textures.answer_at_once()
     }
 
-    /// Returns the answer about a whole sample, if it is an event of its own.
-    fn answer(&mut self, event: &Event<'_>) -> Option<Answer> {
-        if self.waits() { Some(self.law.answer(event)) } else { self.at_once.answer(event, self.law) }
+    /// Returns the event of a whole sample, if it is one of its own.
+    fn whole(&mut self, event: &Event<'_>) -> Option<Output> {
+        let waits = self.waits();
+        let answer = if waits { self.law.answer(event) } else { self.at_once.answer(event, &self.law)? };
+        Some(Output::Event(Box::new(self.event(event, answer))))
     }
 
     /// Returns the event of a touch under way, as soon as its motion is certain and its models have their path.
     fn at_once(&mut self, touch: &Event<'_>) -> Option<Output> {
         let first = touch.touch_frame.unwrap_or(touch.frame);
-        if self.waits() || !self.clock.is_in_time(first, touch.last_frame()) {
+        if self.waits() || !self.context.clock.is_in_time(first, touch.last_frame()) {
             return None;
         }
-        let answer = self.at_once.answer(touch, self.law)?;
-        if touch.is_under_way() && self.textures.lack_path(touch, &answer, self.motion) {
+        let answer = self.at_once.answer(touch, &self.law)?;
+        if touch.is_under_way() && self.context.textures.lack_path(touch, &answer, self.context.motion) {
             return None;
         }
         // The whole sample decides about a doubt.
-        let output = self.event(touch, answer);
-        matches!(&output, Output::Event(event) if event.reliable).then_some(output)
+        Some(self.event(touch, answer)).filter(|event| event.reliable).map(|event| Output::Event(Box::new(event)))
     }
 
     fn times(&self, frame: u64) -> RecordTimes {
-        RecordTimes::new(frame, Some(self.clock))
+        RecordTimes::new(frame, Some(&self.context.clock))
     }
 
     fn interrupted(&self, sample: InterruptedSample) -> Output {
-        Output::Interrupted(InterruptedReport::new(sample, Some(self.clock)))
+        Output::Interrupted(InterruptedReport::new(sample, Some(&self.context.clock)))
     }
 
     fn contact_end(&mut self, end: ContactEnd) -> Output {
-        Output::ContactEnd(ContactEndReport::new(self.at_once.end(end), Some(self.clock)))
+        Output::ContactEnd(ContactEndReport::new(self.at_once.end(end), Some(&self.context.clock)))
     }
 
-    /// Emits what an update brought. Returns whether it answered the touch under way.
-    fn emit<E>(&mut self, update: &Update<'_>, emit: &mut impl FnMut(Output) -> Result<(), E>) -> Result<bool, E> {
-        if let Some(frame) = update.frame().filter(|_| self.options.features) {
-            let (frame, features) = (frame.number, frame.features);
+    /// Takes what an update brought. Returns whether it answered the touch under way.
+    fn take(&mut self, update: &Update<'_>) -> bool {
+        if let Some(frame) = update.frame().filter(|_| self.context.options.features) {
+            let (frame, features, sums) = (frame.number, frame.features, None);
             let RecordTimes { time_ns, stamp, .. } = self.times(frame);
-            emit(Output::Features(FrameFeatures { frame, time_ns, stamp, features }))?;
+            self.outputs.push(Output::Features(FrameFeatures { frame, time_ns, stamp, features, sums }));
         }
-        if let Some(slip) = self.slip.as_mut().and_then(|slip| slip.push(update)) {
-            emit(Output::Slip(SlipReport::new(slip, Some(self.clock))))?;
-        }
+        let slip = self.slip.as_mut().and_then(|slip| slip.push(update));
+        self.outputs.extend(slip.map(|slip| Output::Slip(SlipReport::new(slip, Some(&self.context.clock)))));
         if let Some(sample) = update.interrupted() {
-            *self.at_once = AtOnce::new(self.motion);
-            emit(self.interrupted(sample))?;
+            self.at_once = AtOnce::new(self.context.motion);
+            self.outputs.push(self.interrupted(sample));
         }
-        if let Some(event) = update.event()
-            && let Some(answer) = self.answer(&event)
-        {
-            emit(self.event(&event, answer))?;
-        }
-        if let Some(end) = update.contact_end() {
-            emit(self.contact_end(end))?;
-        }
+        let event = update.event().and_then(|event| self.whole(&event));
+        self.outputs.extend(event);
+        let end = update.contact_end().map(|end| self.contact_end(end));
+        self.outputs.extend(end);
         if let Some(output) = update.touch().and_then(|touch| self.at_once(&touch)) {
-            emit(output)?;
-            return Ok(true);
+            self.outputs.push(output);
+            return true;
         }
-        for (frame, frames, texture) in self.textures.of_prefixes(update) {
+        for (frame, frames, texture) in self.context.textures.of_prefixes(update) {
             let RecordTimes { time_ns, stamp, .. } = self.times(frame);
-            emit(Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }))?;
+            self.outputs.push(Output::EarlyTexture(EarlyTexture { frame, time_ns, stamp, frames, texture }));
         }
-        Ok(false)
+        false
     }
 }
 

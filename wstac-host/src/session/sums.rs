@@ -26,7 +26,7 @@ impl FrameSums {
     }
 
     /// Forgets the feature frame under way: the next camera frame is the first of one.
-    fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         (self.present, self.sums) = (0, [0; TAXELS]);
     }
 

@@ -87,7 +87,7 @@ impl JpegFolder {
         self.pictures.check_order(file, turn, self.info.row_order)?;
         // Pictures of one size may have been turned from two.
         let stored = turn.frame_size(expected);
-        if self.decoder.size() != stored {
+        if self.decoder.size != stored {
             self.decoder = Decoder::new(stored);
         }
         Ok(turn)
@@ -103,7 +103,7 @@ impl Source for JpegFolder {
         let Some(file) = self.pictures.next() else { return Ok(SourceEvent::End) };
         let turn = read(&file, &mut self.bytes).and_then(|()| self.orientation(&file));
         let turn = self.pictures.or_end(turn)?;
-        let (width, jpeg) = (usize::from(self.decoder.size().width()), &self.bytes[..]);
+        let (width, jpeg) = (usize::from(self.decoder.size.width()), &self.bytes[..]);
         Ok(match self.decoder.picture(jpeg) {
             Ok(rgb) => match self.pictures.turned(&file, turn) {
                 Some(fault) => fault,

@@ -246,17 +246,11 @@ fn open_recording(path: &Path, _: &OpenOptions) -> Result<Box<dyn Source>, Error
 /// # Errors
 /// The recording cannot be read.
 pub fn recorded_sensors(name: &OsStr) -> Result<Vec<String>, Error> {
-    if is_recording(name) { sensors_of(Path::new(name)) } else { Ok(Vec::new()) }
-}
-
-#[cfg(feature = "mcap")]
-fn sensors_of(path: &Path) -> Result<Vec<String>, Error> {
-    McapSource::sensors(path)
-}
-
-#[cfg(not(feature = "mcap"))]
-#[expect(clippy::unnecessary_wraps, reason = "as with the feature")]
-fn sensors_of(_: &Path) -> Result<Vec<String>, Error> {
+    #[cfg(feature = "mcap")]
+    if is_recording(name) {
+        return McapSource::sensors(Path::new(name));
+    }
+    let _ = name;
     Ok(Vec::new())
 }
 

@@ -87,16 +87,9 @@ impl Orientation {
         let (columns, rows) = self.size((width, height));
         for row in 0..rows {
             for column in 0..columns {
-                let (right, bottom) = (columns - 1 - column, rows - 1 - row);
-                let (x, y) = match self.0 {
-                    1 => (right, row),
-                    2 => (right, bottom),
-                    3 => (column, bottom),
-                    4 => (row, column),
-                    5 => (row, right),
-                    6 => (bottom, right),
-                    _ => (bottom, column),
-                };
+                let x = if matches!(self.0, 1 | 2 | 5 | 6) { columns - 1 - column } else { column };
+                let y = if matches!(self.0, 2 | 3 | 6 | 7) { rows - 1 - row } else { row };
+                let (x, y) = self.size((x, y));
                 let at = (y * width + x) * bytes;
                 to.extend_from_slice(from.get(at..at + bytes).unwrap_or_default());
             }

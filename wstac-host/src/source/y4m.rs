@@ -10,6 +10,7 @@
 mod header;
 pub(super) mod input;
 
+use std::fmt::Display;
 use std::io::Read;
 use std::ops::Range;
 use std::os::fd::AsFd;
@@ -226,7 +227,7 @@ impl Source for Y4m {
 }
 
 impl InputBuffer {
-    fn error(&self, message: impl std::fmt::Display) -> Error {
+    fn error(&self, message: impl Display) -> Error {
         Error::new(ErrorKind::Format, &self.subject, message)
     }
 
@@ -237,21 +238,8 @@ impl InputBuffer {
     /// Reads until the header's newline, and returns where that is.
     fn header_line(&mut self) -> Result<usize, Error> {
         loop {
-            let bytes = self.read_bytes();
-            let start = bytes.get(..MAGIC.len()).unwrap_or(bytes);
-            let next = bytes.get(MAGIC.len());
-            if !MAGIC.starts_with(start) || next.is_some_and(|next| ![b' ', b'\n'].contains(next)) {
-                let start = bytes.get(..bytes.len().min(MAGIC.len() + 1)).unwrap_or_default();
-                let start = start.escape_ascii();
-                return Err(
-                    self.error(format_args!("starts with \"{start}\", expected \"YUV4MPEG2 \" as every Y4M does"))
-                );
-            }
-            if let Some(at) = bytes.iter().take(LONGEST_LINE).position(|&byte| byte == b'\n') {
+            if let Some(at) = self.line(MAGIC, "", "\"YUV4MPEG2 \" as every Y4M does", "header line")? {
                 return Ok(at);
-            }
-            if bytes.len() >= LONGEST_LINE {
-                return Err(self.error(format_args!("header line has no end in {LONGEST_LINE} bytes")));
             }
             let found = self.filled;
             match self.fill(FIRST_READ)? {
@@ -268,19 +256,30 @@ impl InputBuffer {
 
     /// Returns the length of the `FRAME` line at the buffer's start, newline included; `None` until all of it is there.
     fn frame_line(&self, frame: u64) -> Result<Option<usize>, Error> {
-        const WORD: &[u8] = b"FRAME";
+        let (of, name) = (format_args!("frame {frame} "), format_args!("FRAME line of frame {frame}"));
+        Ok(self.line(b"FRAME", of, "\"FRAME\"", name)?.map(|at| at + 1))
+    }
+
+    /// Returns the place of the newline of a line that begins with a word; `None` until it is there.
+    fn line(
+        &self,
+        word: &[u8],
+        of: impl Display,
+        expected: impl Display,
+        name: impl Display,
+    ) -> Result<Option<usize>, Error> {
         let bytes = self.read_bytes();
-        let start = bytes.get(..WORD.len()).unwrap_or(bytes);
-        let next = bytes.get(WORD.len());
-        if !WORD.starts_with(start) || next.is_some_and(|next| ![b' ', b'\n'].contains(next)) {
-            let start = bytes.get(..bytes.len().min(WORD.len() + 1)).unwrap_or_default().escape_ascii();
-            return Err(self.error(format_args!("frame {frame} starts with \"{start}\", expected \"FRAME\"")));
+        let start = bytes.get(..word.len()).unwrap_or(bytes);
+        let next = bytes.get(word.len());
+        if !word.starts_with(start) || next.is_some_and(|next| ![b' ', b'\n'].contains(next)) {
+            let start = bytes.get(..bytes.len().min(word.len() + 1)).unwrap_or_default().escape_ascii();
+            return Err(self.error(format_args!("{of}starts with \"{start}\", expected {expected}")));
         }
         let newline = bytes.iter().take(LONGEST_LINE).position(|&byte| byte == b'\n');
         if newline.is_none() && bytes.len() >= LONGEST_LINE {
-            return Err(self.error(format_args!("FRAME line of frame {frame} has no end in {LONGEST_LINE} bytes")));
+            return Err(self.error(format_args!("{name} has no end in {LONGEST_LINE} bytes")));
         }
-        Ok(newline.map(|at| at + 1))
+        Ok(newline)
     }
 
     /// Makes room by moving unused bytes to the buffer's start. Once the buffer has its full size, these are at most a

@@ -120,7 +120,10 @@ fn switched(device: &impl Controls, control: &Control, switch: &Switch, asked: O
     }
     let open = match asked {
         Some(_) => (automatic && now == target).then_some(UnlockedReason::SetAutomatic),
-        None if has_off => Some(still_on(refused.as_ref(), control)),
+        None if has_off => Some(refused.as_ref().map_or(UnlockedReason::StillOn, |error| {
+            let reasons = [UnlockedReason::OnReadOnly, UnlockedReason::OnGrabbed, UnlockedReason::OnInactive];
+            refusal(error, "cannot be switched off", control, reasons)
+        })),
         None => Some(other(format!("cannot be off, which is {}: the camera has {least} to {most}", switch.off))),
     };
     Attempt { target, refused: refused.filter(|_| open.is_none()), open, automatic, ..nothing_of(control) }
@@ -136,25 +139,11 @@ fn nothing_of(control: &Control) -> Attempt {
     Attempt { id: control.id, name, target: None, refused: None, open: None, automatic: false }
 }
 
-/// Returns why a switch is on that was to be off.
-fn still_on(refused: Option<&io::Error>, control: &Control) -> UnlockedReason {
-    let Some(error) = refused else { return UnlockedReason::StillOn };
-    match ControlRefusal::of(control) {
-        Some(ControlRefusal::ReadOnly) => UnlockedReason::OnReadOnly,
-        Some(ControlRefusal::Grabbed) => UnlockedReason::OnGrabbed,
-        Some(ControlRefusal::Inactive) => UnlockedReason::OnInactive,
-        None => other(format!("cannot be switched off: {error}")),
-    }
-}
-
-/// Returns why the driver refused a value.
-fn not_set(error: &io::Error, control: &Control) -> UnlockedReason {
-    match ControlRefusal::of(control) {
-        Some(ControlRefusal::ReadOnly) => UnlockedReason::ReadOnly,
-        Some(ControlRefusal::Grabbed) => UnlockedReason::Grabbed,
-        Some(ControlRefusal::Inactive) => UnlockedReason::Governed,
-        None => other(format!("cannot be set: {error}")),
-    }
+/// Returns why a control refused a value, of the reasons for one that is read-only, grabbed or inactive.
+fn refusal(error: &io::Error, what: &str, control: &Control, reasons: [UnlockedReason; 3]) -> UnlockedReason {
+    let flags = [sys::V4L2_CTRL_FLAG_READ_ONLY, sys::V4L2_CTRL_FLAG_GRABBED, sys::V4L2_CTRL_FLAG_INACTIVE];
+    let known = flags.into_iter().zip(reasons).find(|(flag, _)| control.has(*flag));
+    known.map_or_else(|| other(format!("{what}: {error}")), |(_, reason)| reason)
 }
 
 /// Creates a reason with numbers or the driver's words.
@@ -183,7 +172,8 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
     } else if open.is_some() {
         open
     } else if let (Some(error), Some(now)) = (&refused, now) {
-        Some(not_set(error, now))
+        let reasons = [UnlockedReason::ReadOnly, UnlockedReason::Grabbed, UnlockedReason::Governed];
+        Some(refusal(error, "cannot be set", now, reasons))
     } else if value != target {
         let found = |value: Option<i32>| value.map_or_else(|| "nothing".to_owned(), |value| value.to_string());
         Some(other(format!("set to {}, but reads back {}", found(target), found(value))))
@@ -196,26 +186,4 @@ fn judged(device: &impl Controls, attempt: Attempt, after: &[Control]) -> Locked
     };
     let value = value.or(target).map_or(0, i64::from);
     LockedControl { name, id, value, locked: why.is_none(), why }
-}
-
-/// The reason why a driver refuses a value, as the control's flags say.
-enum ControlRefusal {
-    ReadOnly,
-    Grabbed,
-    Inactive,
-}
-
-impl ControlRefusal {
-    /// Returns the reason that a control's flags give; `None` if they give no reason.
-    fn of(control: &Control) -> Option<Self> {
-        if control.has(sys::V4L2_CTRL_FLAG_READ_ONLY) {
-            Some(Self::ReadOnly)
-        } else if control.has(sys::V4L2_CTRL_FLAG_GRABBED) {
-            Some(Self::Grabbed)
-        } else if control.has(sys::V4L2_CTRL_FLAG_INACTIVE) {
-            Some(Self::Inactive)
-        } else {
-            None
-        }
-    }
 }

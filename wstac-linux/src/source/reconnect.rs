@@ -3,13 +3,13 @@
 use std::thread;
 use std::time::Duration;
 
-use super::{CameraSource, Told, stream};
+use super::{CameraSource, stream};
 use crate::choose::same;
 use crate::{Camera, Negotiated};
 use wstac_host::camera::LockedControl;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
-use wstac_host::source::{Fault, FaultKind, LossReason, Remedy, StreamInfo};
+use wstac_host::source::{Fault, FaultKind, LossReason, Remedy, SourceEvent, StreamInfo};
 
 /// The pause from one try to the next.
 const PAUSE: Duration = Duration::from_millis(500);
@@ -66,7 +66,7 @@ impl CameraSource {
         away.no_signal = false;
         if away.is_new(why) {
             let remedy = Some(Remedy::AwaitCamera);
-            self.told.push_back(Told::Fault(Fault { remedy, ..Fault::new(FaultKind::Disconnected, why) }));
+            self.told.push_back(SourceEvent::Fault(Fault { remedy, ..Fault::new(FaultKind::Disconnected, why) }));
         }
     }
 
@@ -87,7 +87,7 @@ impl CameraSource {
                 let why = error.to_string();
                 if away.is_new(&why) {
                     let remedy = Some(Remedy::Retry);
-                    self.told.push_back(Told::Fault(Fault { remedy, ..Fault::new(FaultKind::Refused, why) }));
+                    self.told.push_back(SourceEvent::Fault(Fault { remedy, ..Fault::new(FaultKind::Refused, why) }));
                 }
                 Ok(())
             }
@@ -103,7 +103,7 @@ impl CameraSource {
         let before = std::mem::replace(&mut self.info.camera, state).map(|state| state.controls).unwrap_or_default();
         if let Some(changed) = changed(&before, &camera.state.controls) {
             let message = format!("{}: {changed}: gray levels may have changed", self.path.display());
-            self.told.push_back(Told::Fault(Fault::new(FaultKind::Controls, message)));
+            self.told.push_back(SourceEvent::Fault(Fault::new(FaultKind::Controls, message)));
         }
         (self.waits, self.errors) = (0, 0);
         self.camera = Some(camera);

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use super::{RecoverFailure, Recovery, Waiting};
+use super::{Recovery, Waiting};
+use crate::error::Error;
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
 use crate::record::recorder::lost_frames;
@@ -33,7 +34,7 @@ struct Missing {
 
 impl Recovery<'_> {
     /// Takes a checksum, which ends a moment.
-    pub(super) fn sum(&mut self, span: Span) -> Result<(), RecoverFailure> {
+    pub(super) fn sum(&mut self, span: Span) -> Result<(), Error> {
         let body = self.walk.start_of(span, MOST_SUM)?.to_vec();
         let Some(message) = MessageBody::parse(&body) else { return self.flush() };
         let Some(sum) = Sum::parse(message.data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else {
@@ -48,7 +49,7 @@ impl Recovery<'_> {
             self.pending.retain(|pending| pending.span.at < from);
             self.flush()?;
             let Some(spans) = moment else { return Ok(()) };
-            let (crc, mut moment) = (self.walk.crc(), Vec::with_capacity(spans.len()));
+            let (crc, mut moment) = (self.walk.crc, Vec::with_capacity(spans.len()));
             for span in spans {
                 // The numbers are those that this program gave: the checksum has them.
                 let channel = self.walk.channel_of(span)?;
@@ -57,7 +58,7 @@ impl Recovery<'_> {
             }
             return self.sound_moment(&moment, &sum);
         }
-        let is_good = self.walk.crc() == Crc::Good;
+        let is_good = self.walk.crc == Crc::Good;
         if let Some(start) = self.summed_from(&message, &sum)? {
             let moment = self.pending.split_off(start);
             self.flush()?;
@@ -73,8 +74,7 @@ impl Recovery<'_> {
             return self.sound_moment(&moment, &sum);
         }
         if is_good && self.sorted.is_none() {
-            let what = "has other messages than those that were recorded, or has them in another order";
-            self.doubt.get_or_insert_with(|| what.to_owned());
+            self.doubt("has other messages than those that were recorded, or has them in another order");
         }
         self.flush()
     }
@@ -82,7 +82,7 @@ impl Recovery<'_> {
     /// Returns the first of the waiting messages that a checksum is of; `None` if it is not right.
     ///
     /// The channels may have other numbers than this program gave them, and other messages may stand between.
-    fn summed_from(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<Option<usize>, RecoverFailure> {
+    fn summed_from(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<Option<usize>, Error> {
         let mut bytes = 0_u64;
         let start =
             self.pending.iter().enumerate().rev().filter(|(_, of)| of.own.is_some()).find_map(|(number, of)| {
@@ -105,7 +105,7 @@ impl Recovery<'_> {
 
     /// Returns whether the waiting messages are a moment by the checksums of their chunks, by their times and by the
     /// counts of a checksum that stands in such a chunk.
-    fn fits(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<bool, RecoverFailure> {
+    fn fits(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<bool, Error> {
         let pending = std::mem::take(&mut self.pending);
         let (mut time, mut frames) = (None, Vec::new());
         for of in pending.iter().filter(|of| of.own.is_some()) {
@@ -121,7 +121,7 @@ impl Recovery<'_> {
         let is_good = pending.iter().all(|of| of.crc == Crc::Good);
         self.pending = pending;
         let Some(known) = sum.tally().told_apart(self.sensors.count()) else { return Ok(false) };
-        let there = self.out.tally();
+        let there = &self.out.tally;
         Ok(is_good
             && is_of_time
             && found.iter().all(|(&sensor, of_moment)| {
@@ -135,14 +135,14 @@ impl Recovery<'_> {
     ///
     /// If a recording of several sensors counts the frames of all together, nobody knows of which sensor missing ones
     /// are. Then everything behind them is left out.
-    fn sound_moment(&mut self, moment: &[Waiting], sum: &Sum) -> Result<(), RecoverFailure> {
+    fn sound_moment(&mut self, moment: &[Waiting], sum: &Sum) -> Result<(), Error> {
         let own = self.frames_of(moment)?;
         (self.is_suspect, self.suspects) = (false, 0);
         self.spacings.clear();
         let known = sum.tally().told_apart(self.sensors.count());
         let (place, crc) = sum.key();
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
-        let (before, there) = (place.saturating_sub(of_moment), self.out.tally().all.all());
+        let (before, there) = (place.saturating_sub(of_moment), self.out.tally.all.all());
         let key = (place, own.values().any(|counts| counts.frames > 0));
         // Other programs' messages may be alike.
         let is_own = moment.iter().any(|of| of.own.is_some());
@@ -163,7 +163,7 @@ impl Recovery<'_> {
                 self.known = Some(known.clone());
             }
             for (&sensor, &of_moment) in &own {
-                let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally().of(sensor)) else {
+                let Some(missing) = missing_before(of_moment, known.of(sensor), self.out.tally.of(sensor)) else {
                     // It stands behind one that came later.
                     self.leave_out(&own, true);
                     return Ok(());
@@ -191,7 +191,7 @@ impl Recovery<'_> {
     }
 
     /// Returns the frames of a moment, found and lost, of each sensor that it is of.
-    fn frames_of(&mut self, moment: &[Waiting]) -> Result<BTreeMap<u8, Counts>, RecoverFailure> {
+    fn frames_of(&mut self, moment: &[Waiting]) -> Result<BTreeMap<u8, Counts>, Error> {
         let mut found = BTreeMap::<u8, Counts>::new();
         for of in moment {
             let Some((sensor, topic)) = of.own else { continue };
@@ -214,8 +214,8 @@ impl Recovery<'_> {
     ///
     /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
     /// found stands for it: the gap comes behind that frame, and all others keep their numbers.
-    pub(super) fn copy_after_gaps(&mut self, moment: &[Waiting], gaps: &[(u8, u64)]) -> Result<(), RecoverFailure> {
-        let has_started = |of: &Self, sensor| of.out.tally().of(sensor).frames > 0;
+    pub(super) fn copy_after_gaps(&mut self, moment: &[Waiting], gaps: &[(u8, u64)]) -> Result<(), Error> {
+        let has_started = |of: &Self, sensor| of.out.tally.of(sensor).frames > 0;
         let (before, behind): (Vec<_>, Vec<_>) = gaps.iter().partition(|(sensor, _)| has_started(self, *sensor));
         for (sensor, gap) in before {
             self.enter_lost(sensor, gap, None)?;

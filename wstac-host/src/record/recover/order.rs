@@ -10,7 +10,7 @@ use mcap::records::op;
 
 use super::super::sorted::Index;
 use super::super::walk::WalkStep;
-use super::{RecoverFailure, Recovered, Recovery, attempt, not_written};
+use super::{Recovered, Recovery, attempt, not_written};
 use crate::error::{Error, ErrorKind};
 
 /// Recovers everything that was completely written. `new` is an empty file at `path`.
@@ -58,7 +58,7 @@ pub(super) enum Order {
 
 impl Recovery<'_> {
     /// Puts the messages of the old file in order.
-    pub(super) fn sort(&mut self) -> Result<(), RecoverFailure> {
+    pub(super) fn sort(&mut self) -> Result<(), Error> {
         let mut index = Index::default();
         loop {
             match self.walk.next()? {

@@ -1,11 +1,10 @@
 //! The search for the next record behind damage.
 
-use std::io;
-
 use mcap::records::op;
 
 use super::shape::Around;
 use super::{HEAD, MESSAGE_HEADER, Walk};
+use crate::error::Error;
 use crate::record::compression::Compression;
 use crate::record::sums;
 
@@ -14,13 +13,13 @@ const PIECE: usize = 1 << 15;
 
 impl Walk {
     /// Returns whether a record follows that may stand behind a chunk.
-    pub(super) fn follows(&mut self, end: u64) -> io::Result<bool> {
+    pub(super) fn follows(&mut self, end: u64) -> Result<bool, Error> {
         let span = self.shape_in(end, Around::File)?;
         Ok(span.is_some_and(|span| matches!(span.op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA | op::DATA_END)))
     }
 
     /// Returns whether only zeros follow, which are reserved room.
-    pub(super) fn is_empty_from(&mut self, mut at: u64) -> io::Result<bool> {
+    pub(super) fn is_empty_from(&mut self, mut at: u64) -> Result<bool, Error> {
         let end = self.end;
         loop {
             at = self.file.next_data(at);
@@ -37,7 +36,7 @@ impl Walk {
     }
 
     /// Returns the next place at which records start again.
-    pub(super) fn resync(&mut self, from: u64) -> io::Result<u64> {
+    pub(super) fn resync(&mut self, from: u64) -> Result<u64, Error> {
         let chunk = self.around;
         let end = chunk.end().unwrap_or(self.end);
         let summary = self.summary.as_ref().filter(|_| self.outer.is_none());
@@ -50,14 +49,14 @@ impl Walk {
     }
 
     /// Returns the next place at which records certainly start again that stand behind a compressed chunk.
-    pub(super) fn resync_behind(&mut self, from: u64, end: u64) -> io::Result<u64> {
+    pub(super) fn resync_behind(&mut self, from: u64, end: u64) -> Result<u64, Error> {
         // A compressed chunk may hold messages that were not changed by the compression.
         let is_code = |op| matches!(op, op::CHUNK | op::MESSAGE_INDEX | op::METADATA);
         self.search(from, end, Around::File, is_code)
     }
 
     /// Returns the next place with one of these codes at which records start.
-    fn search(&mut self, from: u64, end: u64, chunk: Around, is_code: impl Fn(u8) -> bool) -> io::Result<u64> {
+    fn search(&mut self, from: u64, end: u64, chunk: Around, is_code: impl Fn(u8) -> bool) -> Result<u64, Error> {
         let mut piece = std::mem::take(&mut self.piece);
         let mut at = from;
         let found = loop {
@@ -100,7 +99,7 @@ impl Walk {
     }
 
     /// Returns whether records certainly start at a place: a checksum, or three records one behind the other.
-    fn is_anchor(&mut self, at: u64, chunk: Around) -> io::Result<bool> {
+    fn is_anchor(&mut self, at: u64, chunk: Around) -> Result<bool, Error> {
         let end = chunk.end().unwrap_or(self.end);
         let (mut at, mut chunk) = (at, chunk);
         for _ in 0..3 {
@@ -140,7 +139,7 @@ impl Walk {
     }
 
     /// Returns whether the file has no more bytes here than zeros, as far as a look goes.
-    fn is_empty_start(&mut self, at: u64) -> io::Result<bool> {
+    fn is_empty_start(&mut self, at: u64) -> Result<bool, Error> {
         Ok(self.file.peek(at, 1 << 16)?.iter().all(|&byte| byte == 0))
     }
 }

@@ -1,10 +1,9 @@
 //! The shapes of records: what stands at a place of a file, if it can be believed.
 
-use std::io;
-
 use mcap::records::op;
 
 use super::{HEAD, MESSAGE_HEADER, Span, Walk};
+use crate::error::Error;
 use crate::record::compression::Compression;
 use crate::record::limits::{MOST_DEFINITIONS, MOST_MESSAGE};
 use crate::record::parse::fits;
@@ -50,7 +49,7 @@ impl Around {
 
 impl Walk {
     /// Returns whether a record starts here that is longer than the file.
-    pub(super) fn is_cut_off(&mut self, at: u64) -> io::Result<bool> {
+    pub(super) fn is_cut_off(&mut self, at: u64) -> Result<bool, Error> {
         let left = self.file.length().saturating_sub(at);
         if left < HEAD {
             return Ok(true);
@@ -62,19 +61,19 @@ impl Walk {
     }
 
     /// Returns a record's operation code and length; `None` at the end.
-    pub(super) fn head(&mut self, at: u64) -> io::Result<Option<(u8, u64)>> {
+    pub(super) fn head(&mut self, at: u64) -> Result<Option<(u8, u64)>, Error> {
         let head = self.file.peek(at, HEAD as usize)?;
         let Some((op, length)) = head.split_first() else { return Ok(None) };
         Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
     }
 
     /// Returns the record at a place if it has the shape of its kind.
-    pub(super) fn shape(&mut self, at: u64) -> io::Result<Option<Span>> {
+    pub(super) fn shape(&mut self, at: u64) -> Result<Option<Span>, Error> {
         self.shape_in(at, self.around)
     }
 
     /// Returns the record at a place if it has the shape of its kind. `chunk` is what it stands in.
-    pub(super) fn shape_in(&mut self, at: u64, chunk: Around) -> io::Result<Option<Span>> {
+    pub(super) fn shape_in(&mut self, at: u64, chunk: Around) -> Result<Option<Span>, Error> {
         let limit = chunk.end().unwrap_or(self.end);
         if matches!(chunk, Around::File) && self.indexed(at).is_some() {
             // The index knows better than a damaged code.
@@ -117,7 +116,7 @@ impl Walk {
         if self.goes_on() { MOST_MESSAGE } else { u64::MAX }
     }
 
-    fn fits(&mut self, op: u8, at: u64, length: u64) -> io::Result<bool> {
+    fn fits(&mut self, op: u8, at: u64, length: u64) -> Result<bool, Error> {
         if length > MOST_DEFINITIONS {
             return Ok(false);
         }
@@ -129,7 +128,7 @@ impl Walk {
     }
 
     /// Returns whether the index or the footer follows the record at the end of the data.
-    pub(super) fn is_end(&mut self, at: u64) -> io::Result<bool> {
+    pub(super) fn is_end(&mut self, at: u64) -> Result<bool, Error> {
         let next = self.file.peek(at + DATA_END, 1)?.first().copied();
         Ok(next.is_none_or(|op| matches!(op, op::FOOTER..=op::CHANNEL | op::CHUNK_INDEX..=op::SUMMARY_OFFSET)))
     }
@@ -144,7 +143,7 @@ impl Walk {
     /// Returns what the header of a chunk says; `None` if there is none at this place.
     ///
     /// A chunk's header has its length three times, so one of them may be damaged.
-    pub(super) fn chunk_head(&mut self, at: u64) -> io::Result<Option<ChunkHead>> {
+    pub(super) fn chunk_head(&mut self, at: u64) -> Result<Option<ChunkHead>, Error> {
         let indexed = self.indexed(at);
         let left = self.end.saturating_sub(at + HEAD + CHUNK_HEADER);
         let is_open = self.summary.is_none();

@@ -6,7 +6,7 @@ use std::time::Duration;
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
-use crate::source::{Fault, FaultKind, Frame, Lag, LossReason, RATE_OFF, Source, SourceEvent, Stamp, StreamInfo};
+use crate::source::{Fault, FaultKind, Frame, LossReason, RATE_OFF, Source, SourceEvent, StreamInfo};
 
 /// The shortest span of a measurement, in time and in frames.
 const SPAN: Duration = Duration::from_secs(2);
@@ -66,17 +66,15 @@ pub struct RateWatch<S> {
 #[derive(Debug, Default)]
 struct FrameCopy {
     bytes: Vec<u8>,
-    timestamp: Option<Duration>,
-    stamp: Option<Stamp>,
-    sequence: Option<u32>,
     encoded: Option<Vec<u8>>,
-    lag: Lag,
+    /// The rest of the frame.
+    facts: Frame<'static>,
 }
 
 impl FrameCopy {
     fn set(&mut self, frame: &Frame<'_>) {
-        (self.timestamp, self.stamp) = (frame.timestamp, frame.stamp);
-        (self.sequence, self.lag) = (frame.sequence, frame.lag);
+        let Frame { timestamp, stamp, sequence, lag, .. } = *frame;
+        self.facts = Frame { timestamp, stamp, sequence, lag, ..Frame::default() };
         self.bytes.clear();
         self.bytes.extend_from_slice(frame.bytes);
         self.encoded = frame.encoded.map(<[u8]>::to_vec);
@@ -91,8 +89,7 @@ impl FrameCopy {
     }
 
     fn frame(&self) -> Frame<'_> {
-        let Self { timestamp, stamp, sequence, lag, .. } = *self;
-        Frame { bytes: &self.bytes, timestamp, stamp, sequence, encoded: self.encoded.as_deref(), lag, off: 0.0 }
+        Frame { bytes: &self.bytes, encoded: self.encoded.as_deref(), ..self.facts }
     }
 }
 
@@ -144,7 +141,7 @@ impl<S: Source> Source for RateWatch<S> {
             Ok(SourceEvent::End) => Ok(SourceEvent::End),
             Err(error) => Err(error),
         };
-        let is_slow = self.pace.is_slow();
+        let is_slow = self.pace.slow;
         self.ready.extend(self.losses.drain(..).map(|(frames, reason)| {
             let is_never = is_slow && reason == LossReason::Dropped;
             Ok(SourceEvent::Lost { frames, reason: if is_never { LossReason::NeverTaken } else { reason } })
@@ -180,11 +177,6 @@ impl Pace {
     fn new(rate: FrameRate) -> Self {
         let rate = rate.per_second();
         Self { rate, start: None, last: 0, slow: false, long_start: None, off: None }
-    }
-
-    /// Returns whether the camera was slow when it was measured last.
-    fn is_slow(&self) -> bool {
-        self.slow
     }
 
     /// Notes a buffer, and returns a fault if the pace has changed.
@@ -447,11 +439,11 @@ mod tests {
     fn a_slow_camera_is_reported_once_and_once_more_when_it_recovers() {
         let mut pace = Pace::new(FrameRate::NOMINAL);
         assert_eq!(said(&mut pace, 100.0, 15.0, 0..150), [(30, FaultKind::Slow)]);
-        assert!(pace.is_slow());
+        assert!(pace.slow);
         // The rate is back at 30 per second. The span that holds both rates may still be slow.
         let told = said(&mut pace, 110.0 - 150.0 / 30.0, 30.0, 150..450);
         assert!(matches!(told[..], [(210..=211, FaultKind::InTime)]), "{told:?}");
-        assert!(!pace.is_slow());
+        assert!(!pace.slow);
     }
 
     #[test]

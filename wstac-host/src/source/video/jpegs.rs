@@ -17,9 +17,10 @@ use wstac_core::rate::FrameRate;
 use super::ffmpeg::{Decoder, Report};
 use crate::camera::mjpeg::{self, Refusal};
 use crate::error::Error;
+use crate::files::readable;
 use crate::source::StreamInfo;
 use crate::source::jpeg_folder::MOST_BYTES;
-use crate::source::y4m::{header_of, input::readable};
+use crate::source::y4m::{header_of, input::WAIT_MS};
 
 /// Writes each picture behind its size to the output, and its time and its size to the descriptor of an input.
 const COPY: &str = "-map 0:V:0 -c copy -copyinkf -flush_packets 1 -f mpjpeg pipe:1 \
@@ -36,7 +37,7 @@ pub(super) fn start(subject: &str, path: &Path, size: FrameSize) -> Result<Optio
     let (process, parts, reports) = Decoder::start(subject, path, COPY.split_ascii_whitespace(), to_times.into())?;
     let parts = File::from(OwnedFd::from(parts));
     // A signal that is handled ends the wait.
-    while !readable(&parts).map_err(failed)? {}
+    while !readable(&parts, WAIT_MS).map_err(failed)? {}
     let (mut parts, mut times, mut tick_ms) = (BufReader::new(parts), BufReader::new(times), f64::NAN);
     let mut pictures = std::iter::from_fn(move || next_picture(&mut parts, &mut times, &mut tick_ms));
     let (mut decoder, first) = (mjpeg::Decoder::new(size), pictures.next());

@@ -26,83 +26,57 @@ pub(super) struct Header {
     pub(super) name: String,
 }
 
-/// Tags as they were found, at most one of each. X tags are apart.
-#[derive(Default)]
-struct Tags {
-    /// Values of W, H, F, I, A and C.
-    values: [Option<String>; KEYS.len()],
-    range: Option<QuantizationRange>,
-    /// The value of an old writer's X tag for the chroma's sampling.
-    sampling: Option<String>,
-}
-
-const KEYS: [char; 6] = ['W', 'H', 'F', 'I', 'A', 'C'];
-
 impl Header {
     /// Reads the tags behind the magic word. `fps` replaces the header's rate.
     pub(super) fn parse(line: &[u8], fps: Option<FrameRate>) -> Result<Self, String> {
-        let tags = Tags::parse(&String::from_utf8_lossy(line))?;
-        let [width, height, rate, interlacing, aspect, format] = &tags.values;
-        let size = FrameSize::new(side('W', width.as_deref())?, side('H', height.as_deref())?);
-        let (rate, own_rate) = checked_rate(rate.as_deref(), fps)?;
-        match interlacing.as_deref() {
+        let line = String::from_utf8_lossy(line);
+        let tags = tags(&line)?;
+        let value = |start: &str| tags.iter().rev().find_map(|tag| tag.strip_prefix(start));
+        let size = FrameSize::new(side('W', value("W"))?, side('H', value("H"))?);
+        let (rate, own_rate) = checked_rate(value("F"), fps)?;
+        match value("I") {
             None | Some("?" | "p" | "t" | "b" | "m") => {}
             Some(other) => return Err(format!("I is {other:?}, expected ?, p, t, b or m")),
         }
-        if let Some(aspect) = aspect.as_deref().filter(|aspect| ratio(aspect).is_none()) {
+        if let Some(aspect) = value("A").filter(|aspect| ratio(aspect).is_none()) {
             return Err(format!("A is {aspect:?}, expected two numbers as in 1:1"));
         }
-        let (name, format) = checked_format(format.as_deref(), tags.sampling.as_deref())?;
-        let is_limited = tags.range == Some(QuantizationRange::Limited);
+        // X tags have no fixed meaning, but two of them change what the bytes mean. An old writer states sampling so.
+        let range = match value("XCOLORRANGE=") {
+            None => None,
+            Some("FULL") => Some(QuantizationRange::Full),
+            Some("LIMITED") => Some(QuantizationRange::Limited),
+            Some(other) => return Err(format!("XCOLORRANGE is {other:?}, expected FULL or LIMITED")),
+        };
+        let (name, format) = checked_format(value("C"), value("XYSCSS="))?;
+        let is_limited = range == Some(QuantizationRange::Limited);
         Ok(Self {
             size: size.map_err(|error| error.to_string())?,
             rate,
             own_rate,
             format,
-            color: YcbcrEncoding {
-                matrix: YcbcrMatrix::Bt601,
-                range: tags.range.unwrap_or(QuantizationRange::Limited),
-            },
-            is_range_assumed: tags.range.is_none() && format.is_ycbcr(),
+            color: YcbcrEncoding { matrix: YcbcrMatrix::Bt601, range: range.unwrap_or(QuantizationRange::Limited) },
+            is_range_assumed: range.is_none() && format.is_ycbcr(),
             limited_bits: name.strip_prefix("Cmono").filter(|_| is_limited).map(|bits| bits.parse().unwrap_or(8)),
             name,
         })
     }
 }
 
-impl Tags {
-    fn parse(line: &str) -> Result<Self, String> {
-        let mut tags = Self::default();
-        for tag in line.split(' ').filter(|tag| !tag.is_empty()) {
-            let mut characters = tag.chars();
-            let key = characters.next().unwrap_or_default();
-            let value = characters.as_str();
-            if key == 'X' {
-                tags.extension(value)?;
-                continue;
-            }
-            let slot = KEYS.iter().position(|&known| known == key).and_then(|index| tags.values.get_mut(index));
-            let slot = slot.ok_or_else(|| format!("header has a tag {tag:?}, expected W, H, F, I, A, C or X"))?;
-            if slot.replace(value.to_owned()).is_some() {
-                return Err(format!("header has {key} twice, expected once"));
-            }
+/// Returns the tags of a header: at most one of each, but any number of X.
+fn tags(line: &str) -> Result<Vec<&str>, String> {
+    let mut tags = Vec::<&str>::new();
+    for tag in line.split(' ').filter(|tag| !tag.is_empty()) {
+        let key = tag.chars().next().unwrap_or_default();
+        if !"WHFIACX".contains(key) {
+            return Err(format!("header has a tag {tag:?}, expected W, H, F, I, A, C or X"));
         }
-        Ok(tags)
-    }
-
-    /// Reads an X tag. X tags have no fixed meaning, but two of them change what the bytes mean.
-    fn extension(&mut self, value: &str) -> Result<(), String> {
-        match value.split_once('=') {
-            Some(("COLORRANGE", "FULL")) => self.range = Some(QuantizationRange::Full),
-            Some(("COLORRANGE", "LIMITED")) => self.range = Some(QuantizationRange::Limited),
-            Some(("COLORRANGE", other)) => {
-                return Err(format!("XCOLORRANGE is {other:?}, expected FULL or LIMITED"));
-            }
-            Some(("YSCSS", sampling)) => self.sampling = Some(sampling.to_owned()),
-            _ => {}
+        if key != 'X' && tags.iter().any(|other| other.starts_with(key)) {
+            return Err(format!("header has {key} twice, expected once"));
         }
-        Ok(())
+        tags.push(tag);
     }
+    Ok(tags)
 }
 
 fn side(key: char, found: Option<&str>) -> Result<u32, String> {

@@ -2,10 +2,11 @@
 
 use std::fs::File;
 use std::io::{ErrorKind, Read, Result};
-use std::os::fd::AsRawFd;
+
+use crate::files::readable;
 
 /// Longest wait, in ms.
-const WAIT_MS: libc::c_int = 500;
+pub(in crate::source) const WAIT_MS: libc::c_int = 500;
 
 /// The origin of bytes.
 pub(super) enum Input {
@@ -30,7 +31,7 @@ impl Input {
     pub(super) fn read(&mut self, room: &mut [u8]) -> Result<Got> {
         let read = match self {
             Self::Polled(file) => {
-                readable(file).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) })
+                readable(file, WAIT_MS).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) })
             }
             Self::Blocking(reader) => reader.read(room).map(Some),
         };
@@ -41,12 +42,4 @@ impl Input {
             Err(error) => Err(error),
         }
     }
-}
-
-/// Returns whether a read of `file` returns at once. At the end it does, too.
-pub(in crate::source) fn readable(file: &File) -> Result<bool> {
-    let mut descriptor = libc::pollfd { fd: file.as_raw_fd(), events: libc::POLLIN, revents: 0 };
-    // SAFETY: `descriptor` is one valid pollfd, and its descriptor is open as long as `file` is.
-    let ready = unsafe { libc::poll(&raw mut descriptor, 1, WAIT_MS) };
-    if ready < 0 { Err(std::io::Error::last_os_error()) } else { Ok(ready > 0) }
 }

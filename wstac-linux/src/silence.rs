@@ -1,9 +1,8 @@
-//! The common part of cameras as sources: events that wait, and how long a wait may be.
+//! How long a camera may be silent, and a wait for it may take.
 
 use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
-use wstac_host::source::{Fault, LossReason, SourceEvent};
 
 /// Longest wait for a frame before the caller may look for signals.
 pub(crate) const WAIT: Duration = Duration::from_millis(500);
@@ -11,22 +10,6 @@ pub(crate) const WAIT: Duration = Duration::from_millis(500);
 /// periods.
 const LONGEST_SILENCE: Duration = Duration::from_secs(5);
 const SILENT_PERIODS: f64 = 3.0;
-
-/// An event that borrows nothing.
-#[derive(Debug)]
-pub(crate) enum Told {
-    Lost(u64, LossReason),
-    Fault(Fault),
-}
-
-impl Told {
-    pub(crate) fn into_event(self) -> SourceEvent<'static> {
-        match self {
-            Self::Lost(frames, reason) => SourceEvent::Lost { frames, reason },
-            Self::Fault(fault) => SourceEvent::Fault(fault),
-        }
-    }
-}
 
 /// Returns how long a camera of this rate may be silent before it counts as stuck.
 pub(crate) fn longest_silence(rate: FrameRate) -> Duration {
