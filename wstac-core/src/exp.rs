@@ -1,9 +1,12 @@
 //! e^x of fixed-point numbers by three small tables. It turns features back into light.
 
 use crate::ln::constant;
+use crate::params::FEATURE_FRACTION_BITS;
 
 /// Fraction bits of the argument.
 pub(crate) const EXP_FRACTION_BITS: u32 = 20;
+/// Fraction bits that the argument has more than a feature.
+pub(crate) const EXTRA_BITS: u32 = EXP_FRACTION_BITS - FEATURE_FRACTION_BITS;
 /// The number one, as a result.
 pub(crate) const EXP_ONE: u32 = 1 << 31;
 
@@ -23,6 +26,11 @@ const fn table<const N: usize>(steps: f64) -> [u32; N] {
         i += 1;
     }
     table
+}
+
+/// Returns a feature with the fraction bits of the argument.
+pub(crate) fn widened(feature: i16) -> i32 {
+    i32::from(feature) << EXTRA_BITS
 }
 
 /// Returns e^-`x` in units of 2^-31 for `x` ≥ 0 in units of 2^-20; 0 from 18.1 on. The error is below 4 units.

@@ -136,7 +136,6 @@ impl<'a> Block<'a> {
     }
 
     /// Returns the bytes of row `row`; an empty slice if there are not as many rows.
-    #[cfg(simd)]
     #[inline(always)]
     pub(crate) fn row(self, row: usize) -> &'a [u8] {
         let at = row * self.bytes_per_row;
@@ -145,10 +144,7 @@ impl<'a> Block<'a> {
 
     /// Returns the rows, `width` bytes each.
     pub fn each_row(self) -> impl Iterator<Item = &'a [u8]> {
-        (0..self.rows).map(move |row| {
-            let at = row * self.bytes_per_row;
-            self.bytes.get(at..at + self.width).unwrap_or_default()
-        })
+        (0..self.rows).map(move |row| self.row(row))
     }
 }
 
@@ -212,24 +208,19 @@ pub struct Run {
 pub enum Stride {
     /// Counts every pixel.
     #[default]
-    One,
+    One = 1,
     /// Counts every second row and column: a quarter of the pixels.
-    Two,
+    Two = 2,
     /// Counts every third row and column: a ninth of the pixels.
-    Three,
+    Three = 3,
     /// Counts every fifth row and column: a twenty-fifth of the pixels.
-    Five,
+    Five = 5,
 }
 
 impl Stride {
     /// Returns the stride in pixels (or cells).
     pub const fn get(self) -> u16 {
-        match self {
-            Self::One => 1,
-            Self::Two => 2,
-            Self::Three => 3,
-            Self::Five => 5,
-        }
+        self as u16
     }
 
     /// Returns how many of `length` pixels (or cells) are counted.

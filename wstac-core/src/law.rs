@@ -214,17 +214,8 @@ impl EventLaw for ByEdges {
 /// The law of durations and the direction of centroids: the published algorithm.
 impl EventLaw for SpeedConfig {
     fn answer(&self, event: &Event<'_>) -> Answer {
-        Answer {
-            contact: None,
-            duration: speed::duration(event, self).map(LitSpan::frames),
-            speed: speed::speed(event, self),
-            direction: direction::direction(event),
-            basis: None,
-            extent: None,
-            acceleration: None,
-            reliable: event.reliable,
-            doubt: None,
-        }
+        let duration = speed::duration(event, self).map(LitSpan::frames);
+        Answer { duration, ..Answer::new(speed::speed(event, self), direction::direction(event), event.reliable) }
     }
 
     fn is_per_touch(&self) -> bool {
@@ -267,12 +258,7 @@ impl EventLaw for AnyLaw {
     }
 
     fn is_per_touch(&self) -> bool {
-        match self {
-            Self::Wave(law) => law.is_per_touch(),
-            Self::Coherence(law) => law.is_per_touch(),
-            Self::Edges(law) => law.is_per_touch(),
-            Self::Duration(law) => law.is_per_touch(),
-        }
+        !matches!(self, Self::Duration(_))
     }
 
     fn takes_taxels(&self) -> bool {
@@ -289,14 +275,6 @@ impl EventLaw for AnyLaw {
     }
 }
 
-impl AnyLaw {
-    /// Returns [`Answer::doubt`].
-    #[deprecated(since = "0.4.0", note = "use `Answer::doubt`")]
-    pub fn doubt(&self, event: &Event<'_>) -> Option<Reason> {
-        self.answer(event).doubt
-    }
-}
-
 fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
     // A slide that turns or changes its speed has none.
     let doubt = motion.doubt.filter(|_| motion.contact == Contact::Slide);
@@ -310,12 +288,7 @@ fn by_arrival(event: &Event<'_>, motion: &Motion) -> Answer {
     Answer {
         contact: Some(motion.contact),
         duration: event.lit_frames(),
-        speed,
-        direction: Direction::by_arrival(direction),
-        basis: None,
-        extent: None,
-        acceleration: None,
-        reliable: motion.doubt.is_none(),
         doubt: motion.doubt,
+        ..Answer::new(speed, Direction::by_arrival(direction), motion.doubt.is_none())
     }
 }

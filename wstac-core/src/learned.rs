@@ -89,15 +89,9 @@ fn left_out(places: &[Place], number: usize, own: &Place) -> u32 {
 }
 
 /// The slides of a texture that is being learned.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Lesson {
     places: [Option<Place>; SLIDES],
-}
-
-impl Default for Lesson {
-    fn default() -> Self {
-        Self::new()
-    }
 }
 
 impl Lesson {

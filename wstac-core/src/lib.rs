@@ -65,6 +65,16 @@ extern crate self as wstac_core;
 #[cfg(test)]
 extern crate std;
 
+/// Returns what a result holds, or its error from the function around: `?` in a `const fn`.
+macro_rules! attempt {
+    ($result:expr) => {
+        match $result {
+            Ok(value) => value,
+            Err(error) => return Err(error),
+        }
+    };
+}
+
 pub mod crc;
 pub mod error;
 mod exp;

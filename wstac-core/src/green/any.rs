@@ -47,7 +47,7 @@ pub struct Plane {
 macro_rules! formats {
     (@each $name:ident) => { [PixelFormat::$name] };
     (@each $name:ident $order:ident) => { bayer::BayerOrder::ALL.map(PixelFormat::$name) };
-    (|$color:ident| $(
+    ($d:tt |$color:ident| $(
         $(#[$about:meta])*
         $name:ident $(($order:ident: $of:ty))?: $green:ty = $make:expr
         $(, $linear:ident: $linear_green:ty = $make_linear:expr)?
@@ -100,74 +100,55 @@ macro_rules! formats {
             }
         }
 
+        /// Takes a value of the format that was chosen: of one with one sum, or of a linear method.
+        macro_rules! each {
+            ($d any:expr, |$d format:ident| $d plain:expr, $d linear:expr) => {
+                match &$d any.0 {
+                    $(
+                        Format::$name($d format) => $d plain,
+                        $(Format::$linear($d format) => $d linear,)?
+                    )*
+                }
+            };
+        }
+
         impl GreenChannel for Any {
             type Sum = [u32; 3];
 
             fn full_scale(&self) -> u32 {
-                match &self.0 {
-                    $(
-                        Format::$name(format) => format.full_scale(),
-                        $(Format::$linear(format) => format.full_scale(),)?
-                    )*
-                }
+                each!(self, |format| format.full_scale(), format.full_scale())
             }
 
             fn row_bytes(&self, width: u16) -> usize {
-                match &self.0 {
-                    $(
-                        Format::$name(format) => format.row_bytes(width),
-                        $(Format::$linear(format) => format.row_bytes(width),)?
-                    )*
-                }
+                each!(self, |format| format.row_bytes(width), format.row_bytes(width))
             }
 
             fn cell(&self) -> u16 {
-                match &self.0 {
-                    $(
-                        Format::$name(format) => format.cell(),
-                        $(Format::$linear(format) => format.cell(),)?
-                    )*
-                }
+                each!(self, |format| format.cell(), format.cell())
             }
 
             fn chroma_bytes(&self, bytes_per_row: usize, rows: u16) -> Option<usize> {
-                match &self.0 {
-                    $(
-                        Format::$name(format) => format.chroma_bytes(bytes_per_row, rows),
-                        $(Format::$linear(format) => format.chroma_bytes(bytes_per_row, rows),)?
-                    )*
-                }
+                each!(self, |format| format.chroma_bytes(bytes_per_row, rows), format.chroma_bytes(bytes_per_row, rows))
             }
 
             // A build for tests compiles both here, where they are optimized: inlined, they are built again, and as
             // slow as whatever calls them.
             #[cfg_attr(not(debug_assertions), inline(always))]
             fn add_run(&self, sum: &mut [u32; 3], rows: &Rows<'_>, run: Run) {
-                match &self.0 {
-                    $(
-                        Format::$name(format) => format.add_run(&mut sum[0], rows, run),
-                        $(Format::$linear(format) => format.add_run(sum, rows, run),)?
-                    )*
-                }
+                each!(self, |format| format.add_run(&mut sum[0], rows, run), format.add_run(sum, rows, run))
             }
 
             #[cfg_attr(not(debug_assertions), inline(always))]
             fn add_block(&self, sum: &mut [u32; 3], rows: &Rows<'_>, run: Run, count: u16) {
-                match &self.0 {
-                    $(
-                        Format::$name(format) => format.add_block(&mut sum[0], rows, run, count),
-                        $(Format::$linear(format) => format.add_block(sum, rows, run, count),)?
-                    )*
-                }
+                each!(
+                    self,
+                    |format| format.add_block(&mut sum[0], rows, run, count),
+                    format.add_block(sum, rows, run, count)
+                )
             }
 
             fn total(&self, sum: &[u32; 3], pixels: u32) -> u32 {
-                match &self.0 {
-                    $(
-                        Format::$name(format) => format.total(&sum[0], pixels),
-                        $(Format::$linear(format) => format.total(sum, pixels),)?
-                    )*
-                }
+                each!(self, |format| format.total(&sum[0], pixels), format.total(sum, pixels))
             }
         }
     };
@@ -177,7 +158,7 @@ macro_rules! formats {
 const BAYER_8: [&str; 4] = ["bayer_rggb8", "bayer_grbg8", "bayer_gbrg8", "bayer_bggr8"];
 const BAYER_16: [&str; 4] = ["bayer_rggb16", "bayer_grbg16", "bayer_gbrg16", "bayer_bggr16"];
 
-table!(formats);
+table!(formats $);
 
 impl PixelFormat {
     /// Returns whether the pixels are Y, Cb and Cr, so that matrix and range matter.

@@ -3,13 +3,13 @@
 //! A format is a type with [`GreenChannel`] in a file of its own, and a row of the table in this file. An application
 //! that names one type links only that one. [`any::Any`] chooses at run time, for hosts.
 
-/// The table of pixel formats, for a macro that takes its rows.
+/// The table of pixel formats, for a macro that takes its rows, behind a `$` for macros of its own.
 ///
 /// A row has the name of a format, its type and value, for YCbCr also those of the linear method, and then its facts
 /// ([`any::FormatFacts`]). A new row is the last one, because messages of boards have the number of a row.
 macro_rules! table {
-    ($take:ident) => {
-        $take! { |color|
+    ($take:ident $dollar:tt) => {
+        $take! { $dollar |color|
             /// One byte per pixel, taken as green.
             // Recordings keep the name.
             #[cfg_attr(feature = "serde", serde(rename = "Grey"))]

@@ -169,7 +169,7 @@ pub struct Exact {
     reciprocal: u32,
     /// The numbers of vector kernels.
     #[cfg(simd)]
-    factors: Factors,
+    pub(super) factors: Factors,
 }
 
 impl Exact {
@@ -226,13 +226,6 @@ impl Conversion for Exact {
 
     fn total(&self, sum: &u32, _pixels: u32) -> u32 {
         *sum
-    }
-}
-
-#[cfg(all(test, simd))]
-impl Exact {
-    pub(super) fn factors(&self) -> &Factors {
-        &self.factors
     }
 }
 

@@ -10,10 +10,9 @@
 //! Either leaves are int16, and starts and the bound int32; or all of them are float32. They are added in the order of
 //! the trees, exactly as XGBoost does.
 
-use super::calibration::Calibration;
+use super::ModelParts;
 use super::descent;
 use super::file::{self, BOOSTED, HEADER_HALVES, Header, ModelError, half, long};
-use super::labels::Labels;
 use super::trees::{self, Leaves};
 use super::walk;
 
@@ -21,9 +20,7 @@ use super::walk;
 #[derive(Clone, Copy, Debug)]
 pub struct Boosted<'a> {
     words: &'a [u32],
-    pub(super) labels: Labels<'a>,
-    pub(super) header: Header,
-    pub(super) calibration: Calibration<'a>,
+    pub(super) parts: ModelParts<'a>,
     /// The number of scores: that of the classes, or 1.
     scores: u8,
     /// The half at which the trees start.
@@ -41,10 +38,7 @@ impl<'a> Boosted<'a> {
     /// # Errors
     /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
-        let header = match Header::read(words) {
-            Ok(header) => header,
-            Err(error) => return Err(error),
-        };
+        let header = attempt!(Header::read(words));
         if header.kind != BOOSTED {
             return Err(ModelError::Kind { found: header.kind, expected: BOOSTED });
         }
@@ -87,22 +81,9 @@ impl<'a> Boosted<'a> {
         if all != header.trees as u32 {
             return Err(ModelError::Header { half: 11, found: header.trees });
         }
-        if let Err(error) = trees::check(words, trees, &header, leaves) {
-            return Err(error);
-        }
-        let calibration = match Calibration::new(words, &header) {
-            Ok(calibration) => calibration,
-            Err(error) => return Err(error),
-        };
-        Ok(Self {
-            words,
-            labels: Labels::new(words, &header),
-            header,
-            calibration,
-            scores: scores as u8,
-            trees,
-            floats,
-        })
+        attempt!(trees::check(words, trees, &header, leaves));
+        let parts = attempt!(ModelParts::new(words, header));
+        Ok(Self { words, parts, scores: scores as u8, trees, floats })
     }
 
     /// Returns the class of a sample, either by the fast kernel or by plain code. Each class's score is passed to
@@ -114,7 +95,7 @@ impl<'a> Boosted<'a> {
         _all: bool,
         give: impl FnMut(u8, i64),
     ) -> u8 {
-        if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
+        if FAST && !(descent::IS_POSSIBLE && self.parts.header.shift == 0) {
             return self.decide::<false, N>(sample, false, give);
         }
         if self.floats {
@@ -138,7 +119,7 @@ impl<'a> Boosted<'a> {
         fixed: impl Fn(S) -> i64,
         mut give: impl FnMut(u8, i64),
     ) -> u8 {
-        let one = self.scores == 1 && self.header.classes == 2;
+        let one = self.scores == 1 && self.parts.header.classes == 2;
         let bound = of_bits(long(self.words, HEADER_HALVES + 1));
         if one {
             // The first class's score is what the second one's must exceed.
@@ -162,9 +143,9 @@ impl<'a> Boosted<'a> {
     }
 
     fn score<const N: usize>(&self, mut sum: i32, mut at: usize, trees: u16, sample: &[i16; N]) -> (i32, usize) {
-        let (shift, bits) = (self.header.shift, trees::bits_for::<N>(&self.header));
+        let (shift, bits) = (self.parts.header.shift, trees::bits_for::<N>(&self.parts.header));
         for _ in 0..trees {
-            let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, shift) else { break };
+            let Ok((start, end)) = trees::bounds(self.words, at, self.parts.header.end, shift) else { break };
             let leaf = walk::leaf::<1, N>(self.words, start, shift, bits, sample);
             // Starts and leaves fit 32 bits together, which has been checked once.
             sum = sum.wrapping_add(i32::from(half(self.words, leaf) as i16));
@@ -174,9 +155,9 @@ impl<'a> Boosted<'a> {
     }
 
     fn float_score<const N: usize>(&self, mut sum: f32, mut at: usize, trees: u16, sample: &[i16; N]) -> (f32, usize) {
-        let (shift, bits) = (self.header.shift, trees::bits_for::<N>(&self.header));
+        let (shift, bits) = (self.parts.header.shift, trees::bits_for::<N>(&self.parts.header));
         for _ in 0..trees {
-            let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, shift) else { break };
+            let Ok((start, end)) = trees::bounds(self.words, at, self.parts.header.end, shift) else { break };
             sum += f32::from_bits(long(self.words, walk::leaf::<2, N>(self.words, start, shift, bits, sample)));
             at = end;
         }

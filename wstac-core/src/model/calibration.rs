@@ -34,7 +34,6 @@
 //! answer's class if there are limits. So a sample that is near the mean of another class than the answer is unknown,
 //! too.
 
-use super::dot::Int16;
 use super::file::{Header, ModelError, half, long, part};
 use super::place::{Place, squared};
 use super::rows::{INT16, Rows, inputs_of};
@@ -109,10 +108,8 @@ impl<'a> Calibration<'a> {
             return error;
         }
         let rows = part(words, ROWS_START / 2, ROWS_START / 2 + rows);
-        match Rows::new(rows, dimensions, header.inputs(), INT16) {
-            Ok(_) => Ok(Self { words }),
-            Err(error) => Err(error),
-        }
+        attempt!(Rows::new(rows, dimensions, header.inputs(), INT16));
+        Ok(Self { words })
     }
 
     pub(super) const fn is_some(&self) -> bool {
@@ -205,7 +202,7 @@ impl<'a> Calibration<'a> {
         let shift = u32::from(half(self.words, START));
         let dimensions = usize::from(self.dimensions());
         let rows = Rows::checked(self.words.get(ROWS_START / 2..).unwrap_or_default(), dimensions, INT16, false);
-        rows.each_sum_of::<Int16, FAST>(inputs_of(sample, header.inputs()), |dimension, sum| {
+        rows.each_sum_of::<INT16, FAST>(inputs_of(sample, header.inputs()), |dimension, sum| {
             // Sums are below 2^63 by far.
             give(dimension, sum.wrapping_add(1_i64.wrapping_shl(shift.wrapping_sub(1))).wrapping_shr(shift));
         });

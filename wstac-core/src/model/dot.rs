@@ -5,62 +5,16 @@
 //! sum to 64 bits are one instruction. Ten rows of 700 take 7,277 instructions (`ci/boards m4 FILE SAMPLES`) instead of
 //! 22,017. Both ways are tested to give the same sums.
 
-use self::plain::Sum;
-use super::rows::BLOCK;
+use super::rows::{BLOCK, INT8};
 
-/// Weights of one size. The words of `ROWS` rows take turns.
-pub(super) trait Weights {
-    fn row_words(inputs: usize) -> usize;
-    fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS];
-    /// Returns the sums of a block of rows by packed instructions.
-    #[cfg(dsp)]
-    fn packed(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK];
+/// Returns the words of a row of weights of this size.
+pub(super) const fn row_words(inputs: usize, number: u16) -> usize {
+    if number == INT8 { inputs.div_ceil(4) } else { inputs / 2 }
 }
 
-/// Two weights per word.
-pub(super) enum Int16 {}
-
-impl Weights for Int16 {
-    #[inline(always)]
-    fn row_words(inputs: usize) -> usize {
-        inputs / 2
-    }
-
-    #[inline(always)]
-    fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
-        plain::int16(weights, inputs)
-    }
-
-    #[cfg(dsp)]
-    #[inline(always)]
-    fn packed(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK] {
-        packed::int16(start, weights, inputs)
-    }
-}
-
-/// Four weights per word.
-pub(super) enum Int8 {}
-
-impl Weights for Int8 {
-    #[inline(always)]
-    fn row_words(inputs: usize) -> usize {
-        inputs.div_ceil(4)
-    }
-
-    #[inline(always)]
-    fn plain<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
-        plain::int8(weights, inputs)
-    }
-
-    #[cfg(dsp)]
-    #[inline(always)]
-    fn packed(start: [i64; BLOCK], weights: &[u32], inputs: &[i16]) -> [i64; BLOCK] {
-        packed::int8(start, weights, inputs)
-    }
-}
-
+/// Returns the sums of a block of rows, whose words take turns, with weights of the size `NUMBER`.
 #[inline(always)]
-pub(super) fn block<W: Weights>(
+pub(super) fn block<const NUMBER: u16>(
     start: [i64; BLOCK],
     weights: &[u32],
     inputs: &[i16],
@@ -69,16 +23,25 @@ pub(super) fn block<W: Weights>(
     #[cfg(dsp)]
     {
         let _ = fits_32_bits;
-        W::packed(start, weights, inputs)
+        if NUMBER == INT8 { packed::int8(start, weights, inputs) } else { packed::int16(start, weights, inputs) }
     }
     #[cfg(not(dsp))]
-    both(start, sums::<W, BLOCK>(weights, inputs, fits_32_bits))
+    both(start, sums::<NUMBER, BLOCK>(weights, inputs, fits_32_bits))
 }
 
 /// Returns the sums of rows by plain code, in 32 bits if that is enough.
 #[inline(always)]
-pub(super) fn sums<W: Weights, const ROWS: usize>(weights: &[u32], inputs: &[i16], fits_32_bits: bool) -> [i64; ROWS] {
-    if fits_32_bits { W::plain::<i32, ROWS>(weights, inputs).map(i64::from) } else { W::plain(weights, inputs) }
+pub(super) fn sums<const NUMBER: u16, const ROWS: usize>(
+    weights: &[u32],
+    inputs: &[i16],
+    fits_32_bits: bool,
+) -> [i64; ROWS] {
+    match (NUMBER, fits_32_bits) {
+        (INT8, true) => plain::int8::<i32, ROWS>(weights, inputs).map(i64::from),
+        (INT8, false) => plain::int8(weights, inputs),
+        (_, true) => plain::int16::<i32, ROWS>(weights, inputs).map(i64::from),
+        (_, false) => plain::int16(weights, inputs),
+    }
 }
 
 /// Returns the sums of two blocks' sums. With a bias of at most 2^62 none of them overflows.
@@ -89,7 +52,7 @@ pub(super) fn both(one: [i64; BLOCK], other: [i64; BLOCK]) -> [i64; BLOCK] {
 
 mod plain {
     /// A number that products are summed up in.
-    pub(in super::super) trait Sum: Copy + Default {
+    pub(super) trait Sum: Copy + Default {
         /// Returns the sum and two products of int16, which together may just exceed 32 bits.
         #[must_use]
         fn add(self, one: i32, other: i32) -> Self;
@@ -110,7 +73,7 @@ mod plain {
     }
 
     #[inline(always)]
-    pub(in super::super) fn int16<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
+    pub(super) fn int16<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
         let mut sums = [S::default(); ROWS];
         for (words, &[first, second]) in weights.as_chunks::<ROWS>().0.iter().zip(inputs.as_chunks::<2>().0) {
             for (sum, &word) in sums.iter_mut().zip(words) {
@@ -122,7 +85,7 @@ mod plain {
     }
 
     #[inline(always)]
-    pub(in super::super) fn int8<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
+    pub(super) fn int8<S: Sum, const ROWS: usize>(weights: &[u32], inputs: &[i16]) -> [S; ROWS] {
         let mut sums = [S::default(); ROWS];
         // `chunks` does not serve: its panic for empty chunks was left over in code for a Cortex-M4.
         let (fours, left) = inputs.as_chunks::<4>();

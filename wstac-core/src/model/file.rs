@@ -190,24 +190,19 @@ impl core::error::Error for ModelError {}
 #[non_exhaustive]
 pub enum Task {
     /// A task that is not stated.
-    Other,
+    Other = 0,
     /// Tells apart specimens: pattern and depth.
-    Specimen,
+    Specimen = 1,
     /// Tells apart patterns.
-    Pattern,
+    Pattern = 2,
     /// Tells apart depths in mm.
-    Depth,
+    Depth = 3,
 }
 
 impl Task {
     /// Returns the task's number in a file.
     pub const fn number(self) -> u16 {
-        match self {
-            Self::Other => 0,
-            Self::Specimen => 1,
-            Self::Pattern => 2,
-            Self::Depth => 3,
-        }
+        self as u16
     }
 
     /// Returns the task's name, as files and messages spell it.
@@ -230,24 +225,19 @@ impl Task {
 pub enum Input {
     /// Ten features over 70 frames ([`crate::paper::sample::Sample`]).
     #[default]
-    Frames,
+    Frames = 0,
     /// Light of ten sums along the path of a touch ([`crate::touch::path_sample::PathSample::of_sums`]).
-    Path,
+    Path = 1,
     /// Light of 25 taxels along the path of a touch ([`crate::touch::path_sample::PathSample::of_taxels`]).
-    TaxelPath,
+    TaxelPath = 2,
     /// Light of 25 taxels over 70 frames ([`TaxelRing::numbers`](crate::touch::taxel_ring::TaxelRing::numbers)).
-    Taxels,
+    Taxels = 3,
 }
 
 impl Input {
     /// Returns the input's number in a file.
     pub const fn number(self) -> u16 {
-        match self {
-            Self::Frames => 0,
-            Self::Path => 1,
-            Self::TaxelPath => 2,
-            Self::Taxels => 3,
-        }
+        self as u16
     }
 
     /// Returns how many numbers a sample has.
@@ -340,15 +330,10 @@ impl Header {
         }
         let end = match half(words, 15) >> 8 {
             0 => labels,
-            1 => match super::calibration::start(words, labels) {
-                Ok(end) => end,
-                Err(error) => return Err(error),
-            },
+            1 => attempt!(super::calibration::start(words, labels)),
             _ => return Err(ModelError::Header { half: 15, found: half(words, 15) }),
         };
-        if let Err(error) = super::labels::check(words, labels, classes as u8) {
-            return Err(error);
-        }
+        attempt!(super::labels::check(words, labels, classes as u8));
         Ok(Self {
             layout,
             kind: half(words, 6),

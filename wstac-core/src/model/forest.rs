@@ -11,10 +11,9 @@
 //! place in the table where its entry starts. An entry is the number of its classes, then for each the class and its
 //! part of U (two halves). Trees · U is below 2^32.
 
-use super::calibration::Calibration;
+use super::ModelParts;
 use super::descent;
 use super::file::{self, FOREST, HEADER_HALVES, Header, MOST_CLASSES, ModelError, half, long};
-use super::labels::Labels;
 use super::trees::{self, Leaves};
 use super::walk;
 
@@ -22,9 +21,7 @@ use super::walk;
 #[derive(Clone, Copy, Debug)]
 pub struct Forest<'a> {
     words: &'a [u32],
-    pub(super) labels: Labels<'a>,
-    pub(super) header: Header,
-    pub(super) calibration: Calibration<'a>,
+    pub(super) parts: ModelParts<'a>,
     unit: u32,
     /// The halves at which the table of leaves and the trees start.
     table: usize,
@@ -37,10 +34,7 @@ impl<'a> Forest<'a> {
     /// # Errors
     /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
-        let header = match Header::read(words) {
-            Ok(header) => header,
-            Err(error) => return Err(error),
-        };
+        let header = attempt!(Header::read(words));
         if header.kind != FOREST {
             return Err(ModelError::Kind { found: header.kind, expected: FOREST });
         }
@@ -64,14 +58,9 @@ impl<'a> Forest<'a> {
         }
         let trees = table + length;
         let leaves = Leaves::Votes { classes: header.classes as u16, words, table, end: trees, unit };
-        if let Err(error) = trees::check(words, trees, &header, leaves) {
-            return Err(error);
-        }
-        let calibration = match Calibration::new(words, &header) {
-            Ok(calibration) => calibration,
-            Err(error) => return Err(error),
-        };
-        Ok(Self { words, labels: Labels::new(words, &header), header, calibration, unit, table, trees })
+        attempt!(trees::check(words, trees, &header, leaves));
+        let parts = attempt!(ModelParts::new(words, header));
+        Ok(Self { words, parts, unit, table, trees })
     }
 
     /// Returns the class of a sample, either by the fast kernel or by plain code. With `all`, every tree votes, and
@@ -83,12 +72,12 @@ impl<'a> Forest<'a> {
         all: bool,
         mut give: impl FnMut(u8, i64),
     ) -> u8 {
-        if FAST && !(descent::IS_POSSIBLE && self.header.shift == 0) {
+        if FAST && !(descent::IS_POSSIBLE && self.parts.header.shift == 0) {
             return self.decide::<false, N>(sample, all, give);
         }
         let mut votes = [0; MOST_CLASSES];
-        let classes = usize::from(self.header.classes);
-        let (mut at, mut left, mut lead) = (self.trees, u32::from(self.header.trees), 0);
+        let classes = usize::from(self.parts.header.classes);
+        let (mut at, mut left, mut lead) = (self.trees, u32::from(self.parts.header.trees), 0);
         loop {
             // After so many trees, the leading class may be ahead by more than all votes that are left.
             let missing = left.wrapping_mul(self.unit).wrapping_sub(lead);
@@ -104,7 +93,7 @@ impl<'a> Forest<'a> {
                         some,
                         file::start(sample),
                         &mut votes,
-                        self.header.classes,
+                        self.parts.header.classes,
                         self.unit,
                         |votes, leaf| {
                             self.share_out(votes, leaf);
@@ -136,11 +125,19 @@ impl<'a> Forest<'a> {
         trees: u32,
         sample: &[i16; N],
     ) -> usize {
-        let classes = u16::from(self.header.classes);
+        let classes = u16::from(self.parts.header.classes);
         for _ in 0..trees {
-            let Ok((start, end)) = trees::bounds(self.words, at, self.header.end, self.header.shift) else { break };
+            let Ok((start, end)) = trees::bounds(self.words, at, self.parts.header.end, self.parts.header.shift) else {
+                break;
+            };
             at = end;
-            let leaf = walk::votes(self.words, start, self.header.shift, trees::bits_for::<N>(&self.header), sample);
+            let leaf = walk::votes(
+                self.words,
+                start,
+                self.parts.header.shift,
+                trees::bits_for::<N>(&self.parts.header),
+                sample,
+            );
             if leaf < classes {
                 add(votes, leaf, self.unit);
             } else {
@@ -152,7 +149,7 @@ impl<'a> Forest<'a> {
 
     /// Adds the votes of the table entry that a leaf names.
     fn share_out(&self, votes: &mut [u32; MOST_CLASSES], leaf: u16) {
-        let entry = self.table + usize::from(leaf.wrapping_sub(u16::from(self.header.classes)));
+        let entry = self.table + usize::from(leaf.wrapping_sub(u16::from(self.parts.header.classes)));
         let shares = usize::from(half(self.words, entry));
         for share in (entry + 1..).step_by(3).take(shares) {
             add(votes, half(self.words, share), long(self.words, share + 1));

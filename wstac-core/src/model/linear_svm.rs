@@ -19,18 +19,15 @@
 //! the second wins if the sum is above 0. In one-vs-one, each row is a vote: for its first class if the sum is above 0,
 //! and for its second otherwise. The class with most votes wins; if there are several, the lowest (as in libsvm).
 
-use super::calibration::Calibration;
+use super::ModelParts;
 use super::file::{HEADER_HALVES, Header, MOST_CLASSES, ModelError, ONE_AGAINST_ONE, ONE_AGAINST_REST, half, part};
-use super::labels::Labels;
 pub use super::rows::BLOCK;
 use super::rows::{Highest, INT8, INT16, INT32, Rows, inputs_of};
 
 /// A linear model that has been checked.
 #[derive(Clone, Copy, Debug)]
 pub struct LinearSvm<'a> {
-    pub(super) labels: Labels<'a>,
-    pub(super) header: Header,
-    pub(super) calibration: Calibration<'a>,
+    pub(super) parts: ModelParts<'a>,
     rows: Rows<'a>,
 }
 
@@ -40,10 +37,7 @@ impl<'a> LinearSvm<'a> {
     /// # Errors
     /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
-        let header = match Header::read(words) {
-            Ok(header) => header,
-            Err(error) => return Err(error),
-        };
+        let header = attempt!(Header::read(words));
         let classes = header.classes as usize;
         if header.kind != ONE_AGAINST_REST && header.kind != ONE_AGAINST_ONE {
             return Err(ModelError::Kind { found: header.kind, expected: ONE_AGAINST_REST });
@@ -71,15 +65,8 @@ impl<'a> LinearSvm<'a> {
             return Err(ModelError::Part(start as u32));
         }
         let words_of_rows = part(words, start / 2, header.end / 2);
-        let rows = match Rows::new(words_of_rows, rows, header.inputs(), header.number) {
-            Ok(rows) => rows,
-            Err(error) => return Err(error),
-        };
-        let calibration = match Calibration::new(words, &header) {
-            Ok(calibration) => calibration,
-            Err(error) => return Err(error),
-        };
-        Ok(Self { labels: Labels::new(words, &header), header, calibration, rows })
+        let rows = attempt!(Rows::new(words_of_rows, rows, header.inputs(), header.number));
+        Ok(Self { parts: attempt!(ModelParts::new(words, header)), rows })
     }
 
     /// Returns the class of a sample, either by packed instructions or by plain code. Each class's score is passed to
@@ -91,10 +78,10 @@ impl<'a> LinearSvm<'a> {
         _all: bool,
         mut give: impl FnMut(u8, i64),
     ) -> u8 {
-        if self.header.kind == ONE_AGAINST_ONE {
+        if self.parts.header.kind == ONE_AGAINST_ONE {
             return self.most_votes::<FAST, N>(sample, give);
         }
-        let mut highest = Highest::new(self.rows.len(), self.header.classes);
+        let mut highest = Highest::new(self.rows.len(), self.parts.header.classes);
         self.each_sum::<FAST, N>(sample, |row, sum| highest.push(row, sum, &mut give));
         highest.class()
     }
@@ -109,12 +96,12 @@ impl<'a> LinearSvm<'a> {
                 *votes = votes.wrapping_add(1);
             }
             second += 1;
-            if second >= usize::from(self.header.classes) {
+            if second >= usize::from(self.parts.header.classes) {
                 (first, second) = (first + 1, first + 2);
             }
         });
         let (mut best, mut most) = (0, 0);
-        for (class, &votes) in (0..self.header.classes).zip(&votes) {
+        for (class, &votes) in (0..self.parts.header.classes).zip(&votes) {
             give(class, votes.into());
             if votes > most {
                 (best, most) = (class, votes);
@@ -126,6 +113,6 @@ impl<'a> LinearSvm<'a> {
     /// Passes every row's sum to `give` in order.
     #[inline(always)]
     pub(super) fn each_sum<const FAST: bool, const N: usize>(&self, sample: &[i16; N], give: impl FnMut(usize, i64)) {
-        self.rows.each_sum::<FAST>(inputs_of(sample, self.header.inputs()), give);
+        self.rows.each_sum::<FAST>(inputs_of(sample, self.parts.header.inputs()), give);
     }
 }

@@ -23,6 +23,7 @@ pub mod trees;
 mod walk;
 
 use self::boosted::Boosted;
+use self::calibration::Calibration;
 use self::file::{Header, Input, MOST_CLASSES, ModelError, Task};
 use self::forest::Forest;
 use self::labels::Labels;
@@ -46,9 +47,24 @@ pub struct Classification {
     pub known: Option<bool>,
 }
 
-/// Implements the methods that all kinds of models have in common.
+/// What every model has: the names of its classes, its header, and how sure its answers are.
+#[derive(Clone, Copy, Debug)]
+struct ModelParts<'a> {
+    labels: Labels<'a>,
+    header: Header,
+    calibration: Calibration<'a>,
+}
+
+impl<'a> ModelParts<'a> {
+    const fn new(words: &'a [u32], header: Header) -> Result<Self, ModelError> {
+        let calibration = attempt!(Calibration::new(words, &header));
+        Ok(Self { labels: Labels::new(words, &header), header, calibration })
+    }
+}
+
+/// Implements the methods that all models have in common, given where its [`ModelParts`] are.
 macro_rules! common {
-    ($($kind:ident)*) => {$(
+    ($($kind:ident[$($parts:tt)*])*) => {$(
         impl<'a> $kind<'a> {
             /// Creates a model from its file's bytes, which are checked and used where they lie.
             ///
@@ -81,13 +97,13 @@ macro_rules! common {
             /// Returns the classification of a sample, either by fast kernels or by plain code.
             #[inline(always)]
             pub(crate) fn calibrated<const FAST: bool, const N: usize>(&self, sample: &[i16; N]) -> Classification {
-                if !self.calibration.is_some() {
+                if !self.$($parts)*.calibration.is_some() {
                     let class = self.decide::<FAST, N>(sample, false, |_, _| {});
                     return Classification { class, confidence: None, known: None };
                 }
-                let mut softmax = self.calibration.softmax();
+                let mut softmax = self.$($parts)*.calibration.softmax();
                 let class = self.decide::<FAST, N>(sample, true, |_, score| softmax.push(score));
-                let known = self.calibration.is_known::<FAST, N>(sample, &self.header, class);
+                let known = self.$($parts)*.calibration.is_known::<FAST, N>(sample, &self.$($parts)*.header, class);
                 Classification { class, confidence: Some(softmax.confidence()), known }
             }
 
@@ -96,10 +112,10 @@ macro_rules! common {
             ///
             /// The probability of the answer is the [`confidence`](Classification::confidence). All are rounded.
             pub fn probabilities<const N: usize>(&self, sample: &[i16; N]) -> Option<[u16; MOST_CLASSES]> {
-                if !self.calibration.is_some() {
+                if !self.$($parts)*.calibration.is_some() {
                     return None;
                 }
-                let (mut softmax, mut probabilities) = (self.calibration.softmax(), [0; MOST_CLASSES]);
+                let (mut softmax, mut probabilities) = (self.$($parts)*.calibration.softmax(), [0; MOST_CLASSES]);
                 self.decide::<true, N>(sample, true, |_, score| softmax.push(score));
                 self.decide::<true, N>(sample, true, |class, score| {
                     if let Some(place) = probabilities.get_mut(usize::from(class)) {
@@ -118,70 +134,69 @@ macro_rules! common {
 
             /// Returns whether the model says how sure an answer is.
             pub const fn is_calibrated(&self) -> bool {
-                self.calibration.is_some()
+                self.$($parts)*.calibration.is_some()
             }
 
             /// Returns whether the model says if a sample is like those of its training.
             pub const fn tells_unknown(&self) -> bool {
-                self.calibration.dimensions() > 0
+                self.$($parts)*.calibration.dimensions() > 0
             }
 
             /// Returns the place of a sample in the model's projection; `None` if the model does not tell what is
             /// unknown.
             pub fn place<const N: usize>(&self, sample: &[i16; N]) -> Option<Place> {
-                self.calibration.place::<true, N>(sample, &self.header)
+                self.$($parts)*.calibration.place::<true, N>(sample, &self.$($parts)*.header)
             }
 
             /// Returns the place around which the training's samples of a class lie; `None` if the model does not tell
             /// what is unknown, or has no such class.
             pub fn mean_place(&self, class: u8) -> Option<Place> {
-                self.calibration.mean_place(&self.header, class)
+                self.$($parts)*.calibration.mean_place(&self.$($parts)*.header, class)
             }
 
             /// Returns the version of the file's layout, 1 or 2.
             pub const fn layout(&self) -> u8 {
-                self.header.layout
+                self.$($parts)*.header.layout
             }
 
             /// Returns the checksum of the model's file, which tells one model from another.
             pub const fn checksum(&self) -> u32 {
-                self.labels.checksum()
+                self.$($parts)*.labels.checksum()
             }
 
             /// Returns the names of the classes.
             pub const fn labels(&self) -> Labels<'a> {
-                self.labels
+                self.$($parts)*.labels
             }
 
             /// Returns the task of the model: what it tells apart.
             pub const fn task(&self) -> Task {
-                self.header.task
+                self.$($parts)*.header.task
             }
 
             /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70. Of a sample
             /// along a path it is the tens of its numbers.
             pub const fn frames(&self) -> u8 {
-                self.header.frames
+                self.$($parts)*.header.frames
             }
 
             /// Returns the sample that the model takes.
             pub const fn input(&self) -> Input {
-                self.header.input
+                self.$($parts)*.header.input
             }
 
             /// Returns the speeds of the slides that the model was trained on; `None` if its file does not state them.
             pub const fn known_speeds(&self) -> Option<KnownSpeeds> {
-                self.header.speeds
+                self.$($parts)*.header.speeds
             }
 
             /// Returns the number of trees; 0 for a model without trees.
             pub const fn trees(&self) -> u16 {
-                self.header.trees
+                self.$($parts)*.header.trees
             }
         }
     )*};
 }
-common!(LinearSvm Forest Boosted Network);
 
 /// A model of any kind.
 #[derive(Clone, Copy, Debug)]
@@ -203,198 +218,35 @@ impl<'a> Model<'a> {
     /// # Errors
     /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
-        let header = match Header::read(words) {
-            Ok(header) => header,
-            Err(error) => return Err(error),
-        };
-        match header.kind {
-            file::ONE_AGAINST_REST | file::ONE_AGAINST_ONE => match LinearSvm::from_words(words) {
-                Ok(model) => Ok(Self::LinearSvm(model)),
-                Err(error) => Err(error),
-            },
-            file::FOREST => match Forest::from_words(words) {
-                Ok(model) => Ok(Self::Forest(model)),
-                Err(error) => Err(error),
-            },
-            file::BOOSTED => match Boosted::from_words(words) {
-                Ok(model) => Ok(Self::Boosted(model)),
-                Err(error) => Err(error),
-            },
-            file::NETWORK => match Network::from_words(words) {
-                Ok(model) => Ok(Self::Network(model)),
-                Err(error) => Err(error),
-            },
-            _ => Err(ModelError::Header { half: 6, found: header.kind }),
+        let header = attempt!(Header::read(words));
+        Ok(match header.kind {
+            file::ONE_AGAINST_REST | file::ONE_AGAINST_ONE => Self::LinearSvm(attempt!(LinearSvm::from_words(words))),
+            file::FOREST => Self::Forest(attempt!(Forest::from_words(words))),
+            file::BOOSTED => Self::Boosted(attempt!(Boosted::from_words(words))),
+            file::NETWORK => Self::Network(attempt!(Network::from_words(words))),
+            _ => return Err(ModelError::Header { half: 6, found: header.kind }),
+        })
+    }
+
+    const fn parts(&self) -> &ModelParts<'a> {
+        match self {
+            Self::LinearSvm(model) => &model.parts,
+            Self::Forest(model) => &model.parts,
+            Self::Boosted(model) => &model.parts,
+            Self::Network(model) => &model.parts,
         }
     }
 
-    /// Creates a model from its file's bytes, which are checked and used where they lie.
-    ///
-    /// # Errors
-    /// Returns a [`ModelError`] that says what is wrong with the file. Bytes must be aligned to four, and the machine
-    /// little-endian.
-    pub fn from_bytes(bytes: &'a [u8]) -> Result<Self, ModelError> {
-        Self::from_words(bytes::words(bytes)?)
-    }
-
-    /// Returns the class of a sample: 700 features in units of 2^-11, frame by frame
-    /// ([`crate::paper::sample::Sample::flat`]), or what else the [`input`](Self::input) says.
-    ///
-    /// `N` is that of [`LinearSvm::classify`].
-    pub fn classify<const N: usize>(&self, sample: &[i16; N]) -> u8 {
+    fn decide<const FAST: bool, const N: usize>(&self, sample: &[i16; N], all: bool, give: impl FnMut(u8, i64)) -> u8 {
         match self {
-            Self::LinearSvm(model) => model.classify(sample),
-            Self::Forest(model) => model.classify(sample),
-            Self::Boosted(model) => model.classify(sample),
-            Self::Network(model) => model.classify(sample),
-        }
-    }
-
-    /// Returns the class of a sample, and how sure the answer is if the model has a calibration.
-    pub fn classification<const N: usize>(&self, sample: &[i16; N]) -> Classification {
-        match self {
-            Self::LinearSvm(model) => model.classification(sample),
-            Self::Forest(model) => model.classification(sample),
-            Self::Boosted(model) => model.classification(sample),
-            Self::Network(model) => model.classification(sample),
-        }
-    }
-
-    /// Returns the probability of every class in units of 2^-15, for as many classes as there are
-    /// [`labels`](Self::labels); `None` if the model has no calibration.
-    pub fn probabilities<const N: usize>(&self, sample: &[i16; N]) -> Option<[u16; MOST_CLASSES]> {
-        match self {
-            Self::LinearSvm(model) => model.probabilities(sample),
-            Self::Forest(model) => model.probabilities(sample),
-            Self::Boosted(model) => model.probabilities(sample),
-            Self::Network(model) => model.probabilities(sample),
-        }
-    }
-
-    /// Passes the score of every class to `give`, in their order.
-    ///
-    /// Scores are what a [`calibration`] makes probabilities of: the page describes them.
-    pub fn each_score<const N: usize>(&self, sample: &[i16; N], give: impl FnMut(u8, i64)) {
-        match self {
-            Self::LinearSvm(model) => model.each_score(sample, give),
-            Self::Forest(model) => model.each_score(sample, give),
-            Self::Boosted(model) => model.each_score(sample, give),
-            Self::Network(model) => model.each_score(sample, give),
-        }
-    }
-
-    /// Returns whether the model says how sure an answer is.
-    pub const fn is_calibrated(&self) -> bool {
-        match self {
-            Self::LinearSvm(model) => model.is_calibrated(),
-            Self::Forest(model) => model.is_calibrated(),
-            Self::Boosted(model) => model.is_calibrated(),
-            Self::Network(model) => model.is_calibrated(),
-        }
-    }
-
-    /// Returns whether the model says if a sample is like those of its training.
-    pub const fn tells_unknown(&self) -> bool {
-        match self {
-            Self::LinearSvm(model) => model.tells_unknown(),
-            Self::Forest(model) => model.tells_unknown(),
-            Self::Boosted(model) => model.tells_unknown(),
-            Self::Network(model) => model.tells_unknown(),
-        }
-    }
-
-    /// Returns the place of a sample in the model's projection; `None` if the model does not tell what is unknown.
-    pub fn place<const N: usize>(&self, sample: &[i16; N]) -> Option<Place> {
-        match self {
-            Self::LinearSvm(model) => model.place(sample),
-            Self::Forest(model) => model.place(sample),
-            Self::Boosted(model) => model.place(sample),
-            Self::Network(model) => model.place(sample),
-        }
-    }
-
-    /// Returns the place around which the training's samples of a class lie; `None` if the model does not tell what is
-    /// unknown, or has no such class.
-    pub fn mean_place(&self, class: u8) -> Option<Place> {
-        match self {
-            Self::LinearSvm(model) => model.mean_place(class),
-            Self::Forest(model) => model.mean_place(class),
-            Self::Boosted(model) => model.mean_place(class),
-            Self::Network(model) => model.mean_place(class),
-        }
-    }
-
-    /// Returns the version of the file's layout, 1 or 2.
-    pub const fn layout(&self) -> u8 {
-        match self {
-            Self::LinearSvm(model) => model.layout(),
-            Self::Forest(model) => model.layout(),
-            Self::Boosted(model) => model.layout(),
-            Self::Network(model) => model.layout(),
-        }
-    }
-
-    /// Returns the checksum of the model's file, which tells one model from another.
-    pub const fn checksum(&self) -> u32 {
-        match self {
-            Self::LinearSvm(model) => model.checksum(),
-            Self::Forest(model) => model.checksum(),
-            Self::Boosted(model) => model.checksum(),
-            Self::Network(model) => model.checksum(),
-        }
-    }
-
-    /// Returns the names of the classes.
-    pub const fn labels(&self) -> Labels<'a> {
-        match self {
-            Self::LinearSvm(model) => model.labels(),
-            Self::Forest(model) => model.labels(),
-            Self::Boosted(model) => model.labels(),
-            Self::Network(model) => model.labels(),
-        }
-    }
-
-    /// Returns the task of the model: what it tells apart.
-    pub const fn task(&self) -> Task {
-        match self {
-            Self::LinearSvm(model) => model.task(),
-            Self::Forest(model) => model.task(),
-            Self::Boosted(model) => model.task(),
-            Self::Network(model) => model.task(),
-        }
-    }
-
-    /// Returns the speeds of the slides that the model was trained on; `None` if its file does not state them.
-    pub const fn known_speeds(&self) -> Option<KnownSpeeds> {
-        match self {
-            Self::LinearSvm(model) => model.known_speeds(),
-            Self::Forest(model) => model.known_speeds(),
-            Self::Boosted(model) => model.known_speeds(),
-            Self::Network(model) => model.known_speeds(),
-        }
-    }
-
-    /// Returns the sample that the model takes.
-    pub const fn input(&self) -> Input {
-        match self {
-            Self::LinearSvm(model) => model.input(),
-            Self::Forest(model) => model.input(),
-            Self::Boosted(model) => model.input(),
-            Self::Network(model) => model.input(),
-        }
-    }
-
-    /// Returns the number of frames of the sample that the model needs, from the first on: 1 to 70. Of a sample along a
-    /// path it is the tens of its numbers.
-    pub const fn frames(&self) -> u8 {
-        match self {
-            Self::LinearSvm(model) => model.frames(),
-            Self::Forest(model) => model.frames(),
-            Self::Boosted(model) => model.frames(),
-            Self::Network(model) => model.frames(),
+            Self::LinearSvm(model) => model.decide::<FAST, N>(sample, all, give),
+            Self::Forest(model) => model.decide::<FAST, N>(sample, all, give),
+            Self::Boosted(model) => model.decide::<FAST, N>(sample, all, give),
+            Self::Network(model) => model.decide::<FAST, N>(sample, all, give),
         }
     }
 }
+common!(LinearSvm[parts] Forest[parts] Boosted[parts] Network[parts] Model[parts()]);
 
 /// Returns a file's bytes as words, in a `const`. It is for [`include_model!`].
 #[doc(hidden)]

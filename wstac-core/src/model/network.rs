@@ -13,9 +13,8 @@
 //! same in all layers. The last layer has a sum for each class, or a single one for two classes, and a shift of 0. The
 //! class with the highest sum wins, as in a linear model with a row for each class.
 
-use super::calibration::Calibration;
+use super::ModelParts;
 use super::file::{HEADER_HALVES, Header, MOST_CLASSES, ModelError, NETWORK, half, part};
-use super::labels::Labels;
 use super::rows::{Highest, INT8, INT16, INT32, Rows, inputs_of};
 use crate::params::FEATURES;
 
@@ -52,10 +51,8 @@ impl<'a> Layer<'a> {
         if sums == 0 || sums > MOST_WIDTH || shift > MOST_SHIFT || end > header.end || !end.is_multiple_of(2) {
             return Err(ModelError::Part(at as u32));
         }
-        match Rows::new(part(words, at / 2 + 1, end / 2), sums, inputs, header.number) {
-            Ok(rows) => Ok(Self { rows, shift: shift as u32, values: sums.next_multiple_of(FEATURES), end }),
-            Err(error) => Err(error),
-        }
+        let rows = attempt!(Rows::new(part(words, at / 2 + 1, end / 2), sums, inputs, header.number));
+        Ok(Self { rows, shift: shift as u32, values: sums.next_multiple_of(FEATURES), end })
     }
 
     /// Returns the layer of a file that has been checked.
@@ -85,9 +82,7 @@ impl<'a> Layer<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct Network<'a> {
     words: &'a [u32],
-    pub(super) labels: Labels<'a>,
-    pub(super) header: Header,
-    pub(super) calibration: Calibration<'a>,
+    pub(super) parts: ModelParts<'a>,
     /// The number of hidden layers.
     hidden: u8,
     /// Whether no sum of a layer can exceed 32 bits.
@@ -100,10 +95,7 @@ impl<'a> Network<'a> {
     /// # Errors
     /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
-        let header = match Header::read(words) {
-            Ok(header) => header,
-            Err(error) => return Err(error),
-        };
+        let header = attempt!(Header::read(words));
         if header.kind != NETWORK {
             return Err(ModelError::Kind { found: header.kind, expected: NETWORK });
         }
@@ -120,10 +112,7 @@ impl<'a> Network<'a> {
         let (mut number, mut at, mut inputs) = (0, START, header.inputs());
         let mut fits_32_bits = [false; MOST_LAYERS];
         while number < layers {
-            let layer = match Layer::new(words, at, inputs, &header) {
-                Ok(layer) => layer,
-                Err(error) => return Err(error),
-            };
+            let layer = attempt!(Layer::new(words, at, inputs, &header));
             let (sums, classes) = (half(words, at), header.classes as u16);
             if number + 1 == layers
                 && (layer.end != header.end || layer.shift != 0 || (sums != classes && !(sums == 1 && classes == 2)))
@@ -134,18 +123,14 @@ impl<'a> Network<'a> {
             (at, inputs) = (layer.end, layer.values);
             number += 1;
         }
-        let calibration = match Calibration::new(words, &header) {
-            Ok(calibration) => calibration,
-            Err(error) => return Err(error),
-        };
-        let (labels, hidden) = (Labels::new(words, &header), layers as u8 - 1);
-        Ok(Self { words, labels, header, calibration, hidden, fits_32_bits })
+        let parts = attempt!(ModelParts::new(words, header));
+        Ok(Self { words, parts, hidden: layers as u8 - 1, fits_32_bits })
     }
 
     /// Iterates over the number of sums of each layer, from the first hidden layer to the scores.
     pub fn widths(&self) -> impl Iterator<Item = usize> {
-        let (words, number) = (self.words, self.header.number);
-        let (mut at, mut inputs) = (START, self.header.inputs());
+        let (words, number) = (self.words, self.parts.header.number);
+        let (mut at, mut inputs) = (START, self.parts.header.inputs());
         (0..=self.hidden).map(move |_| {
             let layer = Layer::checked(words, at, inputs, number, false);
             let width = usize::from(half(words, at));
@@ -165,7 +150,7 @@ impl<'a> Network<'a> {
     ) -> u8 {
         let mut scores = [0; MOST_CLASSES];
         let count = self.scores::<FAST, N>(sample, &mut scores);
-        let mut highest = Highest::new(count, self.header.classes);
+        let mut highest = Highest::new(count, self.parts.header.classes);
         scores.iter().take(count).enumerate().for_each(|(row, &sum)| highest.push(row, sum, &mut give));
         highest.class()
     }
@@ -175,10 +160,10 @@ impl<'a> Network<'a> {
     fn scores<const FAST: bool, const N: usize>(&self, sample: &[i16; N], scores: &mut [i64; MOST_CLASSES]) -> usize {
         let (mut one, mut other) = ([0; MOST_VALUES], [0; MOST_VALUES]);
         let (mut values, mut next): (&mut Values, &mut Values) = (&mut one, &mut other);
-        let first = inputs_of(sample, self.header.inputs());
+        let first = inputs_of(sample, self.parts.header.inputs());
         let (mut at, mut count) = (START, first.len());
         for (number, &fits) in self.fits_32_bits.iter().enumerate() {
-            let layer = Layer::checked(self.words, at, count, self.header.number, fits);
+            let layer = Layer::checked(self.words, at, count, self.parts.header.number, fits);
             let inputs = if number == 0 { first } else { values.get(..count).unwrap_or_default() };
             if number == usize::from(self.hidden) {
                 layer.sums::<FAST>(inputs, &mut [], scores);

@@ -9,7 +9,7 @@
 //! Weights of int32 are two rows of int16 for each of theirs, one behind the other: a sum is that of the first row
 //! times 2^15, and that of the second. So fast kernels of int16 serve them, and weights have 30 bits and a sign.
 
-use super::dot::{self, Int8, Int16, Weights};
+use super::dot;
 use super::file::{ModelError, part};
 
 /// The number of rows that are summed together. Each part of the sample is read once for them.
@@ -47,7 +47,7 @@ impl<'a> Rows<'a> {
         let (rows, most_bias) = if number == INT32 { (2 * rows, 1 << 46) } else { (rows, 1 << 62) };
         let (biases, weights) = (part(words, 0, 2 * rows), part(words, 2 * rows, words.len()));
         let (biases, _) = biases.as_chunks::<2>();
-        let row_words = if number == INT8 { inputs.div_ceil(4) } else { inputs / 2 };
+        let row_words = dot::row_words(inputs, number);
         let fits_32_bits = match largest(biases, weights, row_words, number == INT8, most_bias) {
             // 1750 products of int16 are below 2^41. With a bias below 2^62 no sum of them overflows; one of 2^46 may
             // be multiplied by 2^15.
@@ -74,10 +74,10 @@ impl<'a> Rows<'a> {
     #[inline(always)]
     pub(super) fn each_sum<const FAST: bool>(&self, inputs: &[i16], mut give: impl FnMut(usize, i64)) {
         if self.number == INT8 {
-            return self.each_sum_of::<Int8, FAST>(inputs, give);
+            return self.each_sum_of::<INT8, FAST>(inputs, give);
         }
         let (wide, mut high) = (self.number == INT32, 0_i64);
-        self.each_sum_of::<Int16, FAST>(inputs, |row, sum| match (wide, row % 2) {
+        self.each_sum_of::<INT16, FAST>(inputs, |row, sum| match (wide, row % 2) {
             (false, _) => give(row, sum),
             (true, 0) => high = sum,
             (true, _) => give(row / 2, high.wrapping_shl(LOW_BITS).wrapping_add(sum)),
@@ -85,8 +85,12 @@ impl<'a> Rows<'a> {
     }
 
     #[inline(always)]
-    pub(super) fn each_sum_of<W: Weights, const FAST: bool>(&self, inputs: &[i16], mut give: impl FnMut(usize, i64)) {
-        let row_words = W::row_words(inputs.len());
+    pub(super) fn each_sum_of<const NUMBER: u16, const FAST: bool>(
+        &self,
+        inputs: &[i16],
+        mut give: impl FnMut(usize, i64),
+    ) {
+        let row_words = dot::row_words(inputs.len(), NUMBER);
         let (blocks, last) = self.biases.as_chunks::<BLOCK>();
         // This keeps the compiler from unrolling the loop for every block of a compiled-in model: flash matters more.
         let (blocks, mut left) = core::hint::black_box((blocks, self.weights));
@@ -97,9 +101,9 @@ impl<'a> Rows<'a> {
             (weights, left) = left.split_at_checked(BLOCK * row_words).unwrap_or_default();
             let start = biases.map(bias_of);
             let sums = if FAST {
-                dot::block::<W>(start, weights, inputs, self.fits_32_bits)
+                dot::block::<NUMBER>(start, weights, inputs, self.fits_32_bits)
             } else {
-                dot::both(start, dot::sums::<W, BLOCK>(weights, inputs, false))
+                dot::both(start, dot::sums::<NUMBER, BLOCK>(weights, inputs, false))
             };
             for sum in sums {
                 give(row, sum);
@@ -107,7 +111,7 @@ impl<'a> Rows<'a> {
             }
         }
         if let [bias] = last {
-            let [sum] = dot::sums::<W, 1>(left, inputs, FAST && self.fits_32_bits);
+            let [sum] = dot::sums::<NUMBER, 1>(left, inputs, FAST && self.fits_32_bits);
             give(row, bias_of(*bias).wrapping_add(sum));
         }
     }

@@ -116,13 +116,8 @@ pub(super) const fn check(words: &[u32], mut at: usize, header: &Header, leaves:
     }
     let mut tree = 0;
     while tree < header.trees {
-        let (start, end) = match bounds(words, at, header.end, header.shift) {
-            Ok(bounds) => bounds,
-            Err(error) => return Err(error),
-        };
-        if let Err(error) = check_tree(words, start, end, header, bits, leaves) {
-            return Err(error);
-        }
+        let (start, end) = attempt!(bounds(words, at, header.end, header.shift));
+        attempt!(check_tree(words, start, end, header, bits, leaves));
         at = end;
         tree += 1;
     }

@@ -31,9 +31,7 @@ impl Baseline {
     }
 
     pub(crate) fn add(&mut self, features: &Features) {
-        for (total, feature) in self.totals.iter_mut().zip(features) {
-            *total += i32::from(*feature);
-        }
+        add(&mut self.totals, features);
         self.frames += 1;
     }
 
@@ -129,5 +127,12 @@ impl Baseline {
             .iter()
             .zip(lowest.iter().zip(highest))
             .all(|(&total, (&low, &high))| i64::from(high - low) * UNIT <= Self::margin(total, config))
+    }
+}
+
+/// Adds the features of a frame to sums.
+pub(crate) fn add(sums: &mut [i32; FEATURES], features: &Features) {
+    for (sum, feature) in sums.iter_mut().zip(features) {
+        *sum += i32::from(*feature);
     }
 }

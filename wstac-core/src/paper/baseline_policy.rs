@@ -13,24 +13,9 @@ use crate::params::{FEATURES, LONGEST_FOLLOW, SAMPLE_FRAMES, SHORTEST_FOLLOW};
 /// Decides what happens to the baseline. There are three: [`FixedBaseline`], [`TrackingBaseline`] and
 /// `Option<TrackingBaseline>`.
 pub trait BaselinePolicy: sealed::Sealed + Clone + core::fmt::Debug {
-    /// Returns the policy in its state before the first window.
+    /// Returns what tracks drift; `None` if nothing does.
     #[doc(hidden)]
-    #[must_use]
-    fn anew(&self) -> Self;
-
-    /// Takes note of a window that fired.
-    #[doc(hidden)]
-    fn fired(&mut self, config: &TriggerConfig);
-
-    /// Takes a complete window that did not fire.
-    #[doc(hidden)]
-    fn quiet(
-        &mut self,
-        sums: &[i32; FEATURES],
-        baseline: &mut Baseline,
-        thresholds: &mut [i32; FEATURES],
-        config: &TriggerConfig,
-    );
+    fn tracking(&mut self) -> Option<&mut TrackingBaseline>;
 }
 
 mod sealed {
@@ -47,15 +32,9 @@ pub struct FixedBaseline;
 
 impl BaselinePolicy for FixedBaseline {
     #[inline]
-    fn anew(&self) -> Self {
-        Self
+    fn tracking(&mut self) -> Option<&mut TrackingBaseline> {
+        None
     }
-
-    #[inline]
-    fn fired(&mut self, _: &TriggerConfig) {}
-
-    #[inline]
-    fn quiet(&mut self, _: &[i32; FEATURES], _: &mut Baseline, _: &mut [i32; FEATURES], _: &TriggerConfig) {}
 }
 
 /// Lets the baseline track slow drift (decided).
@@ -95,18 +74,19 @@ impl TrackingBaseline {
     pub const fn windows(&self) -> u32 {
         1 << self.shift
     }
-}
 
-impl BaselinePolicy for TrackingBaseline {
-    fn anew(&self) -> Self {
-        Self { shift: self.shift, pause: 0, remainders: [0; FEATURES] }
+    /// Returns to the state before the first window.
+    pub(crate) fn restart(&mut self) {
+        (self.pause, self.remainders) = (0, [0; FEATURES]);
     }
 
-    fn fired(&mut self, config: &TriggerConfig) {
+    /// Takes note of a window that fired.
+    pub(crate) fn fired(&mut self, config: &TriggerConfig) {
         self.pause = (SAMPLE_FRAMES as u8 / 2).div_ceil(config.window().max(1));
     }
 
-    fn quiet(
+    /// Takes a complete window that did not fire.
+    pub(crate) fn quiet(
         &mut self,
         sums: &[i32; FEATURES],
         baseline: &mut Baseline,
@@ -122,26 +102,14 @@ impl BaselinePolicy for TrackingBaseline {
     }
 }
 
+impl BaselinePolicy for TrackingBaseline {
+    fn tracking(&mut self) -> Option<&mut Self> {
+        Some(self)
+    }
+}
+
 impl BaselinePolicy for Option<TrackingBaseline> {
-    fn anew(&self) -> Self {
-        self.as_ref().map(TrackingBaseline::anew)
-    }
-
-    fn fired(&mut self, config: &TriggerConfig) {
-        if let Some(follow) = self {
-            follow.fired(config);
-        }
-    }
-
-    fn quiet(
-        &mut self,
-        sums: &[i32; FEATURES],
-        baseline: &mut Baseline,
-        thresholds: &mut [i32; FEATURES],
-        config: &TriggerConfig,
-    ) {
-        if let Some(follow) = self {
-            follow.quiet(sums, baseline, thresholds, config);
-        }
+    fn tracking(&mut self) -> Option<&mut TrackingBaseline> {
+        self.as_mut()
     }
 }

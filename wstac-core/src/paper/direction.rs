@@ -1,9 +1,9 @@
 //! Sliding direction from the order in which rows and columns light up (SPEC §5; paper, "Directional
 //! Identification").
 
-use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::exp::{EXP_FRACTION_BITS, exp_of_negative, widened};
 use crate::paper::trigger::Event;
-use crate::params::{COLUMNS, FEATURE_FRACTION_BITS, LEAST_CONFIDENCE, ROWS};
+use crate::params::{COLUMNS, LEAST_CONFIDENCE, ROWS};
 use crate::reason::Reason;
 
 /// One of the four directions that the centroids tell apart.
@@ -25,12 +25,7 @@ pub enum Heading {
 impl Heading {
     /// Returns the angle in degrees, counterclockwise from +x: 0, 90, 180 or 270.
     pub fn degrees(self) -> u16 {
-        match self {
-            Self::Right => 0,
-            Self::Up => 90,
-            Self::Left => 180,
-            Self::Down => 270,
-        }
+        90 * self as u16
     }
 }
 
@@ -141,13 +136,11 @@ pub fn direction(event: &Event<'_>) -> Direction {
 fn centroid(event: &Event<'_>, feature: usize, mean: i32) -> Option<i64> {
     // Light is a fraction of the line's brightest light. A centroid does not depend on that unit, and all bits are
     // used.
-    let brightest = event.sample.feature(feature).max()?;
-    let brightest = i32::from(brightest) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+    let brightest = widened(event.sample.feature(feature).max()?);
     let base = exp_of_negative(u32::try_from(brightest - mean).ok()?);
     let (mut light, mut moment) = (0_u64, 0_u64);
     for (frame, value) in (0_u64..).zip(event.sample.feature(feature)) {
-        let value = i32::from(value) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
-        let above = u64::from(exp_of_negative((brightest - value).max(0) as u32).saturating_sub(base));
+        let above = u64::from(exp_of_negative((brightest - widened(value)).max(0) as u32).saturating_sub(base));
         light += above;
         moment += frame * above;
     }

@@ -4,13 +4,11 @@
 //! [`motion`](crate::touch::motion) needs neither.
 
 use crate::error::{ConfigError, LawParameter};
-use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
+use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, EXTRA_BITS, exp_of_negative, widened};
 use crate::features::Features;
 use crate::ln::constant;
 use crate::paper::trigger::Event;
-use crate::params::{
-    FASTEST_FITTED, FEATURE_FRACTION_BITS, SAMPLE_FRAMES, SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, VALID_THRESHOLD,
-};
+use crate::params::{FASTEST_FITTED, SAMPLE_FRAMES, SLOWEST_FITTED, SPEED_INTERCEPT, SPEED_SLOPE, VALID_THRESHOLD};
 use crate::rate::FrameRate;
 use crate::reason::Reason;
 
@@ -102,9 +100,7 @@ impl SpeedConfig {
         if !(threshold > 0.0 && threshold <= 5.0) {
             return Err(ConfigError::SpeedThreshold(threshold));
         }
-        if let Err(error) = law.check() {
-            return Err(error);
-        }
+        attempt!(law.check());
         let one = (1 << EXP_FRACTION_BITS) as f64;
         let brightest = constant::exp(-(BRIGHTEST as f64) / one);
         let level = constant::floor(constant::ln(threshold) * one);
@@ -222,16 +218,16 @@ pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> {
     match config.on {
         ThresholdOn::Absolute => {
             // q > 2048 · ln threshold, for integers q.
-            let level = config.level >> (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+            let level = config.level >> EXTRA_BITS;
             valid_span(event, |features| features.iter().any(|&feature| i32::from(feature) > level))
         }
         ThresholdOn::AboveBaseline => {
             let base = event.baseline.means(EXP_FRACTION_BITS).map(light);
             valid_span(event, |features| {
-                features.iter().zip(base).any(|(&feature, base)| {
-                    let feature = i32::from(feature) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
-                    light(feature).saturating_sub(base) > config.light
-                })
+                features
+                    .iter()
+                    .zip(base)
+                    .any(|(&feature, base)| light(widened(feature)).saturating_sub(base) > config.light)
             })
         }
     }
@@ -243,7 +239,7 @@ pub fn duration(event: &Event<'_>, config: &SpeedConfig) -> Option<LitSpan> {
 /// Returns the reason why there is none.
 pub fn speed(event: &Event<'_>, config: &SpeedConfig) -> Result<Speed, Reason> {
     let above = |&total: &i32| {
-        let scaled = i64::from(total) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS);
+        let scaled = i64::from(total) << EXTRA_BITS;
         scaled > i64::from(config.level) * i64::from(event.baseline.frames())
     };
     if config.on == ThresholdOn::Absolute && event.baseline.totals().iter().any(above) {

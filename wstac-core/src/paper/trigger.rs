@@ -5,7 +5,7 @@
 use heapless::Deque;
 
 use crate::features::Features;
-use crate::paper::baseline::Baseline;
+use crate::paper::baseline::{self, Baseline};
 use crate::paper::baseline_policy::{BaselinePolicy, FixedBaseline};
 use crate::paper::sample::Sample;
 pub use crate::paper::trigger_config::{Rule, TriggerConfig};
@@ -380,7 +380,10 @@ impl<B: BaselinePolicy> Trigger<B> {
 
     /// Gathers a new baseline from the next frame on. Returns the sample that was being captured and ends here.
     pub fn rezero(&mut self) -> Option<InterruptedSample> {
-        self.reset(self.state.config, self.following.anew())
+        if let Some(tracking) = self.following.tracking() {
+            tracking.restart();
+        }
+        self.state.reset(self.state.config)
     }
 
     /// Gathers a new baseline with other parameters and another policy. Returns the sample that was being captured and
@@ -457,7 +460,7 @@ impl<B: BaselinePolicy> Trigger<B> {
         match &mut state.phase {
             Phase::Baseline => {
                 state.baseline.add(&features);
-                state.add_to_window(&features);
+                baseline::add(&mut state.window_sums, &features);
                 if state.baseline.frames().is_multiple_of(u16::from(state.config.window())) {
                     state.end_baseline_window();
                 }
@@ -466,18 +469,22 @@ impl<B: BaselinePolicy> Trigger<B> {
             Phase::Watch { seen } => {
                 *seen += 1;
                 let complete = *seen == state.config.window();
-                state.add_to_window(&features);
+                baseline::add(&mut state.window_sums, &features);
                 if !complete {
                     return None;
                 }
                 let fired = state.window_sums.iter().zip(&state.bounds[1]).any(|(sum, threshold)| sum > threshold);
                 if !fired {
                     let [_, thresholds] = &mut state.bounds;
-                    following.quiet(&state.window_sums, &mut state.baseline, thresholds, &state.config);
+                    if let Some(tracking) = following.tracking() {
+                        tracking.quiet(&state.window_sums, &mut state.baseline, thresholds, &state.config);
+                    }
                     state.start_windows();
                     return None;
                 }
-                following.fired(&state.config);
+                if let Some(tracking) = following.tracking() {
+                    tracking.fired(&state.config);
+                }
                 let arrived = state.config.backtrack() + state.config.window();
                 let first = now - u64::from(arrived - 1);
                 state.capture(first, SAMPLE_FRAMES as u8 - arrived, false)
@@ -734,12 +741,6 @@ impl TriggerState {
             left => self.phase = Phase::Rest { left },
         }
         (!is_answered).then_some(first)
-    }
-
-    fn add_to_window(&mut self, features: &Features) {
-        for (sum, feature) in self.window_sums.iter_mut().zip(features) {
-            *sum += i32::from(*feature);
-        }
     }
 
     fn end_baseline_window(&mut self) {

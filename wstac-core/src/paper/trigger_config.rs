@@ -43,14 +43,14 @@ impl Rule {
     }
 }
 
-/// Returns why a window and a backtrack of so many frames cannot be used.
-const fn wrong_frames(window: u32, backtrack: u32) -> Option<ConfigError> {
+/// Checks that a window and a backtrack of so many frames can be used.
+const fn check_frames(window: u32, backtrack: u32) -> Result<(), ConfigError> {
     if window == 0 || window > SAMPLE_FRAMES as u32 {
-        return Some(ConfigError::Window(window));
+        return Err(ConfigError::Window(window));
     }
     let (before, within) = (BASELINE_WINDOWS * window, SAMPLE_FRAMES as u32 - window);
     let most = if before < within { before } else { within };
-    if backtrack > most { Some(ConfigError::Backtrack { found: backtrack, most }) } else { None }
+    if backtrack > most { Err(ConfigError::Backtrack { found: backtrack, most }) } else { Ok(()) }
 }
 
 /// The trigger's parameters, checked together.
@@ -84,9 +84,7 @@ impl TryFrom<TriggerFields> for TriggerConfig {
     type Error = ConfigError;
     fn try_from(fields: TriggerFields) -> Result<Self, ConfigError> {
         let TriggerFields { window, backtrack, rule, multiplier, margin, per_touch } = fields;
-        if let Some(error) = wrong_frames(u32::from(window), u32::from(backtrack)) {
-            return Err(error);
-        }
+        check_frames(u32::from(window), u32::from(backtrack))?;
         // Without arithmetic of double precision, which a board would have for nothing else.
         if multiplier.bits() < rule.least() {
             return Err(ConfigError::Multiplier(f64::from(multiplier.bits()) / 65_536.0));
@@ -110,9 +108,7 @@ impl TriggerConfig {
         rule: Rule,
         margin: f64,
     ) -> Result<Self, ConfigError> {
-        if let Some(error) = wrong_frames(window, backtrack) {
-            return Err(error);
-        }
+        attempt!(check_frames(window, backtrack));
         let b = match Q16::new(multiplier) {
             Some(b) if b.bits() >= rule.least() => b,
             _ => return Err(ConfigError::Multiplier(multiplier)),

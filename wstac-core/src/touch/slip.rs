@@ -35,6 +35,8 @@ const SECOND_SLOPE: u32 = 51;
 const MOTION: i64 = 2;
 /// The least taxels of a press.
 const LEAST_LIT: usize = 5;
+/// Taxels with at least this light are those of the press, where its brightest one has 255.
+const LIT: u8 = 32;
 
 /// A slip: a held part has begun to move.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -362,13 +364,13 @@ impl SlipDetector {
         for (part, &light) in self.pattern.iter_mut().zip(&self.light) {
             *part = (255 * i64::from(light.max(0)) / most) as u8;
         }
-        self.pattern.iter().filter(|&&part| part >= 32).count()
+        self.pattern.iter().filter(|&&part| part >= LIT).count()
     }
 
     /// Returns whether half of the taxels that the press has lit have light that is not noise.
     fn has_most_lit(&self, age: u64) -> bool {
         let limit = self.noise * (age as i64 + 1);
-        let lit = self.light.iter().zip(&self.pattern).filter(|&(_, &part)| part >= 32);
+        let lit = self.light.iter().zip(&self.pattern).filter(|&(_, &part)| part >= LIT);
         let all = lit.clone().count();
         2 * lit.filter(|&(&light, _)| light > 0 && 100 * i64::from(light) * i64::from(light) > limit).count() >= all
     }
@@ -380,7 +382,7 @@ impl SlipDetector {
         let (mut rows, mut columns, mut lit, mut others) = (0_u8, 0_u8, 0_i64, 0_i64);
         for (taxel, (&light, &part)) in self.light.iter().zip(&self.pattern).enumerate() {
             let light = i64::from(light.max(0));
-            if part >= 32 {
+            if part >= LIT {
                 (rows, columns) = (rows | 1 << (taxel / COLUMNS), columns | 1 << (taxel % COLUMNS));
                 lit += light;
             } else {

@@ -175,18 +175,6 @@ pub struct LearnedTextures {
     pub learning: Option<Learning>,
 }
 
-/// Deserializes the textures. It is not inlined, so that its names do not lie on the stack of every other message.
-#[inline(never)]
-pub(super) fn textures<'de, D: Deserializer<'de>>(deserializer: D) -> Result<LearnedTextures, D::Error> {
-    LearnedTextures::deserialize(deserializer)
-}
-
-/// Deserializes the state of learning. It is not inlined, so that its name does not lie on the stack of other messages.
-#[inline(never)]
-pub(super) fn learning<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Learning, D::Error> {
-    Learning::deserialize(deserializer)
-}
-
 #[cfg(test)]
 pub(super) mod tests {
     use std::string::{String, ToString};

@@ -4,19 +4,24 @@ use core::num::NonZeroU8;
 use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
+#[cfg(not(feature = "settings"))]
+use self::{Never as SetAnswer, Never as Settings, Never as SettingsInUse};
+#[cfg(not(feature = "learn"))]
+use self::{Never as LearnedTextures, Never as Learning, Never as TextureName};
+#[cfg(not(feature = "models"))]
+use self::{Never as BoardModel, Never as ModelId, Never as ModelPiece};
 #[cfg(feature = "models")]
 use super::{BoardModel, ModelId, ModelPiece};
 #[cfg(feature = "learn")]
 use super::{LearnedTextures, Learning, TextureName};
 use super::{PictureEnd, PicturePart, Text};
 #[cfg(feature = "settings")]
-use super::{Refusal, Settings, SettingsInUse};
+use super::{Settings, SettingsInUse};
 use crate::features::Features;
 use crate::green::any::PixelFormat;
 use crate::law::{Answer, EventLaw, has_texture, velocity};
 use crate::layout::FrameSize;
 use crate::model::file::Task;
-use crate::model::speeds::KnownSpeeds;
 use crate::paper::direction::Direction;
 use crate::paper::sample::Sample;
 use crate::paper::speed::Speed;
@@ -129,37 +134,17 @@ pub enum Message<'a> {
         #[serde(serialize_with = "super::numbers::long")]
         board_us: u64,
     },
-    // Each has its number also where a feature is missing, since the last message has one for all.
+    // Each has its number also where a feature is missing: then its content has no value.
     /// The settings that the board uses: the answer to [`Request::Settings`].
-    #[cfg(feature = "settings")]
     Settings(SettingsInUse),
     /// The answer to [`Request::Set`]. If the settings are kept, the board starts again and uses them.
-    #[cfg(feature = "settings")]
-    Set(Result<(), Refusal>),
+    Set(SetAnswer),
     /// The state of learning a texture.
-    #[cfg(feature = "learn")]
-    Learning(#[serde(deserialize_with = "super::learned::learning")] Learning),
+    Learning(#[serde(deserialize_with = "super::numbers::apart")] Learning),
     /// The textures that the board has learned: the answer to [`Request::Textures`] and [`Request::ForgetTexture`].
-    #[cfg(feature = "learn")]
-    Textures(#[serde(deserialize_with = "super::learned::textures")] LearnedTextures),
+    Textures(#[serde(deserialize_with = "super::numbers::apart")] LearnedTextures),
     /// The board's model, and the one that is being sent: the answer to every request about models.
-    #[cfg(feature = "models")]
     Model(BoardModel),
-    #[cfg(not(feature = "settings"))]
-    #[doc(hidden)]
-    NoSettings(Never),
-    #[cfg(not(feature = "settings"))]
-    #[doc(hidden)]
-    NoSet(Never),
-    #[cfg(not(feature = "learn"))]
-    #[doc(hidden)]
-    NoLearning(Never),
-    #[cfg(not(feature = "learn"))]
-    #[doc(hidden)]
-    NoTextures(Never),
-    #[cfg(not(feature = "models"))]
-    #[doc(hidden)]
-    NoModel(Never),
     /// A held part begins to slip. A board without the memory for it sends none.
     Slip(Slip),
     /// The answer to [`Request::Bootloader`]: the boot loader that the board starts now, or `None` if it has none.
@@ -176,17 +161,25 @@ pub enum Bootloader {
     Dfu,
 }
 
+/// The answer to [`Request::Set`].
+#[cfg(feature = "settings")]
+type SetAnswer = Result<(), super::Refusal>;
+
 /// The content of a message whose feature is missing: it has no value, so such a message is unknown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[expect(clippy::exhaustive_enums, reason = "it has no value")]
 pub enum Never {}
 
-// Whatever comes is refused: to read it first would take code for each variant.
 impl<'de> Deserialize<'de> for Never {
-    fn deserialize<D: Deserializer<'de>>(_: D) -> Result<Self, D::Error> {
-        Err(D::Error::custom("it has no value"))
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        never(deserializer)
     }
+}
+
+/// Refuses whatever comes: to read it first would take code for each variant.
+fn never<'de, D: Deserializer<'de>, T>(_: D) -> Result<T, D::Error> {
+    Err(D::Error::custom("it has no value"))
 }
 
 /// The state of a board, as far as the board knows it.
@@ -408,17 +401,6 @@ impl<'a> Answers<'a> {
         has_texture(self.contact)
     }
 
-    /// Returns the answers with the texture that a model names, which was trained at these speeds: of a slide at
-    /// another speed it knows no texture.
-    #[must_use]
-    pub fn with_texture_at(self, texture: impl Into<TextureAnswer<'a>>, trained: Option<KnownSpeeds>) -> Self {
-        let mut texture = texture.into();
-        if trained.is_some_and(|speeds| speeds.exclude(self.velocity())) {
-            texture.known = Some(false);
-        }
-        self.with_texture(texture)
-    }
-
     /// Returns the answers with one more texture answer. There is room for three; a fourth is left out.
     #[must_use]
     pub fn with_texture(mut self, texture: impl Into<TextureAnswer<'a>>) -> Self {
@@ -595,78 +577,39 @@ pub enum Request {
         /// The host's time.
         host_us: u64,
     },
-    // Each has its number also where a feature is missing, since the last request has one for all. Missing ones come at
-    // the end in the same order, because every feature includes the one before: settings, learn, models.
+    // Each has its number also where a feature is missing: then its content has no value, or is refused.
     /// Asks for the settings that the board uses. A board whose settings are fixed does not answer.
-    #[cfg(feature = "settings")]
+    #[cfg_attr(not(feature = "settings"), serde(deserialize_with = "never"))]
     Settings,
     /// Sets settings, which the board checks and keeps over resets.
-    #[cfg(feature = "settings")]
     Set(Settings),
     /// Returns the board to the settings that were compiled in.
-    #[cfg(feature = "settings")]
+    #[cfg_attr(not(feature = "settings"), serde(deserialize_with = "never"))]
     Forget,
     /// Asks for the textures that the board has learned. A board that does not learn does not answer.
-    #[cfg(feature = "learn")]
+    #[cfg_attr(not(feature = "learn"), serde(deserialize_with = "never"))]
     Textures,
     /// Asks the board to learn a texture of this name from the next slides. If it learns one of this name already, it
     /// goes on. The answer is a [`Message::Learning`]. The host asks for [`Request::Textures`] about once per second,
     /// so that the board knows that somebody watches.
-    #[cfg(feature = "learn")]
     Learn(TextureName),
     /// Asks the board to stop learning. What it has learned before stays.
-    #[cfg(feature = "learn")]
+    #[cfg_attr(not(feature = "learn"), serde(deserialize_with = "never"))]
     StopLearning,
     /// Asks the board to forget a texture that it has learned. It starts again without it.
-    #[cfg(feature = "learn")]
     ForgetTexture(TextureName),
     /// Asks for the model that the board uses, and for those that it takes. A board that takes none does not answer.
-    #[cfg(feature = "models")]
+    #[cfg_attr(not(feature = "models"), serde(deserialize_with = "never"))]
     Model,
     /// Says that a model will be sent in pieces. If pieces of the same model have arrived since the start, they are
     /// kept.
-    #[cfg(feature = "models")]
     SendModel(ModelId),
     /// Sends a piece of the model. The answer says where the next piece has to begin, so that a piece that is lost or
     /// comes twice does no harm. After the last one the board checks the whole model and keeps it.
-    #[cfg(feature = "models")]
     ModelPiece(ModelPiece),
     /// Asks the board to forget the models that were sent, and to use the one that is compiled in.
-    #[cfg(feature = "models")]
+    #[cfg_attr(not(feature = "models"), serde(deserialize_with = "never"))]
     ForgetModel,
-    #[cfg(not(feature = "settings"))]
-    #[doc(hidden)]
-    NoSettings(Never),
-    #[cfg(not(feature = "settings"))]
-    #[doc(hidden)]
-    NoSet(Never),
-    #[cfg(not(feature = "settings"))]
-    #[doc(hidden)]
-    NoForget(Never),
-    #[cfg(not(feature = "learn"))]
-    #[doc(hidden)]
-    NoTextures(Never),
-    #[cfg(not(feature = "learn"))]
-    #[doc(hidden)]
-    NoLearn(Never),
-    #[cfg(not(feature = "learn"))]
-    #[doc(hidden)]
-    NoStopLearning(Never),
-    #[cfg(not(feature = "learn"))]
-    #[doc(hidden)]
-    NoForgetTexture(Never),
-    #[cfg(not(feature = "models"))]
-    #[doc(hidden)]
-    NoModel(Never),
-    #[cfg(not(feature = "models"))]
-    #[doc(hidden)]
-    NoSendModel(Never),
-    #[cfg(not(feature = "models"))]
-    #[doc(hidden)]
-    NoModelPiece(Never),
-    #[cfg(not(feature = "models"))]
-    #[doc(hidden)]
-    NoForgetModel(Never),
     /// Asks the board to start its boot loader, which takes a new program over USB. Every board with the node answers.
     Bootloader,
 }

@@ -116,24 +116,20 @@ pub const LONGEST: usize = 314;
 /// The content of a frame: [`Message`] or [`Request`], and no other type.
 pub trait Payload<'a>: Serialize + Deserialize<'a> + sealed::Sealed {
     /// Returns whether a sender begins with it, if it is the sender's first message.
-    fn starts(&self) -> bool;
+    fn starts(&self) -> bool {
+        false
+    }
 
     /// Checks that all numbers are possible.
     ///
     /// # Errors
     /// Returns the first quantity that is not.
-    fn check(&self) -> Result<(), Quantity>;
-}
-
-impl Payload<'_> for Request {
-    fn starts(&self) -> bool {
-        false
-    }
-
     fn check(&self) -> Result<(), Quantity> {
         Ok(())
     }
 }
+
+impl Payload<'_> for Request {}
 
 impl<'a> Payload<'a> for Message<'a> {
     fn starts(&self) -> bool {

@@ -65,7 +65,7 @@ impl defmt::Format for ModelPiece {
 
 impl Serialize for ModelPiece {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        (self.at, Bytes(self.bytes())).serialize(serializer)
+        (self.at, self.bytes()).serialize(serializer)
     }
 }
 
@@ -75,15 +75,6 @@ impl<'de> Deserialize<'de> for ModelPiece {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let (at, bytes) = <(u32, &[u8])>::deserialize(deserializer)?;
         Self::new(at, bytes).ok_or_else(|| D::Error::custom("a piece of a model is empty or too long"))
-    }
-}
-
-/// Bytes that are written at once, and not one by one.
-struct Bytes<'a>(&'a [u8]);
-
-impl Serialize for Bytes<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_bytes(self.0)
     }
 }
 

@@ -48,6 +48,13 @@ where
     Ok(Option::deserialize(deserializer).unwrap_or(None))
 }
 
+/// Deserializes the content of a message. It is not inlined, so that its bytes do not lie on the stack of every other
+/// message.
+#[inline(never)]
+pub(super) fn apart<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -> Result<T, D::Error> {
+    T::deserialize(deserializer)
+}
+
 #[inline(never)]
 fn write<S: Serializer>(frames: &[Features], serializer: S) -> Result<S::Ok, S::Error> {
     let mut bytes = [0; FRAME_BYTES * SAMPLE_PART];

@@ -128,18 +128,10 @@ pub(super) fn check(message: &Message<'_>) -> Result<(), Quantity> {
         Message::Time { board_us, .. } => number(*board_us),
         // The parts, which are counted where a picture is put together, show whether it is possible.
         Message::PictureEnd(_) | Message::Bootloader(_) => Ok(()),
-        // Settings check themselves as they are read.
-        #[cfg(feature = "settings")]
-        Message::Settings(_) | Message::Set(_) => Ok(()),
-        #[cfg(not(feature = "settings"))]
-        Message::NoSettings(never) | Message::NoSet(never) => match *never {},
+        // Settings check themselves as they are read. Sizes and checksums may be anything: the host compares them.
+        Message::Settings(_) | Message::Set(_) | Message::Model(_) => Ok(()),
         #[cfg(not(feature = "learn"))]
-        Message::NoLearning(never) | Message::NoTextures(never) => match *never {},
-        #[cfg(not(feature = "models"))]
-        Message::NoModel(never) => match *never {},
-        // Sizes and checksums may be anything, and the host compares them with those of its file.
-        #[cfg(feature = "models")]
-        Message::Model(_) => Ok(()),
+        Message::Learning(never) | Message::Textures(never) => match *never {},
         #[cfg(feature = "learn")]
         Message::Learning(learning) => check_learning(learning),
         #[cfg(feature = "learn")]

@@ -211,9 +211,6 @@ entries! {
     period(touch: &Event<'_>, velocity: &Velocity, config: MotionConfig) -> Option<Measured> {
         path_sample::period(touch, velocity, config)
     }
-    fill_from_taxels(sample: &mut PathSample, ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
-        sample.fill_from_taxels(ring, velocity, config, frames)
-    }
     covers(sample: &PathSample, frames: u8) -> bool { sample.covers(frames) }
 }
 

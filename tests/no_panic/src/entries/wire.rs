@@ -58,7 +58,7 @@ entries! {
     touch_frame(answers: &Answers<'_>) -> Option<u64> { answers.touch_frame() }
     end_frame(answers: &Answers<'_>) -> Option<u64> { answers.end_frame() }
     texture<'a>(answers: Answers<'a>, sample: &[i16; 700], model: &Model<'a>) -> Answers<'a> {
-        answers.with_texture_at(texture::texture(sample, model), model.known_speeds())
+        answers.with_texture(texture::texture(sample, model))
     }
     new_outbox() -> Outbox<'static> { Outbox::new() }
     outbox_push(outbox: &mut Outbox<'static>, answers: Answers<'static>, now: u32) -> Answers<'static> {

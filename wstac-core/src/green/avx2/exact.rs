@@ -21,8 +21,8 @@ macro_rules! kernel {
         use core::hint::black_box;
 
         use crate::green::avx2::prefetch;
-        use crate::green::simd::Factors;
-        use crate::green::simd::cells::{Bytes, CellRows, Cells, Chroma, PackedRows, PairRows, PlaneRows, Row};
+        use crate::green::simd::cells::{Bytes, Cells, Chroma, Row, Vectors, WithPairs, WithPlanes};
+        use crate::green::simd::{BlockRows, Factors};
 
         /// Sums the green of cells.
         #[target_feature(enable = $feature)]
@@ -35,19 +35,18 @@ macro_rules! kernel {
         fn of_range<const LIMITED: bool>(cells: &Cells<'_>, factors: &Factors) -> u32 {
             let lanes = Lanes::<LIMITED>::new(factors, cells.place());
             match cells.chroma {
-                Chroma::Within(_) => of_rows(&lanes, cells, PackedRows::new(cells.luma)),
-                Chroma::Pairs(pairs, shared) => of_rows(&lanes, cells, PairRows::new(cells.luma, pairs, shared)),
-                Chroma::Planes(planes, shared) => of_rows(&lanes, cells, PlaneRows::new(cells.luma, planes, shared)),
+                Chroma::Within(_) => of_rows::<Vectors<'_, VECTOR>, LIMITED>(&lanes, cells),
+                Chroma::Pairs(..) => of_rows::<WithPairs<'_, HALF>, LIMITED>(&lanes, cells),
+                Chroma::Planes(..) => of_rows::<WithPlanes<'_, CELLS, HALF>, LIMITED>(&lanes, cells),
             }
         }
 
         /// Sums rows of cells, of which some pixels of the first and of the last do not count.
         #[inline]
         #[target_feature(enable = $feature)]
-        fn of_rows<'a, const LIMITED: bool>(
+        fn of_rows<'a, R: Row<'a, CELLS, HALF, VECTOR>, const LIMITED: bool>(
             lanes: &Lanes<LIMITED>,
             cells: &Cells<'a>,
-            mut rows: impl CellRows<'a, CELLS, HALF, VECTOR>,
         ) -> u32 {
             let (count, [left, right]) = (cells.in_row(), cells.outside);
             // Whole pairs of vectors, then one or two vectors of which the last ends with the row.
@@ -63,8 +62,9 @@ macro_rules! kernel {
                 counted([2 * old + in_rest, right], [2 * CELLS, 0])
             });
             let mut sum = zero();
-            for _ in 0..cells.luma.rows() {
-                let Some(row) = rows.next() else { break };
+            let mut rows = BlockRows::new(cells.luma);
+            for number in 0..cells.luma.rows() {
+                let Some(row) = rows.next().and_then(|luma| R::new(cells, luma, number)) else { break };
                 match (row.last(), cells.chroma) {
                     (Bytes::Packed(luma), _) => prefetch(luma, cells.luma, cells.luma.width()),
                     (Bytes::Pairs(luma, chroma), Chroma::Pairs(pairs, _)) => {

@@ -19,8 +19,8 @@ use core::arch::aarch64::{
 };
 
 use super::{VECTOR, half, vector};
-use crate::green::simd::cells::{Bytes, CellRows, Cells, Chroma, PackedRows, PairRows, PlaneRows, Row};
-use crate::green::simd::{Factors, LEAST_CELLS as CELLS};
+use crate::green::simd::cells::{Bytes, Cells, Chroma, Row, Vectors, WithPairs, WithPlanes};
+use crate::green::simd::{BlockRows, Factors, LEAST_CELLS as CELLS};
 
 #[target_feature(enable = "neon")]
 pub(super) fn sum(cells: &Cells<'_>, factors: &Factors) -> u32 {
@@ -31,11 +31,9 @@ pub(super) fn sum(cells: &Cells<'_>, factors: &Factors) -> u32 {
 #[target_feature(enable = "neon")]
 fn of_range<const LIMITED: bool>(cells: &Cells<'_>, factors: &Factors) -> u32 {
     match cells.chroma {
-        Chroma::Within(_) => of_rows::<LIMITED>(factors, cells, PackedRows::new(cells.luma)),
-        Chroma::Pairs(pairs, shared) => of_rows::<LIMITED>(factors, cells, PairRows::new(cells.luma, pairs, shared)),
-        Chroma::Planes(planes, shared) => {
-            of_rows::<LIMITED>(factors, cells, PlaneRows::new(cells.luma, planes, shared))
-        }
+        Chroma::Within(_) => of_rows::<Vectors<'_, 32>, LIMITED>(factors, cells),
+        Chroma::Pairs(..) => of_rows::<WithPairs<'_, 16>, LIMITED>(factors, cells),
+        Chroma::Planes(..) => of_rows::<WithPlanes<'_, 8, 16>, LIMITED>(factors, cells),
     }
 }
 
@@ -43,11 +41,7 @@ fn of_range<const LIMITED: bool>(cells: &Cells<'_>, factors: &Factors) -> u32 {
 /// otherwise it is 1.
 #[inline]
 #[target_feature(enable = "neon")]
-fn of_rows<'a, const LIMITED: bool>(
-    factors: &Factors,
-    cells: &Cells<'a>,
-    mut rows: impl CellRows<'a, 8, 16, 32>,
-) -> u32 {
+fn of_rows<'a, R: Row<'a, 8, 16, 32>, const LIMITED: bool>(factors: &Factors, cells: &Cells<'a>) -> u32 {
     let (count, place, [left, right]) = (cells.in_row(), cells.place(), cells.outside);
     // Whole vectors, then one that ends with the row.
     let before = count.saturating_sub(1) / CELLS;
@@ -56,8 +50,9 @@ fn of_rows<'a, const LIMITED: bool>(
     let head = vector(&counted(left, 0));
     let tail = vector(&counted(old + if before == 0 { left } else { 0 }, right));
     let mut sum = vdupq_n_u32(0);
-    for _ in 0..cells.luma.rows() {
-        let Some(row) = rows.next() else { break };
+    let mut rows = BlockRows::new(cells.luma);
+    for number in 0..cells.luma.rows() {
+        let Some(row) = rows.next().and_then(|luma| R::new(cells, luma, number)) else { break };
         let mut counts = head;
         for index in 0..before {
             let Some(cells) = row.cells(index) else { break };

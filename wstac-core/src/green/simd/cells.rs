@@ -1,6 +1,6 @@
 //! Blocks of cells: two pixels that share a chroma sample.
 
-use super::{BlockRows, LEAST_CELLS, Simd};
+use super::{LEAST_CELLS, Simd};
 use crate::frame::{Block, Run};
 use crate::green::ycbcr::Conversion;
 
@@ -149,22 +149,18 @@ pub(in crate::green) enum Bytes<'a, const ONE: usize, const TWO: usize, const FO
     Planes(&'a [u8; TWO], [&'a [u8; ONE]; 2]),
 }
 
+/// A row of cells. All of its code is inlined, so that kernels keep their vectors in registers.
 pub(in crate::green) trait Row<'a, const ONE: usize, const TWO: usize, const FOUR: usize>:
     Copy
 {
+    /// Returns the row of this number, whose luma lies in these bytes.
+    fn new(cells: &Cells<'a>, luma: &'a [u8], number: usize) -> Option<Self>;
+
     /// Returns the bytes of `ONE` cells, of which `index` times as many come before them.
     fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>>;
 
     /// Returns the bytes of the last `ONE` cells.
     fn last(self) -> Bytes<'a, ONE, TWO, FOUR>;
-}
-
-/// The rows of cells of a block, one after the other. All of their code is inlined, so that kernels keep their vectors
-/// in registers.
-pub(in crate::green) trait CellRows<'a, const ONE: usize, const TWO: usize, const FOUR: usize> {
-    type Row: Row<'a, ONE, TWO, FOUR>;
-
-    fn next(&mut self) -> Option<Self::Row>;
 }
 
 /// A row of bytes as vectors of `N`.
@@ -177,31 +173,17 @@ pub(in crate::green) struct Vectors<'a, const N: usize> {
 
 impl<'a, const N: usize> Vectors<'a, N> {
     #[inline(always)]
-    fn new(row: &'a [u8]) -> Option<Self> {
+    fn of(row: &'a [u8]) -> Option<Self> {
         Some(Self { whole: row.as_chunks().0, last: row.last_chunk()? })
     }
 }
 
-/// Rows of luma and chroma within each other.
-pub(in crate::green) struct PackedRows<'a>(BlockRows<'a>);
-
-impl<'a> PackedRows<'a> {
-    #[inline(always)]
-    pub(in crate::green) fn new(block: Block<'a>) -> Self {
-        Self(BlockRows::new(block))
-    }
-}
-
-impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> CellRows<'a, ONE, TWO, FOUR> for PackedRows<'a> {
-    type Row = Vectors<'a, FOUR>;
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Self::Row> {
-        Vectors::new(self.0.next()?)
-    }
-}
-
 impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR> for Vectors<'a, FOUR> {
+    #[inline(always)]
+    fn new(_: &Cells<'a>, luma: &'a [u8], _: usize) -> Option<Self> {
+        Vectors::of(luma)
+    }
+
     #[inline(always)]
     fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>> {
         self.whole.get(index).map(Bytes::Packed)
@@ -213,76 +195,41 @@ impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO
     }
 }
 
-/// Rows of luma, and their rows of Cb Cr pairs.
-pub(in crate::green) struct PairRows<'a> {
-    luma: BlockRows<'a>,
-    pairs: Block<'a>,
-    shared: Shared,
-    row: usize,
-}
+/// A row of luma, and one of Cb Cr pairs.
+pub(in crate::green) type WithPairs<'a, const TWO: usize> = [Vectors<'a, TWO>; 2];
 
-impl<'a> PairRows<'a> {
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR> for WithPairs<'a, TWO> {
     #[inline(always)]
-    pub(in crate::green) fn new(luma: Block<'a>, pairs: Block<'a>, shared: Shared) -> Self {
-        Self { luma: BlockRows::new(luma), pairs, shared, row: 0 }
+    fn new(cells: &Cells<'a>, luma: &'a [u8], number: usize) -> Option<Self> {
+        let Chroma::Pairs(pairs, shared) = cells.chroma else { return None };
+        Some([Vectors::of(luma)?, Vectors::of(pairs.row(shared.row(number)))?])
     }
-}
 
-impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> CellRows<'a, ONE, TWO, FOUR> for PairRows<'a> {
-    type Row = (Vectors<'a, TWO>, Vectors<'a, TWO>);
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Self::Row> {
-        let row = self.shared.row(self.row);
-        self.row += 1;
-        Some((Vectors::new(self.luma.next()?)?, Vectors::new(self.pairs.row(row))?))
-    }
-}
-
-impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR>
-    for (Vectors<'a, TWO>, Vectors<'a, TWO>)
-{
     #[inline(always)]
     fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>> {
-        Some(Bytes::Pairs(self.0.whole.get(index)?, self.1.whole.get(index)?))
+        let [luma, pairs] = self;
+        Some(Bytes::Pairs(luma.whole.get(index)?, pairs.whole.get(index)?))
     }
 
     #[inline(always)]
     fn last(self) -> Bytes<'a, ONE, TWO, FOUR> {
-        Bytes::Pairs(self.0.last, self.1.last)
+        let [luma, pairs] = self;
+        Bytes::Pairs(luma.last, pairs.last)
     }
 }
 
-/// Rows of luma, and their rows of Cb and of Cr.
-pub(in crate::green) struct PlaneRows<'a> {
-    luma: BlockRows<'a>,
-    planes: [Block<'a>; 2],
-    shared: Shared,
-    row: usize,
-}
+/// A row of luma, and one of Cb and of Cr.
+pub(in crate::green) type WithPlanes<'a, const ONE: usize, const TWO: usize> =
+    (Vectors<'a, TWO>, [Vectors<'a, ONE>; 2]);
 
-impl<'a> PlaneRows<'a> {
+impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR> for WithPlanes<'a, ONE, TWO> {
     #[inline(always)]
-    pub(in crate::green) fn new(luma: Block<'a>, planes: [Block<'a>; 2], shared: Shared) -> Self {
-        Self { luma: BlockRows::new(luma), planes, shared, row: 0 }
+    fn new(cells: &Cells<'a>, luma: &'a [u8], number: usize) -> Option<Self> {
+        let Chroma::Planes([cb, cr], shared) = cells.chroma else { return None };
+        let number = shared.row(number);
+        Some((Vectors::of(luma)?, [Vectors::of(cb.row(number))?, Vectors::of(cr.row(number))?]))
     }
-}
 
-impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> CellRows<'a, ONE, TWO, FOUR> for PlaneRows<'a> {
-    type Row = (Vectors<'a, TWO>, [Vectors<'a, ONE>; 2]);
-
-    #[inline(always)]
-    fn next(&mut self) -> Option<Self::Row> {
-        let row = self.shared.row(self.row);
-        self.row += 1;
-        let [cb, cr] = self.planes;
-        Some((Vectors::new(self.luma.next()?)?, [Vectors::new(cb.row(row))?, Vectors::new(cr.row(row))?]))
-    }
-}
-
-impl<'a, const ONE: usize, const TWO: usize, const FOUR: usize> Row<'a, ONE, TWO, FOUR>
-    for (Vectors<'a, TWO>, [Vectors<'a, ONE>; 2])
-{
     #[inline(always)]
     fn cells(self, index: usize) -> Option<Bytes<'a, ONE, TWO, FOUR>> {
         let (luma, [cb, cr]) = self;

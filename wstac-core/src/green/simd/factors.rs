@@ -27,16 +27,6 @@ impl Factors {
         let (cb, cr) = (split(chroma[0]), split(chroma[1]));
         Self { luma: luma as i8, scale: [cb.0, cr.0], high: [cb.1, cr.1], low: [cb.2, cr.2], offset }
     }
-
-    /// Returns w as the kernels find it, with this added to the offset.
-    #[cfg(test)]
-    pub(in crate::green) fn w(&self, chroma: [u8; 2], offset: i32) -> i32 {
-        let sum = |factors: [i16; 2]| {
-            let one = |n: usize| i32::from(chroma[n]) * i32::from(self.scale[n]) * i32::from(factors[n]);
-            one(0) + one(1)
-        };
-        (sum(self.high) + (sum(self.low) >> 16) + self.offset + offset) >> 16
-    }
 }
 
 /// Splits −`factor` into s · (h · 2^−16 + l · 2^−32), with the s of 7 bits that comes nearest.

@@ -1,9 +1,9 @@
 //! Arrival times of rising edges, and the straight line through them.
 
 use super::sqrt::sqrt;
-use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative};
+use crate::exp::{EXP_FRACTION_BITS, EXP_ONE, exp_of_negative, widened};
 use crate::paper::trigger::Event;
-use crate::params::{FEATURE_FRACTION_BITS, SAMPLE_FRAMES};
+use crate::params::SAMPLE_FRAMES;
 
 pub(super) const LINES: usize = 5;
 
@@ -69,11 +69,6 @@ pub(super) fn between(frame: i32, before: i32, value: i32, threshold: i32) -> i3
     }
     let share = ((i64::from(threshold - before)) << 16).checked_div(i64::from(value - before)).unwrap_or(0);
     ((frame - 1) << 16) + share.clamp(0, 1 << 16) as i32
-}
-
-/// Returns a feature in units of 2^-20.
-pub(super) fn widened(feature: i16) -> i32 {
-    i32::from(feature) << (EXP_FRACTION_BITS - FEATURE_FRACTION_BITS)
 }
 
 /// Returns the highest feature of each of the lines `first..first + LINES`, in units of 2^-20.

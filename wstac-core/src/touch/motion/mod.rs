@@ -43,6 +43,15 @@ pub struct Velocity {
     pub degrees_sd: f32,
 }
 
+impl Velocity {
+    /// Returns a velocity along a unit vector, with the deviations of the speed as a fraction and of the angle in
+    /// radians.
+    pub(crate) fn along(right: f32, up: f32, mm_s: f32, [of_speed, of_angle]: [f32; 2]) -> Self {
+        let degrees_sd = of_angle * (180.0 / core::f32::consts::PI);
+        Self { mm_s, mm_s_sd: mm_s * of_speed, degrees: degrees(right, up), degrees_sd }
+    }
+}
+
 /// The motion of a touch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -129,21 +138,17 @@ impl MotionConfig {
         if !(pitch_mm > 0.0 && pitch_mm <= 1000.0) {
             return Err(ConfigError::Pitch(pitch_mm));
         }
-        let pitch_per_frame = pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames();
-        Ok(Self { pitch_mm, pitch_per_frame, readout: Readout::unknown(rate) })
+        Ok(Self::of_pitch(pitch_mm, rate))
     }
 
     /// Creates the parameters for the paper's sensor: a pitch of 4 mm, and an unknown readout.
     pub const fn published(rate: FrameRate) -> Self {
-        match Self::new(PITCH_MM, rate) {
-            Ok(config) => config,
-            // Not reached: the pitch is in range.
-            Err(_) => Self {
-                pitch_mm: PITCH_MM,
-                pitch_per_frame: PITCH_MM * NOMINAL_FRAME_RATE as f32,
-                readout: Readout::GLOBAL,
-            },
-        }
+        Self::of_pitch(PITCH_MM, rate)
+    }
+
+    const fn of_pitch(pitch_mm: f32, rate: FrameRate) -> Self {
+        let pitch_per_frame = pitch_mm * NOMINAL_FRAME_RATE as f32 / rate.nominal_frames();
+        Self { pitch_mm, pitch_per_frame, readout: Readout::unknown(rate) }
     }
 
     /// Returns these parameters with another readout.
@@ -347,14 +352,10 @@ fn velocity(
     let (right_sd, up_sd) = (sd(columns), sd(rows));
     let mm_s = config.pitch_per_frame / slowness;
     let reach = config.readout.reach(slowness, right, up);
+    let along = length([right * right_sd, up * up_sd]);
     let across = length([up * right_sd, right * up_sd]) * between(deviations.across, slowness);
-    let velocity = Velocity {
-        mm_s,
-        mm_s_sd: mm_s * readout::widened(length([right * right_sd, up * up_sd]), reach[0]),
-        degrees: degrees(right, up),
-        degrees_sd: readout::widened(across, reach[1]) * (180.0 / core::f32::consts::PI),
-    };
-    (velocity, reach)
+    let sd = [readout::widened(along, reach[0]), readout::widened(across, reach[1])];
+    (Velocity::along(right, up, mm_s, sd), reach)
 }
 
 /// Returns the angle of a vector in degrees, counterclockwise from the right: 0 ≤ degrees < 360.
@@ -363,22 +364,6 @@ pub(crate) fn degrees(right: f32, up: f32) -> f32 {
     let turned = if degrees < 0.0 { degrees + 360.0 } else { degrees };
     // A tiny negative angle rounds to a whole turn, and a negative zero is no angle.
     if turned >= 360.0 { 0.0 } else { turned + 0.0 }
-}
-
-/// The former name of [`Reason`].
-#[deprecated(since = "0.4.0", note = "use `reason::Reason`")]
-pub type Doubt = Reason;
-
-/// Returns [`Motion::doubt`].
-#[deprecated(since = "0.4.0", note = "use `Motion::doubt`")]
-pub fn doubt_by_coherence(event: &Event<'_>, config: MotionConfig) -> Option<Reason> {
-    by_coherence(event, config).doubt
-}
-
-/// Returns [`Motion::doubt`].
-#[deprecated(since = "0.4.0", note = "use `Motion::doubt`")]
-pub fn doubt_by_edges(event: &Event<'_>, config: MotionConfig) -> Option<Reason> {
-    by_edges(event, config).doubt
 }
 
 #[cfg(test)]

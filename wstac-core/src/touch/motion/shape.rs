@@ -1,7 +1,7 @@
 //! The shapes of five lines' light over a sample: above the baseline, smoothed, and scaled to their peaks.
 
-use super::edges::{Edges, LINES, between, brightest, widened};
-use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use super::edges::{Edges, LINES, between, brightest};
+use crate::exp::{EXP_FRACTION_BITS, exp_of_negative, widened};
 use crate::paper::trigger::Event;
 use crate::params::SAMPLE_FRAMES;
 

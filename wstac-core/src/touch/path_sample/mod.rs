@@ -13,7 +13,7 @@
 mod period;
 mod resample;
 
-use crate::exp::{EXP_FRACTION_BITS, exp_of_negative};
+use crate::exp::{EXP_FRACTION_BITS, exp_of_negative, widened};
 use crate::ln::Ln;
 use crate::ln::fixed::Fixed;
 use crate::model::file::{INPUTS, Input};
@@ -85,11 +85,7 @@ impl PathSample {
     ///
     /// A board with little stack has one sample then, and no copies.
     pub fn fill_from_sums(&mut self, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> bool {
-        self.try_sums(event, velocity, config, frames).is_some()
-    }
-
-    fn try_sums(&mut self, event: &Event<'_>, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<()> {
-        let way = Way::new(velocity, config)?;
+        let Some(way) = Way::new(velocity, config) else { return false };
         let mut light = SumLight::DARK;
         light.fill(event);
         let by_rows = way.up.unsigned_abs() > way.right.unsigned_abs();
@@ -99,7 +95,7 @@ impl PathSample {
             if line < ROWS { up * (2 - line as i32) } else { right * (line as i32 - (ROWS + 2) as i32) }
         });
         let weights = core::array::from_fn(|line| if line < ROWS { way.rows } else { ONE - way.rows });
-        way.sample(&light, plan, delays, weights, frames, self)
+        way.sample(&light, plan, delays, weights, frames, self).is_some()
     }
 
     /// Creates the sample of an event from 25 taxels. The ring's last frame must be that of the event.
@@ -113,7 +109,8 @@ impl PathSample {
     /// The first four frames count as dark: a trigger must begin its sample that long before the touch.
     pub fn of_taxels(ring: &TaxelRing, velocity: &Velocity, config: MotionConfig, frames: u8) -> Option<Self> {
         let mut sample = Self::DARK;
-        sample.fill_from_taxels(ring, velocity, config, frames).then_some(sample)
+        sample.try_taxels(ring, SAMPLE_FRAMES as u8, velocity, config, frames)?;
+        Some(sample)
     }
 
     /// Creates the sample of an event, or of a touch under way, from its 25 taxels, as [`PathSample::of_taxels`] does.
@@ -136,20 +133,6 @@ impl PathSample {
         ring.is_some_and(|ring| self.try_taxels(ring, touch.frames, velocity, config, frames).is_some())
     }
 
-    /// Fills this sample with that of [`PathSample::of_taxels`]. Returns whether there is one.
-    ///
-    /// A board with little stack has one sample then, and no copies.
-    pub fn fill_from_taxels(
-        &mut self,
-        ring: &TaxelRing,
-        velocity: &Velocity,
-        config: MotionConfig,
-        frames: u8,
-    ) -> bool {
-        self.try_taxels(ring, SAMPLE_FRAMES as u8, velocity, config, frames).is_some()
-    }
-
-    /// Fills this sample from so many of the ring's last frames.
     fn try_taxels(
         &mut self,
         ring: &TaxelRing,
@@ -267,7 +250,6 @@ impl SumLight {
     #[inline(never)]
     fn fill(&mut self, event: &Event<'_>) {
         let means = event.baseline.means(EXP_FRACTION_BITS);
-        let widened = |value: i16| i32::from(value) << (EXP_FRACTION_BITS - crate::params::FEATURE_FRACTION_BITS);
         let brightest = event.sample.frames().flatten().copied().max().map_or(0, widened);
         let of = |value: i32| exp_of_negative(brightest.saturating_sub(value).max(0) as u32);
         let dark = means.map(of);

@@ -344,12 +344,7 @@ impl Slide {
             return Err(Reason::Uncertain);
         }
         let mm_s = config.pitch_per_frame() / slowness;
-        Ok(Velocity {
-            mm_s,
-            mm_s_sd: mm_s * of_speed,
-            degrees: degrees(right, up),
-            degrees_sd: of_angle * (180.0 / core::f32::consts::PI),
-        })
+        Ok(Velocity::along(right, up, mm_s, [of_speed, of_angle]))
     }
 }
 

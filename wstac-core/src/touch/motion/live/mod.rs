@@ -15,7 +15,7 @@ use crate::touch::taxel_ring::TaxelRing;
 use crate::touch::wave::Basis;
 
 use super::edges::LINES;
-use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, degrees, readout, squares};
+use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, readout, squares};
 use alike::Alike;
 use arrival::arrival;
 use level::{Change, Level};
@@ -336,11 +336,9 @@ impl Slide {
         let reach = config.readout.reach(whole, right, -up);
         let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION && !readout::is_too_far(reach);
         let across = root(upwards * right_variance + rightwards * up_variance);
-        is_known.then(|| Velocity {
-            mm_s,
-            mm_s_sd: mm_s * readout::widened(root(variance), reach[0]),
-            degrees: degrees(right, -up),
-            degrees_sd: readout::widened(across, reach[1]) * (180.0 / core::f32::consts::PI),
+        is_known.then(|| {
+            let sd = [readout::widened(root(variance), reach[0]), readout::widened(across, reach[1])];
+            Velocity::along(right, -up, mm_s, sd)
         })
     }
 }
