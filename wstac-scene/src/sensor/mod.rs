@@ -61,7 +61,7 @@ pub struct Sensor {
 #[derive(Clone, Debug)]
 enum SensorKind {
     /// Pictures, which go through JPEG if that is their format.
-    Rendered(PictureRenderer, Option<Compression>),
+    Rendered(Box<PictureRenderer>, Option<Compression>),
     Taxel(Box<TaxelSampler>),
 }
 
@@ -129,8 +129,8 @@ impl Sensor {
         let kind = match fidelity {
             Fidelity::Taxel => SensorKind::Taxel(Box::new(TaxelSampler::new(pixel, format, &spot.green, rng))),
             Fidelity::Rendered => {
-                let is_jpeg = config.format.is_jpeg();
-                SensorKind::Rendered(rendered(rng), is_jpeg.then(|| Compression::new(config.size, config.quality)))
+                let compression = config.format.is_jpeg().then(|| Compression::new(config.size, config.quality));
+                SensorKind::Rendered(Box::new(rendered(rng)), compression)
             }
         };
         Ok(Self { camera, format, color, kind })

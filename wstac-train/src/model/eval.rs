@@ -181,7 +181,9 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
 pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<Vec<i16>>, Option<Truth>), Error> {
     let npz = Npz::open(path)?;
     let mut samples = samples(&npz, array_of(model.input()), 0)?;
-    samples.iter_mut().for_each(|sample| *sample = vec_in_file_order(sample));
+    for sample in &mut samples {
+        *sample = vec_in_file_order(sample);
+    }
     let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
     Ok((samples, truth))
 }

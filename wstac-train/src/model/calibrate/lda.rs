@@ -91,7 +91,9 @@ pub(super) fn means<S: Iterator<Item = f64>>(
         sample.zip(&mut means[usize::from(label)]).for_each(|(x, mean)| *mean += x);
     }
     for (mean, &count) in means.iter_mut().zip(&counts) {
-        mean.iter_mut().for_each(|value| *value /= count.max(1) as f64);
+        for value in mean {
+            *value /= count.max(1) as f64;
+        }
     }
     (means, counts)
 }
