@@ -4,7 +4,7 @@
 //!
 //! FRAMES has raw frames: `wstac run scene:Saw3@150,90deg --size 640x480 --save-raw FRAMES`.
 use std::time::{Duration, Instant};
-use std::{env, fs, thread};
+use std::{env, fs, process, thread};
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
@@ -17,7 +17,14 @@ use wstac_host::source::{Frame, LossReason, SourceEvent, StreamInfo};
 const SIZE: (u32, u32) = (640, 480);
 const DEADLINE: Duration = Duration::from_millis(10);
 
-fn main() -> Result<(), Error> {
+fn main() {
+    if let Err(error) = run() {
+        eprintln!("{error}");
+        process::exit(2);
+    }
+}
+
+fn run() -> Result<(), Error> {
     let wrong = |message: &str| Error::new(ErrorKind::Usage, "bounded_loop", message);
     let arguments: Vec<String> = env::args().skip(1).collect();
     let (file, passes) = match &arguments[..] {
@@ -28,7 +35,7 @@ fn main() -> Result<(), Error> {
         },
         _ => return Err(wrong("wrong arguments, expected FRAMES [PASSES]")),
     };
-    let bytes = fs::read(file).map_err(|error| Error::io(file, error))?;
+    let bytes = fs::read(file).map_err(|error| Error::io(format_args!("bounded_loop: {file}"), error))?;
     let frames: Vec<&[u8]> = bytes.chunks_exact((SIZE.0 * SIZE.1) as usize).collect();
     let end = frames.len() * passes;
     let size = FrameSize::new(SIZE.0, SIZE.1).map_err(|error| wrong(&error.to_string()))?;

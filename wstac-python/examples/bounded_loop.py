@@ -6,22 +6,32 @@ FRAMES has raw frames: wstac run scene:Saw3@150,90deg --size 640x480 --save-raw 
 import gc
 import sys
 import time
+from typing import NoReturn
 
 import numpy as np
 import wstac
 
 WIDTH, HEIGHT, RATE, DEADLINE_MS = 640, 480, 30, 10.0
 
+
+def refuse(message: str) -> NoReturn:
+    print(f"bounded_loop: {message}", file=sys.stderr)
+    sys.exit(2)
+
+
 if len(sys.argv) not in (2, 3):
-    sys.exit("bounded_loop: wrong arguments, expected FRAMES [PASSES]")
+    refuse("wrong arguments, expected FRAMES [PASSES]")
 passes = sys.argv[2] if len(sys.argv) > 2 else "1"
 if not passes.isdecimal() or int(passes) < 1:
-    sys.exit(f"bounded_loop: PASSES is {passes!r}, expected 1 or more")
-frames = np.fromfile(sys.argv[1], np.uint8)
+    refuse(f"PASSES is {passes!r}, expected 1 or more")
+try:
+    frames = np.fromfile(sys.argv[1], np.uint8)
+except OSError as error:
+    refuse(f"FRAMES is {sys.argv[1]!r}: {error.strerror or error}, expected a file of raw frames")
 frames = frames[: len(frames) // (WIDTH * HEIGHT) * WIDTH * HEIGHT].reshape(-1, HEIGHT, WIDTH)
 end = len(frames) * int(passes)
 if end == 0:
-    sys.exit("bounded_loop: FRAMES has no frame of 640 x 480 GREY")
+    refuse("FRAMES has no frame of 640 x 480 GREY")
 pipeline = wstac.Pipeline("GREY", size=(WIDTH, HEIGHT), fps=RATE, motion=True)
 took: list[float] = []
 events = lost = number = 0

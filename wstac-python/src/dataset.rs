@@ -1,10 +1,9 @@
 //! Data sets of simulated slides, as `wstac dataset` makes them.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::io::Cursor;
 use std::path::Path;
 use std::sync::atomic::Ordering;
-use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
@@ -19,10 +18,6 @@ use crate::config::{Config, table};
 use crate::train::{in_thread, input_of, pool, stopped};
 use crate::{refused, waiting};
 
-/// Time between two looks for Ctrl-C, and most slides between them.
-const BETWEEN_LOOKS: Duration = Duration::from_millis(200);
-const MOST_AT_A_TIME: usize = 4096;
-
 /// The data set of a sweep, of its file or of a table in JSON: the bytes of the file that `wstac dataset` writes, and
 /// how many slides had no event, and an incomplete sample.
 #[pyfunction]
@@ -34,49 +29,32 @@ pub(crate) fn dataset<'py>(
     threads: Option<u16>,
 ) -> PyResult<(Bound<'py, PyBytes>, usize, usize)> {
     let sweep = if is_table {
-        let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
-        Sweep::parse("sweep", &text.map_err(|error| refused(format_args!("sweep: {error}")))?)
-            .map_err(crate::failed_by)?
+        Sweep::parse("sweep", &text_of(&sweep)?).map_err(crate::failed_by)?
     } else {
         waiting(py, || Sweep::read(Path::new(&sweep)))?
     };
     let config = config.map_or_else(Parsed::default, |config| config.0.clone());
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.map_or(0, usize::from)).build();
-    let pool = pool.map_err(|error| refused(format_args!("threads: {error}")))?;
-    let numbers: Vec<u32> = (0..sweep.count()).collect();
-    let mut outcomes = Vec::new();
-    let (mut rest, mut at_a_time) = (&numbers[..], pool.current_num_threads());
-    while !rest.is_empty() {
-        py.check_signals()?;
-        let (numbers, more) = rest.split_at(at_a_time.min(rest.len()));
-        rest = more;
-        let started = Instant::now();
-        let made = py.detach(|| {
-            pool.install(|| {
-                each_sample(
-                    numbers,
-                    |number| sweep.script(number),
-                    &config,
-                    |number, outcome| {
-                        outcomes.push((number, outcome));
-                        Ok::<(), Error>(())
-                    },
-                )
-            })
-        });
-        made.map_err(crate::failed_by)?;
-        // As many slides at a time as take about as long as Ctrl-C may wait.
-        if started.elapsed() < BETWEEN_LOOKS / 2 {
-            at_a_time = (2 * at_a_time).min(MOST_AT_A_TIME);
-        } else if started.elapsed() > BETWEEN_LOOKS {
-            at_a_time = (at_a_time / 2).max(pool.current_num_threads());
-        }
-    }
-    outcomes.sort_by_key(|(number, _)| *number);
-    let count = |what: &Outcome| outcomes.iter().filter(|(_, outcome)| outcome == what).count();
-    let mut file = Cursor::new(Vec::new());
-    arrays::write(&mut file, &sweep, &outcomes).map_err(|error| refused(Error::io("sweep", error)))?;
-    Ok((PyBytes::new(py, &file.into_inner()), count(&Outcome::NoEvent), count(&Outcome::Incomplete)))
+    let (bytes, no_event, incomplete) = in_thread(py, move |stop| {
+        let numbers: Vec<u32> = (0..sweep.count()).collect();
+        let mut outcomes = Vec::new();
+        let take = |number, outcome| {
+            outcomes.push((number, outcome));
+            if stop.load(Ordering::Relaxed) { Err(stopped()) } else { Ok(()) }
+        };
+        pool(threads)?.install(|| each_sample(&numbers, |number| sweep.script(number), &config, take))?;
+        outcomes.sort_by_key(|(number, _)| *number);
+        let count = |what: &Outcome| outcomes.iter().filter(|(_, outcome)| outcome == what).count();
+        let mut file = Cursor::new(Vec::new());
+        arrays::write(&mut file, &sweep, &outcomes).map_err(|error| Error::io("sweep", error))?;
+        Ok((file.into_inner(), count(&Outcome::NoEvent), count(&Outcome::Incomplete)))
+    })?;
+    Ok((PyBytes::new(py, &bytes), no_event, incomplete))
+}
+
+/// Returns the text of a sweep that is a table in JSON.
+fn text_of(sweep: &OsStr) -> PyResult<String> {
+    let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
+    text.map_err(|error| refused(format_args!("sweep: {error}")))
 }
 
 /// The data set of a sweep of random slides along the path, as the bytes of the file that `wstac dataset --input`
@@ -91,9 +69,7 @@ pub(crate) fn path_dataset<'py>(
 ) -> PyResult<Bound<'py, PyBytes>> {
     let input = input_of(input)?;
     let sweep = if is_table {
-        let text = toml::to_string(&table("sweep", &sweep.to_string_lossy())?);
-        let text = text.map_err(|error| refused(format_args!("sweep: {error}")))?;
-        RandomSweep::parse("sweep", &text).map_err(crate::failed_by)?
+        RandomSweep::parse("sweep", &text_of(&sweep)?).map_err(crate::failed_by)?
     } else {
         waiting(py, || RandomSweep::read(Path::new(&sweep)))?
     };

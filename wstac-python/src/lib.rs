@@ -19,11 +19,12 @@ use std::ffi::OsStr;
 use std::fmt::Display;
 
 use pyo3::exceptions::PyValueError;
-use pyo3::types::PyAnyMethods;
-use pyo3::{PyErr, PyResult, Python, create_exception};
+use pyo3::types::{PyAnyMethods, PyString, PyStringMethods};
+use pyo3::{Bound, PyErr, PyResult, Python, create_exception};
 use wstac_host::error::ErrorKind;
 use wstac_host::source::Source;
 use wstac_host::source::open::{OpenOptions, SourceKind};
+use wstac_host::visible;
 
 create_exception!(
     wstac,
@@ -71,10 +72,20 @@ fn waiting<T: Send>(py: Python<'_>, call: impl FnOnce() -> Result<T, wstac_host:
     result.map_err(|error| failed(py, &error))
 }
 
+/// Returns a text of several lines in which no character controls a terminal. Line feeds and tabs stay.
+#[pyo3::pyfunction]
+fn visible_lines(text: &Bound<'_, PyString>) -> String {
+    visible::lines(&text.to_string_lossy()).into_owned()
+}
+
+/// Returns a text that is one line and in which no character controls a terminal.
+#[pyo3::pyfunction]
+fn visible_line(text: &Bound<'_, PyString>) -> String {
+    visible::line(&text.to_string_lossy()).into_owned()
+}
+
 #[pyo3::pymodule]
 mod _wstac {
-    #[pymodule_export]
-    use super::Error;
     #[pymodule_export]
     use super::config::Config;
     #[pymodule_export]
@@ -89,6 +100,8 @@ mod _wstac {
     use super::source::{Source, is_camera, open_scene, open_source};
     #[pymodule_export]
     use super::train::{fit, import_model, learn, train};
+    #[pymodule_export]
+    use super::{Error, visible_line, visible_lines};
 
     /// The version of the package.
     #[pymodule_export]

@@ -10,7 +10,7 @@ use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::params::SAMPLE_FRAMES;
 use wstac_host::model_file::{ModelFile, OwnedModel};
 use wstac_host::texture::Textures;
-use wstac_train::model::eval::is_sample;
+use wstac_train::model::eval::{is_sample, labels_of};
 use wstac_train::model::trained::in_file_order;
 
 use crate::outputs::shaped;
@@ -61,8 +61,7 @@ impl Model {
     /// Returns the names of its classes.
     #[getter]
     fn labels(&self) -> Vec<String> {
-        let labels = self.model.get().labels();
-        (0..labels.len()).filter_map(|class| labels.get(class)).map(|label| label.to_string()).collect()
+        labels_of(self.model.get())
     }
 
     /// Returns what it tells apart: `specimen`, `pattern`, `depth` or `other`.
@@ -112,9 +111,7 @@ impl Model {
             model.each_score(&in_file_order(sample), |_, score| scores.push(score as f64));
             scores
         })?;
-        let shape = [each.len(), self.model.get().labels().len()];
-        let all: Vec<f64> = each.into_iter().flatten().collect();
-        shaped(PyArray1::from_vec(py, all), shape)
+        rows(py, each, self.model.get().labels().len())
     }
 
     /// Returns the probability of each class for each sample, (n, classes); NaN for a row of zeros. It is `None` for a
@@ -133,15 +130,19 @@ impl Model {
             let real = |units: u16| f64::from(units) / f64::from(CONFIDENCE_ONE);
             found.map_or_else(|| vec![f64::NAN; classes], |units| units.into_iter().take(classes).map(real).collect())
         })?;
-        let shape = [each.len(), classes];
-        let all: Vec<f64> = each.into_iter().flatten().collect();
-        shaped(PyArray1::from_vec(py, all), shape).map(Some)
+        rows(py, each, classes).map(Some)
     }
 
     fn __repr__(&self) -> String {
         let labels = self.labels().len();
         format!("wstac.Model({:?}: {labels} classes, {} of {SAMPLE_FRAMES} frames)", self.name(), self.frames())
     }
+}
+
+/// Returns rows of so many numbers as an array.
+fn rows(py: Python<'_>, rows: Vec<Vec<f64>>, width: usize) -> PyResult<Bound<'_, PyAny>> {
+    let shape = [rows.len(), width];
+    shaped(PyArray1::from_vec(py, rows.into_iter().flatten().collect()), shape)
 }
 
 /// Returns the bytes of a file's words.

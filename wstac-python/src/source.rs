@@ -329,12 +329,7 @@ impl Source {
                 let failure = if outputs.is_empty() { state.failure.take() } else { None };
                 (goes_on, outputs, failure, state.closed)
             });
-            if let Some(failure) = failure {
-                return Err(failure.into());
-            }
-            if closed && outputs.is_empty() {
-                return Err(self.is_closed());
-            }
+            self.check_goes_on(failure, closed && outputs.is_empty())?;
             if !goes_on || !outputs.is_empty() {
                 return objects(py, outputs);
             }
@@ -356,12 +351,7 @@ impl Source {
                 let failure = if is_all { state.failure.take() } else { None };
                 (gathered, failure, state.closed && is_all)
             });
-            if let Some(failure) = failure {
-                return Err(failure.into());
-            }
-            if closed {
-                return Err(self.is_closed());
-            }
+            self.check_goes_on(failure, closed)?;
             if let Some(gathered) = gathered {
                 return self.arrays(py, gathered, with_picture);
             }
@@ -377,12 +367,7 @@ impl Source {
         }
         let (gathered, failure, closed) =
             self.locked(py, |state| (state.gathered.take_all(), state.failure.take(), state.closed));
-        if closed {
-            return Err(self.is_closed());
-        }
-        if let Some(failure) = failure {
-            return Err(failure.into());
-        }
+        self.check_goes_on(failure.filter(|_| !closed), closed)?;
         self.arrays(py, gathered, with_frames)
     }
 
@@ -505,9 +490,13 @@ impl Source {
         followed.map_err(crate::failed_by)
     }
 
-    /// Returns the error of a read after `close`.
-    fn is_closed(&self) -> PyErr {
-        refused(format_args!("{}: the stream is closed; open its source again", self.about))
+    /// Refuses to go on after a failure, and after `close`.
+    fn check_goes_on(&self, failure: Option<ReadFailure>, closed: bool) -> PyResult<()> {
+        match failure {
+            Some(failure) => Err(failure.into()),
+            None if closed => Err(refused(format_args!("{}: the stream is closed; open its source again", self.about))),
+            None => Ok(()),
+        }
     }
 
     /// Reads on with the state, behind all orders that wait for it.

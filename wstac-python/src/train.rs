@@ -70,23 +70,16 @@ fn choice(what: &str, found: &str, expected: &str) -> PyErr {
 }
 
 pub(crate) fn input_of(name: &str) -> PyResult<Input> {
-    match name {
-        "frames" => Ok(Input::Frames),
-        "path" => Ok(Input::Path),
-        "taxel-path" | "taxel_path" => Ok(Input::TaxelPath),
-        "taxels" => Ok(Input::Taxels),
-        _ => Err(choice("input", name, "\"frames\", \"path\", \"taxel-path\" (also \"taxel_path\") or \"taxels\"")),
-    }
+    let all = [Input::Frames, Input::Path, Input::TaxelPath, Input::Taxels];
+    let expected = "\"frames\", \"path\", \"taxel-path\" (also \"taxel_path\") or \"taxels\"";
+    let found = all.into_iter().find(|input| input.name() == name.replace('-', "_"));
+    found.ok_or_else(|| choice("input", name, expected))
 }
 
 fn task_of(name: &str) -> PyResult<Task> {
-    match name {
-        "specimen" => Ok(Task::Specimen),
-        "pattern" => Ok(Task::Pattern),
-        "depth" => Ok(Task::Depth),
-        "other" => Ok(Task::Other),
-        _ => Err(choice("task", name, "specimen, pattern, depth or other")),
-    }
+    let all = [Task::Specimen, Task::Pattern, Task::Depth, Task::Other];
+    let found = all.into_iter().find(|task| task.name() == name);
+    found.ok_or_else(|| choice("task", name, "specimen, pattern, depth or other"))
 }
 
 /// Trains a model on samples (n, 700) with their labels and groups, without a test. Returns the bytes of its file.

@@ -231,9 +231,13 @@ class Event:
             "stamp_within_ms": self.stamp_within_ms,
             "contact": self.contact,
             "duration_frames": self.duration_frames,
-            **_columns("speed", self.speed),
-            "speed_at_most_mm_s": None if self.speed_at_most is None else self.speed_at_most.mm_s,
-            **_columns("direction", self.direction),
+            "speed_mm_s": self.speed and self.speed.mm_s,
+            "speed_sd_mm_s": self.speed and self.speed.sd,
+            "speed_extrapolated": self.speed and self.speed.extrapolated,
+            "speed_at_most_mm_s": self.speed_at_most and self.speed_at_most.mm_s,
+            "direction_deg": self.direction and self.direction.deg,
+            "direction_sd_deg": self.direction and self.direction.sd,
+            "direction_confidence": self.direction and self.direction.confidence,
             "basis": self.basis,
             **_lengths("place", self.place_mm),
             **_lengths("width", self.width_mm),
@@ -283,23 +287,6 @@ class Event:
 def _lengths(name: str, length: Optional[Measured]) -> dict[str, Any]:
     """Returns a length as columns of a row."""
     return {f"{name}_mm": length and length.value, f"{name}_sd_mm": length and length.sd}
-
-
-def _columns(answer: str, value: Union[Speed, Direction, None]) -> dict[str, Any]:
-    """Returns a speed or a direction as columns of a row."""
-    if answer == "speed":
-        speed = value if isinstance(value, Speed) else None
-        return {
-            "speed_mm_s": speed and speed.mm_s,
-            "speed_sd_mm_s": speed and speed.sd,
-            "speed_extrapolated": speed and speed.extrapolated,
-        }
-    direction = value if isinstance(value, Direction) else None
-    return {
-        "direction_deg": direction and direction.deg,
-        "direction_sd_deg": direction and direction.sd,
-        "direction_confidence": direction and direction.confidence,
-    }
 
 
 def _leave_out(answer: Optional[dict[str, Any]], *names: str) -> None:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ._errors import NotFoundError
-from ._visible import line as one_line
-from ._wstac import Error
+from ._wstac import Error, visible_line
 
 Values = NDArray[np.float64]
 
@@ -148,7 +147,7 @@ class Arm:
 
 def _listed(names: list[str]) -> str:
     """Returns names of a file as one line."""
-    return one_line(", ".join(names))
+    return visible_line(", ".join(names))
 
 
 def _numbers(file: Path, row: int, column: str, text: Any) -> float:
@@ -178,7 +177,7 @@ def _columns(file: Path, keys: Mapping[str, Any], there: list[str]) -> tuple[str
 
 def _damaged(file: Path, kind: str, error: Exception) -> Error:
     said = " ".join(str(error).split()) or type(error).__name__
-    return Error(f"{file}: is no {kind}, or is damaged ({one_line(said)}), expected a whole file: copy it again")
+    return Error(f"{file}: is no {kind}, or is damaged ({visible_line(said)}), expected a whole file: copy it again")
 
 
 def _csv(file: Path, keys: Mapping[str, Any]) -> tuple[list[str], Values, Values]:

@@ -25,12 +25,12 @@ from typing import Any, Optional, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _arm, _stream, _visible
+from . import _arm, _stream
 from ._models import Config, Configuration
 from ._rows import Rows
 from ._stream import Frame, Stream
 from ._video import CHUNK, MOST_MB, NAME, PICTURE, Video
-from ._wstac import Error
+from ._wstac import Error, visible_lines
 
 try:
     import pyarrow as pa  # type: ignore[import, unused-ignore]
@@ -347,7 +347,7 @@ def _size_of(text: str) -> tuple[int, int]:
 
 
 def _say(text: object) -> None:
-    print(_visible.lines(f"wstac: {text}"), file=sys.stderr, flush=True)
+    print(visible_lines(f"wstac: {text}"), file=sys.stderr, flush=True)
 
 
 def main(arguments: Optional[list[str]] = None) -> int:

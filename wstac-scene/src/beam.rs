@@ -76,9 +76,7 @@ impl Beam {
             }
         }
     }
-}
 
-impl Beam {
     /// Returns the curvature κ L at `parts` + 1 even places from the base to the tip of a beam in the state `bend`.
     pub fn curvature_along(self, bend: &Bend, parts: usize) -> Vec<f64> {
         let parts = parts.max(1);
@@ -192,9 +190,7 @@ impl BendTable {
         let between = |k: usize| low[k] + (high[k] - low[k]) * share;
         [between(0) * inverse, between(1) * inverse * inverse]
     }
-}
 
-impl BendTable {
     /// Returns d ln κ₀ / d ln √shortening for the root `root` ≥ 0 of the shortening.
     ///
     /// It is 1 for small shortenings and grows with the bend.

@@ -83,163 +83,6 @@ impl Piece {
 }
 
 impl Passage<'_> {
-    /// Advances the tip over a surface by `length` s; at the start it is `passed` mm behind the leading end.
-    pub(crate) fn advance(
-        &self,
-        tip: &mut Tip,
-        surface: &Surface,
-        passed: f64,
-        rub: Rub,
-        length: f64,
-        exposure: &mut Exposure,
-    ) {
-        let reached = passed + self.speed_mm_s * length;
-        let moment = |place: f64| ((place - passed) / self.speed_mm_s).clamp(0.0, length);
-        // Up to the place that the tip has reached. A gap that rounding leaves between segments does not count.
-        let mut place = passed;
-        for segment in surface.segments_from(passed) {
-            if segment.from >= reached {
-                break;
-            }
-            let (first, last) = (segment.from.max(passed), segment.to.min(reached));
-            if first > place + LEAST_GAP_MM {
-                self.free(tip, Piece { from: moment(place), to: moment(first) }, exposure);
-            }
-            self.cross(tip, segment, [first, last], [moment(first), moment(last)], rub, exposure);
-            place = last;
-        }
-        if reached > place + LEAST_GAP_MM {
-            self.free(tip, Piece { from: moment(place), to: length }, exposure);
-        }
-    }
-
-    /// Advances the tip by `length` s in which its overlap changes evenly from one value to another, in mm; a gap is
-    /// below 0.
-    pub(crate) fn approach(
-        &self,
-        tip: &mut Tip,
-        [before, after]: [f64; 2],
-        length: f64,
-        rub: Rub,
-        exposure: &mut Exposure,
-    ) {
-        let overlap = |share: f64| before * (1.0 - share) + after * share;
-        self.over(tip, overlap, [0.0, 1.0], Piece { from: 0.0, to: length }, rub, exposure);
-    }
-
-    /// Advances over a segment, or over a part of it between two places in mm, from one moment to another.
-    fn cross(
-        &self,
-        tip: &mut Tip,
-        segment: &Segment,
-        [first, last]: [f64; 2],
-        [from, to]: [f64; 2],
-        rub: Rub,
-        exposure: &mut Exposure,
-    ) {
-        let crests = tip.overlap_mm;
-        let overlap = |place: f64| crests - segment.drop_mm(place);
-        let (start, end) = (overlap(first), overlap(last));
-        let piece = Piece { from, to };
-        if start <= 0.0 && end <= 0.0 {
-            self.free(tip, piece, exposure);
-            return;
-        }
-        if segment.is_straight() && start.min(end) < 0.0 {
-            // Only the part that touches is divided into pieces.
-            let share = start / (start - end);
-            let (place, at) = (first + share * (last - first), piece.at(share));
-            if start < 0.0 {
-                self.free(tip, Piece { to: at, ..piece }, exposure);
-                self.over(tip, overlap, [place, last], Piece { from: at, ..piece }, rub, exposure);
-            } else {
-                self.over(tip, overlap, [first, place], Piece { to: at, ..piece }, rub, exposure);
-                self.free(tip, Piece { from: at, ..piece }, exposure);
-            }
-            return;
-        }
-        self.over(tip, overlap, [first, last], piece, rub, exposure);
-    }
-
-    /// Advances in pieces between two places in mm over which the overlap is smooth.
-    fn over(
-        &self,
-        tip: &mut Tip,
-        overlap: impl Fn(f64) -> f64,
-        [first, last]: [f64; 2],
-        whole: Piece,
-        rub: Rub,
-        exposure: &mut Exposure,
-    ) {
-        let mut before = overlap(first);
-        let change = libm::fabs(overlap(last) - before) / self.step_mm;
-        let parts = libm::ceil((whole.length() / self.step_s).max(change)).clamp(1.0, MOST_PIECES) as u32;
-        self.jump(tip, before, whole.from, exposure);
-        let share = |part: u32| f64::from(part) / f64::from(parts);
-        for part in 1..=parts {
-            let piece = Piece { from: whole.at(share(part - 1)), to: whole.at(share(part)) };
-            let after = overlap(first + (last - first) * share(part));
-            self.piece(tip, [before, after], piece, rub, exposure);
-            before = after;
-        }
-    }
-    /// Advances over a piece in which the overlap goes from one value to another, in mm; below 0 there is no overlap.
-    fn piece(&self, tip: &mut Tip, [before, after]: [f64; 2], piece: Piece, rub: Rub, exposure: &mut Exposure) {
-        let crossing = || piece.at(before / (before - after));
-        match (before > 0.0, after > 0.0) {
-            (true, true) => self.touch(tip, [before, after], piece, rub, exposure),
-            (false, false) => self.free(tip, piece, exposure),
-            (false, true) => {
-                let touched = crossing();
-                self.free(tip, Piece { to: touched, ..piece }, exposure);
-                self.touch(tip, [0.0, after], Piece { from: touched, ..piece }, rub, exposure);
-            }
-            (true, false) => {
-                let left = crossing();
-                self.touch(tip, [before, 0.0], Piece { to: left, ..piece }, rub, exposure);
-                self.free(tip, Piece { from: left, ..piece }, exposure);
-            }
-        }
-    }
-
-    /// Changes the overlap to `overlap` mm at the moment `at`, as at a jump of the surface.
-    fn jump(&self, tip: &mut Tip, overlap: f64, at: f64, exposure: &mut Exposure) {
-        let bent = self.bending.at_root(sqrt(overlap.max(0.0)));
-        tip.loose = self.relaxation_s > 0.0 && bent.strain < tip.bent.strain;
-        if !tip.loose {
-            exposure.add(self.flash * flash(tip.bent.strain, bent.strain), at, 0.0);
-            tip.bent = bent;
-        }
-    }
-
-    /// Advances over a piece in which a surface is under the tip all the time and the overlap goes from one value to
-    /// another.
-    fn touch(&self, tip: &mut Tip, [mut from, to]: [f64; 2], mut piece: Piece, rub: Rub, exposure: &mut Exposure) {
-        let rate = (to - from) / piece.length();
-        if tip.loose {
-            let Some(caught) = self.caught(tip, [from, to], piece) else {
-                self.free(tip, piece, exposure);
-                return;
-            };
-            self.free(tip, Piece { to: caught, ..piece }, exposure);
-            from += rate * (caught - piece.from);
-            piece.from = caught;
-            // The bend stays the same, but the tip is on the surface, which loads it.
-            tip.bent = self.bending.at_root(sqrt(from.max(0.0)));
-            tip.loose = false;
-        }
-        let Some(lets_go) = self.lets_go(rate, [from, to]) else {
-            self.follow(tip, [from, to], piece, rub, exposure);
-            return;
-        };
-        let moment = (piece.from + (lets_go - from) / rate).clamp(piece.from, piece.to);
-        if lets_go < from {
-            self.follow(tip, [from, lets_go], Piece { to: moment, ..piece }, rub, exposure);
-        }
-        tip.loose = true;
-        self.free(tip, Piece { from: moment, ..piece }, exposure);
-    }
-
     /// Returns the overlap at which a surface that falls away at `rate` mm/s begins to fall faster than the whisker
     /// springs back.
     ///
@@ -290,16 +133,151 @@ impl Passage<'_> {
         }
         Some(piece.at(high))
     }
+}
+
+/// A tip that is on its way over a surface, and the light that it emits meanwhile.
+pub(crate) struct Crossing<'a> {
+    /// What it shares with the other tips.
+    pub passage: &'a Passage<'a>,
+    /// The tip.
+    pub tip: &'a mut Tip,
+    /// How the surface rubs it.
+    pub rub: Rub,
+    /// Where its light is added.
+    pub exposure: &'a mut Exposure,
+}
+
+impl Crossing<'_> {
+    /// Advances over a surface by `length` s; at the start the tip is `passed` mm behind the leading end.
+    pub(crate) fn advance(&mut self, surface: &Surface, passed: f64, length: f64) {
+        let speed_mm_s = self.passage.speed_mm_s;
+        let reached = passed + speed_mm_s * length;
+        let moment = |place: f64| ((place - passed) / speed_mm_s).clamp(0.0, length);
+        // Up to the place that the tip has reached. A gap that rounding leaves between segments does not count.
+        let mut place = passed;
+        for segment in surface.segments_from(passed) {
+            if segment.from >= reached {
+                break;
+            }
+            let (first, last) = (segment.from.max(passed), segment.to.min(reached));
+            if first > place + LEAST_GAP_MM {
+                self.free(Piece { from: moment(place), to: moment(first) });
+            }
+            self.cross(segment, [first, last], Piece { from: moment(first), to: moment(last) });
+            place = last;
+        }
+        if reached > place + LEAST_GAP_MM {
+            self.free(Piece { from: moment(place), to: length });
+        }
+    }
+
+    /// Advances by `length` s in which the overlap changes evenly from one value to another, in mm; a gap is below 0.
+    pub(crate) fn approach(&mut self, [before, after]: [f64; 2], length: f64) {
+        let overlap = |share: f64| before * (1.0 - share) + after * share;
+        self.over(overlap, [0.0, 1.0], Piece { from: 0.0, to: length });
+    }
+
+    /// Advances over a segment, or over a part of it between two places in mm, from one moment to another.
+    fn cross(&mut self, segment: &Segment, [first, last]: [f64; 2], piece: Piece) {
+        let crests = self.tip.overlap_mm;
+        let overlap = |place: f64| crests - segment.drop_mm(place);
+        let (start, end) = (overlap(first), overlap(last));
+        if start <= 0.0 && end <= 0.0 {
+            return self.free(piece);
+        }
+        if segment.is_straight() && start.min(end) < 0.0 {
+            // Only the part that touches is divided into pieces.
+            let share = start / (start - end);
+            let (place, at) = (first + share * (last - first), piece.at(share));
+            if start < 0.0 {
+                self.free(Piece { to: at, ..piece });
+                self.over(overlap, [place, last], Piece { from: at, ..piece });
+            } else {
+                self.over(overlap, [first, place], Piece { to: at, ..piece });
+                self.free(Piece { from: at, ..piece });
+            }
+            return;
+        }
+        self.over(overlap, [first, last], piece);
+    }
+
+    /// Advances in pieces between two places in mm over which the overlap is smooth.
+    fn over(&mut self, overlap: impl Fn(f64) -> f64, [first, last]: [f64; 2], whole: Piece) {
+        let mut before = overlap(first);
+        let change = libm::fabs(overlap(last) - before) / self.passage.step_mm;
+        let parts = libm::ceil((whole.length() / self.passage.step_s).max(change)).clamp(1.0, MOST_PIECES) as u32;
+        self.jump(before, whole.from);
+        let share = |part: u32| f64::from(part) / f64::from(parts);
+        for part in 1..=parts {
+            let piece = Piece { from: whole.at(share(part - 1)), to: whole.at(share(part)) };
+            let after = overlap(first + (last - first) * share(part));
+            self.piece([before, after], piece);
+            before = after;
+        }
+    }
+
+    /// Advances over a piece in which the overlap goes from one value to another, in mm; below 0 there is no overlap.
+    fn piece(&mut self, [before, after]: [f64; 2], piece: Piece) {
+        let crossing = || piece.at(before / (before - after));
+        match (before > 0.0, after > 0.0) {
+            (true, true) => self.touch([before, after], piece),
+            (false, false) => self.free(piece),
+            (false, true) => {
+                let touched = crossing();
+                self.free(Piece { to: touched, ..piece });
+                self.touch([0.0, after], Piece { from: touched, ..piece });
+            }
+            (true, false) => {
+                let left = crossing();
+                self.touch([before, 0.0], Piece { to: left, ..piece });
+                self.free(Piece { from: left, ..piece });
+            }
+        }
+    }
+
+    /// Changes the overlap to `overlap` mm at the moment `at`, as at a jump of the surface.
+    fn jump(&mut self, overlap: f64, at: f64) {
+        let (passage, tip) = (self.passage, &mut *self.tip);
+        let bent = passage.bending.at_root(sqrt(overlap.max(0.0)));
+        tip.loose = passage.relaxation_s > 0.0 && bent.strain < tip.bent.strain;
+        if !tip.loose {
+            self.exposure.add(passage.flash * flash(tip.bent.strain, bent.strain), at, 0.0);
+            tip.bent = bent;
+        }
+    }
+
+    /// Advances over a piece in which a surface is under the tip all the time and the overlap goes from one value to
+    /// another.
+    fn touch(&mut self, [mut from, to]: [f64; 2], mut piece: Piece) {
+        let rate = (to - from) / piece.length();
+        if self.tip.loose {
+            let Some(caught) = self.passage.caught(self.tip, [from, to], piece) else { return self.free(piece) };
+            self.free(Piece { to: caught, ..piece });
+            from += rate * (caught - piece.from);
+            piece.from = caught;
+            // The bend stays the same, but the tip is on the surface, which loads it.
+            self.tip.bent = self.passage.bending.at_root(sqrt(from.max(0.0)));
+            self.tip.loose = false;
+        }
+        let Some(lets_go) = self.passage.lets_go(rate, [from, to]) else { return self.follow([from, to], piece) };
+        let moment = (piece.from + (lets_go - from) / rate).clamp(piece.from, piece.to);
+        if lets_go < from {
+            self.follow([from, lets_go], Piece { to: moment, ..piece });
+        }
+        self.tip.loose = true;
+        self.free(Piece { from: moment, ..piece });
+    }
 
     /// Advances over a piece in which the tip stays on the surface and the overlap goes from one value to another.
-    fn follow(&self, tip: &mut Tip, [from, to]: [f64; 2], piece: Piece, rub: Rub, exposure: &mut Exposure) {
+    fn follow(&mut self, [from, to]: [f64; 2], piece: Piece) {
+        let Self { passage, tip, rub, exposure } = self;
         let middle = sqrt((0.5 * (from + to)).max(0.0));
         let [from, to] = [sqrt(from.max(0.0)), sqrt(to.max(0.0))];
-        let (before, after, length) = (tip.bent, self.bending.at_root(to), piece.length());
+        let (before, after, length) = (tip.bent, passage.bending.at_root(to), piece.length());
         tip.bent = after;
         let share = moment_of_roots(from, to);
-        let flash = self.flash * flash(before.strain, after.strain);
-        if self.rubbing <= 0.0 {
+        let flash = passage.flash * flash(before.strain, after.strain);
+        if passage.rubbing <= 0.0 {
             exposure.add(flash, piece.at(share), length);
             return;
         }
@@ -309,19 +287,19 @@ impl Passage<'_> {
         let bow = if libm::fabs(to - from) < 1e-12 {
             0.0
         } else {
-            self.bending.at_root(middle).load - before.load - change * (middle - from) / (to - from)
+            passage.bending.at_root(middle).load - before.load - change * (middle - from) / (to - from)
         };
         let load = after.load - change * share + bow * (2.0 / 3.0);
         let mut friction = [1.0; 3];
-        if self.fluctuation > 0.0 {
-            let place = |at: f64| (rub.from_mm + rub.mm_s * at) / self.fluctuation_mm;
+        if passage.fluctuation > 0.0 {
+            let place = |at: f64| (rub.from_mm + rub.mm_s * at) / passage.fluctuation_mm;
             let fluctuations = tip.fluctuation.over(place(piece.from), place(piece.to));
-            friction = fluctuations.map(|value| (1.0 + self.fluctuation * value).max(0.0));
+            friction = fluctuations.map(|value| (1.0 + passage.fluctuation * value).max(0.0));
         }
         let [first, last, mean] = friction;
         // The mean of a product of two straight lines.
         let together = mean * load + (last - first) * change / 12.0;
-        let rubbing = (self.rubbing * rub.mm_s * length * together).max(0.0);
+        let rubbing = (passage.rubbing * rub.mm_s * length * together).max(0.0);
         let emitted = flash + rubbing;
         if emitted > 0.0 {
             // The larger the value at the end, the later its light.
@@ -332,8 +310,9 @@ impl Passage<'_> {
     }
 
     /// Lets the whisker spring back while the tip touches no surface.
-    fn free(&self, tip: &mut Tip, piece: Piece, exposure: &mut Exposure) {
-        spring_back(tip, self.relaxation_s, self.flash, [piece.from, piece.to], exposure);
+    fn free(&mut self, piece: Piece) {
+        let Passage { relaxation_s, flash, .. } = *self.passage;
+        spring_back(self.tip, relaxation_s, flash, [piece.from, piece.to], self.exposure);
     }
 }
 

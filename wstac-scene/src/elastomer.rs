@@ -3,7 +3,7 @@
 use wstac_core::params::TAXELS;
 
 use super::Truth;
-use super::contact::Rub;
+use super::contact::{Crossing, Rub};
 use super::light::LightConfig;
 use super::object::{self, Object};
 use super::skin::{self, Passing, Skin};
@@ -102,7 +102,7 @@ impl Elastomer {
             let passed = passed(current, current.behind_mm[taxel], from);
             let rub = current.rub(taxel, &site.whisker, passed, passage.speed_mm_s, length);
             if let Some(surface) = current.surfaces.get(taxel).or(current.surfaces.first()) {
-                passage.advance(&mut site.tip, surface, passed, rub, length, exposure);
+                Crossing { passage, tip: &mut site.tip, rub, exposure }.advance(surface, passed, length);
             }
             true
         })

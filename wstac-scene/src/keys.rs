@@ -1,24 +1,34 @@
 //! Keys of a scene's tables, and the messages for values out of range.
 
-/// A table of a scene's file.
-pub(crate) trait Keys {
-    /// The name of the table.
-    const TABLE: &'static str;
+/// Defines a table of a scene's file: its keys with their defaults, and for some numbers the range, both ends included.
+macro_rules! key_table {
+    ($(#[$of:meta])* pub struct $name:ident {
+        $($(#[$about:meta])* pub $key:ident: $type:ty = $default:expr $(, in $least:literal..=$most:literal)?;)*
+    }) => {
+        $(#[$of])*
+        pub struct $name {
+            $($(#[$about])* pub $key: $type,)*
+        }
 
-    /// Checks every key.
-    ///
-    /// # Errors
-    /// A value is out of range; the message names the key, the value found and the values expected.
-    fn check(&self) -> Result<(), String>;
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($key: $default,)* }
+            }
+        }
 
-    /// Checks every key; its error names the table, too.
-    ///
-    /// # Errors
-    /// [`Keys::check`] fails.
-    fn check_table(&self) -> Result<(), String> {
-        self.check().map_err(|message| format!("[{}] {message}", Self::TABLE))
-    }
+        impl $name {
+            /// Checks the keys that have a range.
+            ///
+            /// # Errors
+            /// A number is out of range; the message names the key, the value found and the values expected.
+            fn check_ranges(&self) -> Result<(), String> {
+                $($($crate::keys::within(stringify!($key), self.$key, $least, $most)?;)?)*
+                Ok(())
+            }
+        }
+    };
 }
+pub(crate) use key_table;
 
 /// Checks that a number is at least `least` and at most `most`; NaN is not.
 ///

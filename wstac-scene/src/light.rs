@@ -10,51 +10,55 @@ use serde::{Deserialize, Deserializer};
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use wstac_host::text_file::wholes;
 
-use super::keys::{Keys, within};
+use super::keys::{key_table, within};
 use super::rng::Rng;
 
-/// The `[light]` table of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct LightConfig {
-    /// Light of bending by a strain of 1, in full scales · ms (a guess: bright slides reach a third of full scale).
-    pub flash_ms: f64,
-    /// Light of rubbing over 1 mm under a load P L² / EI of 1, in full scales · ms; 0 for none.
-    ///
-    /// Rubbing is friction times speed times load (a guess).
-    pub rubbing_ms: f64,
-    /// Standard deviation of the rubbing, as a fraction of it; 0 for even rubbing (a guess).
-    pub fluctuation: f64,
-    /// Length over which the fluctuation stays similar, in mm (1, a guess).
-    pub fluctuation_mm: f64,
-    /// Time in which light fades to 1/e, in ms; 0 for none.
-    ///
-    /// It was fitted, with the specimens' length, to the paper's speed law (SPEC §8).
-    pub afterglow_ms: f64,
-    /// Standard deviation of the whiskers' gains, as a fraction (a guess).
-    pub gain_deviation: f64,
-    /// Number of the sensor unit: each unit has its own gains.
-    pub unit: u32,
-    /// Standard deviation of the gain of all whiskers from slide to slide, as a fraction (0.1, a guess).
-    ///
-    /// The light of similar sensors was seen to vary by 9 to 29 % from run to run.
-    pub run_deviation: f64,
-    /// Ambient light that leaks in, as a fraction of full scale.
-    pub leak: f64,
-    /// Growth of the leak per minute, as a fraction of full scale.
-    ///
-    /// It counts as light of the bases: within a taxel it has the shape of their spots, and its mean is that of a leak.
-    pub leak_per_minute: f64,
-    /// Growth of all light per minute, as a fraction; a negative value means less light.
-    pub drift_per_minute: f64,
-    /// Light of a base that is seen at each of the four beside it, as a fraction (the same for all: a guess).
-    pub crosstalk: f64,
-    /// Light that is lost from touch to touch, as a fraction: the n-th has (1 − decay)ⁿ⁻¹ of the first one's (a guess).
-    pub decay: f64,
-    /// Whiskers that give no light.
-    pub dead: Dead,
-    /// Whiskers that give less light than the others.
-    pub weak: Weak,
+key_table! {
+    /// The `[light]` table of a scene.
+    #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct LightConfig {
+        /// Light of bending by a strain of 1, in full scales · ms (a guess: bright slides reach a third of full scale).
+        pub flash_ms: f64 = 11.0, in 0.0..=1e6;
+        /// Light of rubbing over 1 mm under a load P L² / EI of 1, in full scales · ms; 0 for none.
+        ///
+        /// Rubbing is friction times speed times load (a guess).
+        pub rubbing_ms: f64 = 0.01, in 0.0..=1e6;
+        /// Standard deviation of the rubbing, as a fraction of it; 0 for even rubbing (a guess).
+        pub fluctuation: f64 = 0.5, in 0.0..=10.0;
+        /// Length over which the fluctuation stays similar, in mm (1, a guess).
+        pub fluctuation_mm: f64 = 1.0, in 0.1..=1e3;
+        /// Time in which light fades to 1/e, in ms; 0 for none.
+        ///
+        /// It was fitted, with the specimens' length, to the paper's speed law (SPEC §8).
+        pub afterglow_ms: f64 = 44.5;
+        /// Standard deviation of the whiskers' gains, as a fraction (a guess).
+        pub gain_deviation: f64 = 0.05, in 0.0..=1.0;
+        /// Number of the sensor unit: each unit has its own gains.
+        pub unit: u32 = 0;
+        /// Standard deviation of the gain of all whiskers from slide to slide, as a fraction (0.1, a guess).
+        ///
+        /// The light of similar sensors was seen to vary by 9 to 29 % from run to run.
+        pub run_deviation: f64 = 0.1, in 0.0..=1.0;
+        /// Ambient light that leaks in, as a fraction of full scale.
+        pub leak: f64 = 0.0, in 0.0..=1.0;
+        /// Growth of the leak per minute, as a fraction of full scale.
+        ///
+        /// It counts as light of the bases: within a taxel it has the shape of their spots, and its mean is that of a
+        /// leak.
+        pub leak_per_minute: f64 = 0.0, in 0.0..=1.0;
+        /// Growth of all light per minute, as a fraction; a negative value means less light.
+        pub drift_per_minute: f64 = 0.0, in -1.0..=10.0;
+        /// Light of a base that is seen at each of the four beside it, as a fraction (the same for all: a guess).
+        pub crosstalk: f64 = 0.0, in 0.0..=0.25;
+        /// Light that is lost from touch to touch, as a fraction: the n-th has (1 − decay)ⁿ⁻¹ of the first one's (a
+        /// guess).
+        pub decay: f64 = 0.0, in 0.0..=1.0;
+        /// Whiskers that give no light.
+        pub dead: Dead = Dead::default();
+        /// Whiskers that give less light than the others.
+        pub weak: Weak = Weak::default();
+    }
 }
 
 /// Whiskers that give less light, read from a list of row, column (each 1 to 5) and gain (0 to 1).
@@ -144,50 +148,18 @@ impl TryFrom<Vec<[i64; 2]>> for Dead {
     }
 }
 
-impl Default for LightConfig {
-    fn default() -> Self {
-        Self {
-            flash_ms: 11.0,
-            rubbing_ms: 0.01,
-            fluctuation: 0.5,
-            fluctuation_mm: 1.0,
-            afterglow_ms: 44.5,
-            gain_deviation: 0.05,
-            unit: 0,
-            run_deviation: 0.1,
-            leak: 0.0,
-            leak_per_minute: 0.0,
-            drift_per_minute: 0.0,
-            crosstalk: 0.0,
-            decay: 0.0,
-            dead: Dead::default(),
-            weak: Weak::default(),
-        }
-    }
-}
-
-impl Keys for LightConfig {
-    const TABLE: &'static str = "light";
-
-    fn check(&self) -> Result<(), String> {
-        within("flash_ms", self.flash_ms, 0.0, 1e6)?;
-        within("rubbing_ms", self.rubbing_ms, 0.0, 1e6)?;
-        within("fluctuation", self.fluctuation, 0.0, 10.0)?;
-        within("fluctuation_mm", self.fluctuation_mm, 0.1, 1e3)?;
+impl LightConfig {
+    /// Checks every key.
+    ///
+    /// # Errors
+    /// A value is out of range; the message names the key, the value found and the values expected.
+    pub(crate) fn check(&self) -> Result<(), String> {
         if self.afterglow_ms != 0.0 {
             within("afterglow_ms", self.afterglow_ms, 0.1, 1e5).map_err(|message| format!("{message}, or 0"))?;
         }
-        within("gain_deviation", self.gain_deviation, 0.0, 1.0)?;
-        within("run_deviation", self.run_deviation, 0.0, 1.0)?;
-        within("leak", self.leak, 0.0, 1.0)?;
-        within("leak_per_minute", self.leak_per_minute, 0.0, 1.0)?;
-        within("crosstalk", self.crosstalk, 0.0, 0.25)?;
-        within("decay", self.decay, 0.0, 1.0)?;
-        within("drift_per_minute", self.drift_per_minute, -1.0, 10.0)
+        self.check_ranges()
     }
-}
 
-impl LightConfig {
     /// Returns the light that is seen at each base if this light is emitted there.
     pub(crate) fn seen(&self, light: [f64; TAXELS]) -> [f64; TAXELS] {
         if self.crosstalk <= 0.0 {

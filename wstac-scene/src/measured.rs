@@ -253,11 +253,7 @@ fn noise_scale(scene: &SceneConfig, deviation: f64) -> Result<f64, Error> {
     let (mut least, mut most) = (0.0, MOST_NOISE);
     for _ in 0..NOISE_STEPS {
         let middle = f64::midpoint(least, most);
-        if dark_deviation(scene, middle)? < deviation {
-            least = middle;
-        } else {
-            most = middle;
-        }
+        if dark_deviation(scene, middle)? < deviation { least = middle } else { most = middle }
     }
     Ok(f64::midpoint(least, most))
 }
@@ -396,11 +392,10 @@ fn mean(values: impl Iterator<Item = f64> + Clone) -> Estimate {
 impl fmt::Display for MeasuredSensor {
     /// Writes the keys of a scene, with their deviations and what is still a guess.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sensor = &self.sensor;
+        let Self { sensor, slides, run_deviation, .. } = self;
         writeln!(
             f,
-            "# Measured with {} slides of a flat block. All other keys are guesses: wstac scene explain.",
-            self.slides
+            "# Measured with {slides} slides of a flat block. All other keys are guesses: wstac scene explain."
         )?;
         writeln!(f, "noise = 1\n\n[light]")?;
         let mut key = |name: &str, found: Estimate| writeln!(f, "{name} = {:.4}    # ± {:.4}", found.value, found.sd);
@@ -413,8 +408,7 @@ impl fmt::Display for MeasuredSensor {
         writeln!(f, "fluctuation = {}    # a guess", LightConfig::default().fluctuation * NOISE_SCALE)?;
         writeln!(
             f,
-            "gain_deviation = 0    # the gains are measured: dead and weak\nrun_deviation = {:.3}",
-            self.run_deviation
+            "gain_deviation = 0    # the gains are measured: dead and weak\nrun_deviation = {run_deviation:.3}"
         )?;
         writeln!(f, "leak = {:.5}    # if black is {} of 255", self.leak, sensor.black_level)?;
         let at = |taxel: usize| (taxel / COLUMNS + 1, taxel % COLUMNS + 1);

@@ -57,7 +57,7 @@
 
 use wstac_core::params::{BASELINE_WINDOWS, DEFAULT_BACKTRACK, DEFAULT_WINDOW, SAMPLE_FRAMES};
 
-use super::keys::{Keys, within};
+use super::keys::within;
 use super::light::LightConfig;
 use super::sensor::{Fidelity, SensorConfig};
 use super::specimen::{Pattern, Specimen};
@@ -233,8 +233,8 @@ fn check(file: SceneFile) -> Result<SceneConfig, String> {
 
 /// Checks all of a scene's file but its touches.
 fn check_sensor(file: SceneFile, touches: Vec<Touch>) -> Result<SceneConfig, String> {
-    file.whisker.check_table()?;
-    file.light.check_table()?;
+    file.whisker.check().map_err(|message| format!("[whisker] {message}"))?;
+    file.light.check().map_err(|message| format!("[light] {message}"))?;
     let SceneFile { whisker, light, sensor, fidelity, .. } = file;
     let slides = touches.iter().filter_map(Touch::slide);
     let spheres = slides.filter(|slide| slide.specimen.pattern == Pattern::Sphere);

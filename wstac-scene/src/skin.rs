@@ -5,7 +5,7 @@ use wstac_core::params::TAXELS;
 use wstac_host::error::{Error, ErrorKind};
 
 use super::Scene;
-use super::contact::{Passage, Rub, Tip, spring_back};
+use super::contact::{Crossing, Passage, Rub, Tip, spring_back};
 use super::keys::within;
 use super::light::{Exposure, Fluctuation, LightConfig, gain};
 use super::rng::Rng;
@@ -186,7 +186,7 @@ impl Skin {
             let is_met = ends.iter().any(|overlap| *overlap > 0.0);
             if is_met {
                 let rub = Rub { from_mm: moved_mm[taxel], mm_s };
-                passage.approach(&mut site.tip, ends, seconds, rub, exposure);
+                Crossing { passage, tip: &mut site.tip, rub, exposure }.approach(ends, seconds);
             }
             moved_mm[taxel] += mm_s * seconds;
             is_met

@@ -112,16 +112,8 @@ impl Specimen {
 
     /// Creates a sphere of this radius in mm.
     pub const fn sphere(radius_mm: f64) -> Self {
-        let pattern = Pattern::Sphere;
-        Self {
-            pattern,
-            depth_mm: radius_mm,
-            period_mm: 0.0,
-            length_mm: 2.0 * radius_mm,
-            edge_degrees: 90.0,
-            width_mm: f64::INFINITY,
-            body: Body::Prism,
-        }
+        let block = Self::block(Pattern::Sphere, radius_mm);
+        Self { period_mm: 0.0, length_mm: 2.0 * radius_mm, edge_degrees: 90.0, ..block }
     }
 
     /// Creates a ball of this diameter in mm.

@@ -93,14 +93,9 @@ impl Surface {
     /// A whisker that the plate reaches later, because of the dome, meets a later part of the path.
     pub(crate) fn plate(overlap_mm: f64, approach_s: f64, hold_s: f64) -> Self {
         let slope = overlap_mm / approach_s;
-        let line = |from, to, drop, slope| Segment { from, to, shape: Shape::Line { from, drop, slope } };
         let (down, up) = (approach_s, approach_s + hold_s);
-        let mut segments = vec![line(0.0, down, overlap_mm, -slope)];
-        if hold_s > 0.0 {
-            segments.push(line(down, up, 0.0, 0.0));
-        }
-        segments.push(line(up, up + approach_s, 0.0, slope));
-        Self { segments }
+        let lines = [(0.0, down, overlap_mm, -slope), (down, up, 0.0, 0.0), (up, up + approach_s, 0.0, slope)];
+        Self { segments: lines_of(lines) }
     }
 
     /// Creates a path in time from how far the top is below the crests at a moment; infinite if there is none.
@@ -174,16 +169,14 @@ fn ends(length: f64, depth: f64, degrees: f64) -> Vec<Segment> {
     let slope = if degrees >= 90.0 { f64::INFINITY } else { tan(degrees * core::f64::consts::PI / 180.0) };
     // If the ends meet before they reach the crests, they leave a ridge.
     let run = (depth / slope).min(length / 2.0);
-    let line = |from, to, drop, slope| Segment { from, to, shape: Shape::Line { from, drop, slope } };
-    let mut ends = Vec::new();
-    if run > 0.0 {
-        ends.push(line(0.0, run, depth, -slope));
-    }
-    ends.push(line(run, length - run, 0.0, 0.0));
-    if run > 0.0 {
-        ends.push(line(length - run, length, depth - slope * run, slope));
-    }
-    ends
+    let level = (run, length - run, 0.0, 0.0);
+    lines_of([(0.0, run, depth, -slope), level, (length - run, length, depth - slope * run, slope)])
+}
+
+/// Returns straight segments of these starts and ends, drops at the start, and slopes; those of no length are left out.
+fn lines_of(lines: [(f64, f64, f64, f64); 3]) -> Vec<Segment> {
+    let line = |(from, to, drop, slope)| Segment { from, to, shape: Shape::Line { from, drop, slope } };
+    lines.into_iter().filter(|(from, to, ..)| from < to).map(line).collect()
 }
 
 /// Returns the texture over the whole block, without its ends.

@@ -246,18 +246,14 @@ impl FileSlide {
 impl FileTouch {
     /// Returns the touch; an error names the key, the value found and the values expected.
     pub(crate) fn check(&self, whisker: &WhiskerConfig) -> Result<Touch, String> {
-        let (kind, hold_s) = match self.kind.as_str() {
-            "press" | "slide" | "twist" => (PressKind::Press, PRESS_S),
-            "poke" => (PressKind::Poke, PRESS_S),
-            "hold" => (PressKind::Hold, HOLD_S),
-            other => return Err(format!("kind is {other:?}, expected slide, press, poke, hold or twist")),
-        };
         self.refuse_others()?;
-        match self.kind.as_str() {
+        let (kind, hold_s) = match self.kind.as_str() {
             "slide" => return self.check_slide().map(Touch::Slide),
             "twist" => return self.check_twist().map(Touch::Twist),
-            _ => {}
-        }
+            "press" => (PressKind::Press, PRESS_S),
+            "poke" => (PressKind::Poke, PRESS_S),
+            _ => (PressKind::Hold, HOLD_S),
+        };
         let whisker_of = match (self.whisker, kind) {
             (Some([row, column]), PressKind::Poke) => {
                 taxel_of("whisker", row, column)?;
@@ -266,18 +262,17 @@ impl FileTouch {
             (None, PressKind::Poke) => return Err("whisker is missing, expected its row and column".into()),
             _ => None,
         };
+        let Held { approach_mm_s, hold_s, .. } = self.check_held(hold_s)?;
         let press = Press {
             kind,
             overlap_mm: self.overlap.unwrap_or(whisker.overlap_mm),
-            approach_mm_s: self.approach.unwrap_or(APPROACH),
-            hold_s: self.hold.unwrap_or(hold_s),
+            approach_mm_s,
+            hold_s,
             tilt_deg: self.tilt.unwrap_or(0.0),
             direction_deg: checked_direction(self.direction)?,
             whisker: whisker_of,
         };
         within("overlap", press.overlap_mm, 0.01, 0.95 * whisker.length_mm)?;
-        within("approach", press.approach_mm_s, 1.0, 10_000.0)?;
-        within("hold", press.hold_s, 0.0, 3600.0)?;
         within("tilt", press.tilt_deg, 0.0, 45.0)?;
         Ok(Touch::Press(press))
     }
@@ -335,9 +330,12 @@ impl FileTouch {
         Ok(Held { approach_mm_s, hold_s, travel_mm: self.travel })
     }
 
-    /// Refuses keys of other kinds of touches.
+    /// Refuses an unknown kind, and keys of other kinds of touches.
     fn refuse_others(&self) -> Result<(), String> {
-        let presses = &["press", "poke", "hold"][..];
+        let (kind, presses) = (&self.kind, &["press", "poke", "hold"][..]);
+        if !["slide", "twist"].iter().chain(presses).any(|known| kind == known) {
+            return Err(format!("kind is {kind:?}, expected slide, press, poke, hold or twist"));
+        }
         for (key, is_there, kinds) in [
             ("overlap", self.overlap.is_some(), presses),
             ("tilt", self.tilt.is_some(), presses),

@@ -5,32 +5,34 @@ use serde::Deserialize;
 use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 
 use super::beam::{Beam, BendTable};
-use super::keys::{Keys, within};
+use super::keys::{key_table, within};
 
-/// The `[whisker]` table of a scene.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct WhiskerConfig {
-    /// The law by which they bend.
-    pub beam: Beam,
-    /// Length in mm (paper: 5).
-    pub length_mm: f64,
-    /// Diameter in mm (paper: 1).
-    pub diameter_mm: f64,
-    /// Distance between the bases of neighbors in mm (4, a guess).
-    pub pitch_mm: f64,
-    /// Opening angle of the dome's cap that carries the whiskers, corner to corner, in degrees; 0 for a plane.
-    ///
-    /// The paper has 30; that it is measured this way is a guess.
-    pub dome_degrees: f64,
-    /// Overlap of a specimen's crests with the middle whisker, in mm (3, a guess).
-    pub overlap_mm: f64,
-    /// Time in which a released whisker springs back to 1/e of its bend, in ms; 0 if it is immediate.
-    ///
-    /// 2 is a guess: a silicone cantilever of this size swings at about 180 Hz and is damped within a period.
-    pub relaxation_ms: f64,
-    /// The whiskers that are present.
-    pub present: Present,
+key_table! {
+    /// The `[whisker]` table of a scene.
+    #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct WhiskerConfig {
+        /// The law by which they bend.
+        pub beam: Beam = Beam::default();
+        /// Length in mm (paper: 5).
+        pub length_mm: f64 = 5.0, in 0.1..=100.0;
+        /// Diameter in mm (paper: 1).
+        pub diameter_mm: f64 = 1.0, in 0.01..=100.0;
+        /// Distance between the bases of neighbors in mm (4, a guess).
+        pub pitch_mm: f64 = 4.0, in 0.1..=100.0;
+        /// Opening angle of the dome's cap that carries the whiskers, corner to corner, in degrees; 0 for a plane.
+        ///
+        /// The paper has 30; that it is measured this way is a guess.
+        pub dome_degrees: f64 = 30.0, in 0.0..=170.0;
+        /// Overlap of a specimen's crests with the middle whisker, in mm (3, a guess).
+        pub overlap_mm: f64 = 3.0;
+        /// Time in which a released whisker springs back to 1/e of its bend, in ms; 0 if it is immediate.
+        ///
+        /// 2 is a guess: a silicone cantilever of this size swings at about 180 Hz and is damped within a period.
+        pub relaxation_ms: f64 = 2.0;
+        /// The whiskers that are present.
+        pub present: Present = Present::All;
+    }
 }
 
 /// The whiskers that are present.
@@ -44,29 +46,13 @@ pub enum Present {
     Middle,
 }
 
-impl Default for WhiskerConfig {
-    fn default() -> Self {
-        Self {
-            beam: Beam::default(),
-            length_mm: 5.0,
-            diameter_mm: 1.0,
-            pitch_mm: 4.0,
-            dome_degrees: 30.0,
-            overlap_mm: 3.0,
-            relaxation_ms: 2.0,
-            present: Present::All,
-        }
-    }
-}
-
-impl Keys for WhiskerConfig {
-    const TABLE: &'static str = "whisker";
-
-    fn check(&self) -> Result<(), String> {
-        within("length_mm", self.length_mm, 0.1, 100.0)?;
-        within("diameter_mm", self.diameter_mm, 0.01, 100.0)?;
-        within("pitch_mm", self.pitch_mm, 0.1, 100.0)?;
-        within("dome_degrees", self.dome_degrees, 0.0, 170.0)?;
+impl WhiskerConfig {
+    /// Checks every key.
+    ///
+    /// # Errors
+    /// A value is out of range; the message names the key, the value found and the values expected.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        self.check_ranges()?;
         within("overlap_mm", self.overlap_mm, 0.0, 0.95 * self.length_mm)?;
         if self.relaxation_ms != 0.0 {
             // A slide has as many pieces as relaxation times fit into it.
@@ -74,9 +60,7 @@ impl Keys for WhiskerConfig {
         }
         Ok(())
     }
-}
 
-impl WhiskerConfig {
     /// Returns the distance between the first and last whiskers, in mm.
     pub fn span_mm(&self) -> f64 {
         match self.present {
@@ -161,9 +145,7 @@ impl Bending {
         };
         Bent { strain: self.strain * curvature, load }
     }
-}
 
-impl Bending {
     /// Returns d ln strain / d ln overlap at an overlap in mm.
     pub(crate) fn steepness(&self, overlap_mm: f64) -> f64 {
         let root = sqrt(overlap_mm.max(0.0) / self.length_mm);

@@ -3,11 +3,12 @@
 use std::path::Path;
 
 use wstac_core::model::Model;
-use wstac_core::model::file::{Input, Task};
+use wstac_core::model::file::Input;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BEST, BEST_OF_ALL, BUILT_IN, ModelFile};
 use wstac_host::texture::Texture;
+use wstac_train::model::eval::labels_of;
 use wstac_train::model::inspect::{Inspected, inspect};
 
 /// The name for no model.
@@ -72,9 +73,7 @@ impl Candidate {
             let message = "takes taxels, which no board does, expected a model of frames, path or taxel_path";
             return Err(Error::new(ErrorKind::Unsupported, name, message));
         }
-        let (labels, task): (_, Task) = (model.labels(), model.task());
-        let label = |class| labels.get(class).map(|label| label.to_string());
-        let answers = (0..labels.len()).filter_map(label).map(|label| Texture::of(task, label)).collect();
+        let answers = labels_of(&model).into_iter().map(|label| Texture::of(model.task(), label)).collect();
         Ok(Self { about: inspect(&model, file.words()), input: model.input(), answers, name, file })
     }
 

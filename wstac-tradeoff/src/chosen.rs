@@ -40,7 +40,7 @@ pub const FILES: [&str; 5] = [CONFIG, MODEL, CLAIM, PRICE, BUILD];
 /// # Errors
 /// `base` is not a configuration.
 pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
-    Config::parse(base).map_err(|error| error.message().to_owned())?;
+    let own = Config::parse(base).map_err(|error| error.message().to_owned())?;
     let mut all: toml::Table = wstac_host::text_file::from_toml(base)?;
     let yuv = if setting.format.method() == YcbcrMethod::Linear { "linear" } else { "exact" };
     let parameters: [(&str, &str, toml::Value); 3] = [
@@ -49,16 +49,13 @@ pub fn config(setting: &Setting, base: &str) -> Result<String, String> {
         ("features", "ln", kernel_name(setting.kernel).into()),
     ];
     // The law's own parameters stay only with their law.
-    let own = Config::parse(base).map_err(|error| error.message().to_owned())?;
     let speed = all.entry("speed").or_insert_with(|| toml::Table::new().into());
     if let Some(speed) = speed.as_table_mut()
         && AnswerLaw::of(&own) != setting.law
     {
         speed.retain(|key, _| ["threshold", "threshold_on"].contains(&key));
-        match setting.law.estimator() {
-            Some(_) => speed.insert("estimator".to_owned(), setting.law.name().into()),
-            None => speed.insert("law".to_owned(), setting.law.name().into()),
-        };
+        let key = if setting.law.estimator().is_some() { "estimator" } else { "law" };
+        speed.insert(key.to_owned(), setting.law.name().into());
     }
     for (table, key, value) in parameters {
         let table = all.entry(table).or_insert_with(|| toml::Table::new().into());

@@ -51,12 +51,8 @@ pub fn write_all(rows: &[Row], models: &[Candidate], prices: &Prices) -> String 
         for core in Core::ALL {
             let price = prices.of(core, &row.setting, row.model.as_deref());
             let all = price.map(|price| [Some(price.frame()), price.event(), price.flash, price.ram]);
-            for number in all.unwrap_or_default() {
-                text.push(',');
-                if let Some(number) = number {
-                    let _ = write!(text, "{number}");
-                }
-            }
+            let numbers = all.unwrap_or_default().into_iter();
+            text.extend(numbers.map(|number| number.map_or_else(|| ",".to_owned(), |number| format!(",{number}"))));
         }
         text.push('\n');
     }
@@ -78,31 +74,19 @@ pub fn found_header() -> &'static str {
 
 /// Formats the results of a row for an exact comparison.
 pub fn found(row: &Row) -> String {
-    let Found { slides, events, accuracy, speed, .. } = &row.found;
-    let setting = row.setting.names().join(",");
-    let mut text = format!("{setting},{},{slides},{events}", row.model.as_deref().unwrap_or(NONE));
+    let Found { slides, events, accuracy, speed, speed_slides, speedless, direction_errors, feature, .. } = row.found;
+    let known = |number: Option<f64>, digits| number.map_or_else(String::new, |number| format!("{number:.digits$}"));
+    let mut fields = row.setting.names().to_vec();
+    fields.extend([row.model.clone().unwrap_or_else(|| NONE.to_owned()), slides.to_string(), events.to_string()]);
     for interval in accuracy {
-        let _ = match interval {
-            Some(found) => write!(text, ",{:.2},{:.2},{:.2}", found.mean, found.low, found.high),
-            None => write!(text, ",,,"),
-        };
+        let ends = interval.map(|found| [found.mean, found.low, found.high]);
+        fields.extend((0..3).map(|at| known(ends.map(|ends| ends[at]), 2)));
     }
-    let _ = match speed {
-        Some([mean, most]) => write!(text, ",{mean:.2},{most:.2}"),
-        None => write!(text, ",,"),
-    };
-    let _ = write!(text, ",{},{},{}", row.found.speed_slides, row.found.speedless, row.found.direction_errors);
-    for error in row.found.feature {
-        let _ = write!(text, ",{error:.6}");
-    }
-    let _ = match row.found.latency {
-        Some(latency) => write!(text, ",{latency:.1},"),
-        None => write!(text, ",,"),
-    };
-    if let Some(objects) = row.found.objects {
-        let _ = write!(text, "{objects:.1}");
-    }
-    text
+    fields.extend((0..2).map(|at| known(speed.map(|speed| speed[at]), 2)));
+    fields.extend([speed_slides, speedless, direction_errors].map(|count| count.to_string()));
+    fields.extend(feature.map(|error| known(Some(error), 6)));
+    fields.extend([row.found.latency, row.found.objects].map(|number| known(number, 1)));
+    fields.join(",")
 }
 
 fn about(model: &Candidate) -> String {

@@ -107,34 +107,30 @@ impl AnswerLaw {
     /// All laws.
     pub const ALL: [Self; 4] = [Self::Wave, Self::Coherence, Self::Edges, Self::Published];
 
+    /// Returns its name in tables and files, and its estimator of arrival times.
+    fn facts(self) -> (&'static str, Option<Estimator>) {
+        match self {
+            Self::Wave => ("wave", Some(Estimator::Wave)),
+            Self::Coherence => ("coherence", Some(Estimator::Coherence)),
+            Self::Edges => ("edges", Some(Estimator::Edges)),
+            Self::Published => ("published", None),
+        }
+    }
+
     /// Returns its name in tables and files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Wave => "wave",
-            Self::Coherence => "coherence",
-            Self::Edges => "edges",
-            Self::Published => "published",
-        }
+        self.facts().0
     }
 
     /// Returns the estimator of arrival times; `None` for the law of durations.
     pub fn estimator(self) -> Option<Estimator> {
-        match self {
-            Self::Wave => Some(Estimator::Wave),
-            Self::Coherence => Some(Estimator::Coherence),
-            Self::Edges => Some(Estimator::Edges),
-            Self::Published => None,
-        }
+        self.facts().1
     }
 
     /// Returns the law of a configuration.
     pub fn of(config: &Config) -> Self {
-        match config.speed.estimator() {
-            Some(Estimator::Wave) => Self::Wave,
-            Some(Estimator::Coherence) => Self::Coherence,
-            Some(Estimator::Edges) => Self::Edges,
-            None => Self::Published,
-        }
+        let is_own = |law: &Self| law.estimator() == config.speed.estimator();
+        Self::ALL.into_iter().find(is_own).unwrap_or(Self::Published)
     }
 
     /// Returns whether the study weighs models of this input with the law.

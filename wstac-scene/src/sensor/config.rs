@@ -30,71 +30,50 @@ use wstac_host::text_file::whole_if_any;
 
 use super::format::SensorFormat;
 use super::pose::Pose;
-use crate::keys::within;
+use crate::keys::{key_table, within};
 
-/// A checked `[sensor]` table.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(try_from = "Keys")]
-pub struct SensorConfig {
-    /// Width and height of the frames (paper: 1280 × 720).
-    pub size: FrameSize,
-    /// Frames per second (paper: 30).
-    pub rate: FrameRate,
-    /// Pixel format.
-    pub format: SensorFormat,
-    /// Matrix and range; they matter only for YCbCr formats.
-    pub color: YcbcrEncoding,
-    /// JPEG quality, 1..=100; it matters only for JPEG pictures.
-    pub quality: u8,
-    /// Time from the first to the last row of the picture in ms, at most a frame interval: 0 for a global shutter,
-    /// below 0 if the last row comes first.
-    pub readout_ms: f64,
-    /// Fraction of the frame interval during which the shutter is open, 0.01..=1.
-    ///
-    /// The sensor itself takes light that is already integrated.
-    pub exposure: f64,
-    /// Electrons at full scale at a gain of 1, 1..=1e9 (a guess: 100 for each level of 255).
-    pub full_well: f64,
-    /// Standard deviation of the read noise in electrons, at the pixel, 0..=1e6 (a guess: 0.6 of a level of 255).
-    pub read_noise: f64,
-    /// Value of a pixel without light, in 1/255 of full scale, 0..=128.
-    ///
-    /// The default is a guess: below the speed law's threshold, as the paper's camera must be.
-    pub black_level: f64,
-    /// Analog gain, 1..=1000.
-    pub gain: f64,
-    /// Standard deviation of the point spread in pixels, 0..=100.
-    pub blur: f64,
-    /// Scale of all random deviations of the sensor, 0..=10 000; 0 for none.
-    pub noise: f64,
-    /// Fraction of frames that the driver drops at random, 0..=0.9; the caller drops them.
-    pub dropped: f64,
-    /// `true` if the camera lengthens its exposure in the dark: `AutoExposure`.
-    pub auto_exposure: bool,
-    /// The camera's pose, or `None` if it looks straight on; then only the pixels under whiskers are computed.
-    pub pose: Option<Pose>,
-}
-
-impl Default for SensorConfig {
-    fn default() -> Self {
-        Self {
-            size: DEFAULT_SIZE,
-            rate: FrameRate::NOMINAL,
-            format: SensorFormat::GREY,
-            color: YcbcrEncoding::default(),
-            quality: 85,
-            readout_ms: 0.0,
-            exposure: 1.0,
-            full_well: 25_500.0,
-            read_noise: 60.0,
-            black_level: 1.0,
-            gain: 1.0,
-            blur: 0.0,
-            noise: 1.0,
-            dropped: 0.0,
-            auto_exposure: false,
-            pose: None,
-        }
+key_table! {
+    /// A checked `[sensor]` table.
+    #[derive(Clone, Debug, PartialEq, Deserialize)]
+    #[serde(try_from = "Keys")]
+    pub struct SensorConfig {
+        /// Width and height of the frames (paper: 1280 × 720).
+        pub size: FrameSize = DEFAULT_SIZE;
+        /// Frames per second (paper: 30).
+        pub rate: FrameRate = FrameRate::NOMINAL;
+        /// Pixel format.
+        pub format: SensorFormat = SensorFormat::GREY;
+        /// Matrix and range; they matter only for YCbCr formats.
+        pub color: YcbcrEncoding = YcbcrEncoding::default();
+        /// JPEG quality, 1..=100; it matters only for JPEG pictures.
+        pub quality: u8 = 85;
+        /// Time from the first to the last row of the picture in ms, at most a frame interval: 0 for a global shutter,
+        /// below 0 if the last row comes first.
+        pub readout_ms: f64 = 0.0;
+        /// Fraction of the frame interval during which the shutter is open, 0.01..=1.
+        ///
+        /// The sensor itself takes light that is already integrated.
+        pub exposure: f64 = 1.0, in 0.01..=1.0;
+        /// Electrons at full scale at a gain of 1, 1..=1e9 (a guess: 100 for each level of 255).
+        pub full_well: f64 = 25_500.0, in 1.0..=1e9;
+        /// Standard deviation of the read noise in electrons, at the pixel, 0..=1e6 (a guess: 0.6 of a level of 255).
+        pub read_noise: f64 = 60.0, in 0.0..=1e6;
+        /// Value of a pixel without light, in 1/255 of full scale, 0..=128.
+        ///
+        /// The default is a guess: below the speed law's threshold, as the paper's camera must be.
+        pub black_level: f64 = 1.0, in 0.0..=128.0;
+        /// Analog gain, 1..=1000.
+        pub gain: f64 = 1.0, in 1.0..=1000.0;
+        /// Standard deviation of the point spread in pixels, 0..=100.
+        pub blur: f64 = 0.0, in 0.0..=100.0;
+        /// Scale of all random deviations of the sensor, 0..=10 000; 0 for none.
+        pub noise: f64 = 1.0, in 0.0..=10_000.0;
+        /// Fraction of frames that the driver drops at random, 0..=0.9; the caller drops them.
+        pub dropped: f64 = 0.0, in 0.0..=0.9;
+        /// `true` if the camera lengthens its exposure in the dark: `AutoExposure`.
+        pub auto_exposure: bool = false;
+        /// The camera's pose, or `None` if it looks straight on; then only the pixels under whiskers are computed.
+        pub pose: Option<Pose> = None;
     }
 }
 
@@ -197,14 +176,7 @@ impl SensorConfig {
         if self.readout_ms != 0.0 && self.pose.is_some() {
             return Err(format!("readout_ms is {}, expected 0 with [sensor.pose]", self.readout_ms));
         }
-        within("exposure", self.exposure, 0.01, 1.0)?;
-        within("full_well", self.full_well, 1.0, 1e9)?;
-        within("read_noise", self.read_noise, 0.0, 1e6)?;
-        within("black_level", self.black_level, 0.0, 128.0)?;
-        within("gain", self.gain, 1.0, 1000.0)?;
-        within("blur", self.blur, 0.0, 100.0)?;
-        within("noise", self.noise, 0.0, 10_000.0)?;
-        within("dropped", self.dropped, 0.0, 0.9)?;
+        self.check_ranges()?;
         self.pose.map_or(Ok(()), |pose| pose.check())
     }
 }

@@ -60,8 +60,8 @@ pub struct Sensor {
 
 #[derive(Clone, Debug)]
 enum SensorKind {
-    Rendered(PictureRenderer),
-    Compressed(PictureRenderer, Compression),
+    /// Pictures, which go through JPEG if that is their format.
+    Rendered(Box<PictureRenderer>, Option<Compression>),
     Taxel(Box<TaxelSampler>),
 }
 
@@ -77,14 +77,8 @@ impl PictureRenderer {
     /// Returns the bytes of the next frame.
     fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
         match self {
-            Self::Taxels(renderer) => {
-                renderer.expose(light);
-                renderer.bytes()
-            }
-            Self::Whole(renderer) => {
-                renderer.expose(light);
-                renderer.bytes()
-            }
+            Self::Taxels(renderer) => renderer.expose(light),
+            Self::Whole(renderer) => renderer.expose(light),
         }
     }
 }
@@ -134,10 +128,10 @@ impl Sensor {
         };
         let kind = match fidelity {
             Fidelity::Taxel => SensorKind::Taxel(Box::new(TaxelSampler::new(pixel, format, &spot.green, rng))),
-            Fidelity::Rendered if config.format.is_jpeg() => {
-                SensorKind::Compressed(rendered(rng), Compression::new(config.size, config.quality))
+            Fidelity::Rendered => {
+                let compression = config.format.is_jpeg().then(|| Compression::new(config.size, config.quality));
+                SensorKind::Rendered(Box::new(rendered(rng)), compression)
             }
-            Fidelity::Rendered => SensorKind::Rendered(rendered(rng)),
         };
         Ok(Self { camera, format, color, kind })
     }
@@ -153,17 +147,10 @@ impl Sensor {
 
     /// Takes a frame like [`expose`](Self::expose) and also returns the decoded JPEG picture, if the format is JPEG.
     pub fn expose_encoded(&mut self, light: &[f64; TAXELS]) -> (&[u8], Option<&[u8]>) {
-        match &mut self.kind {
-            SensorKind::Rendered(picture) => (picture.expose(light), None),
-            SensorKind::Compressed(picture, compression) => {
-                let bytes = picture.expose(light);
-                match compression.through(bytes) {
-                    Some((decoded, jpeg)) => (decoded, Some(jpeg)),
-                    None => (bytes, None),
-                }
-            }
-            SensorKind::Taxel(_) => (&[], None),
-        }
+        let SensorKind::Rendered(picture, compression) = &mut self.kind else { return (&[], None) };
+        let bytes = picture.expose(light);
+        let compressed = compression.as_mut().and_then(|compression| compression.through(bytes));
+        compressed.map_or((bytes, None), |(decoded, jpeg)| (decoded, Some(jpeg)))
     }
 
     /// Takes a frame like [`expose`](Self::expose) and returns its taxel sums S, of every pixel.

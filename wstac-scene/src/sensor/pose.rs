@@ -20,7 +20,7 @@ use wstac_core::layout::FrameSize;
 use wstac_core::params::{COLUMNS, PAPER_IMAGE_SIDE, PAPER_PITCH, ROWS, TAXELS};
 use wstac_host::text_file::whole;
 
-use crate::keys::within;
+use crate::keys::{key_table, within};
 use crate::rng::Rng;
 
 /// Distance of the camera (a guess: two picture sides).
@@ -30,39 +30,28 @@ const PITCH: f64 = PAPER_PITCH as f64 / (PAPER_IMAGE_SIDE as f64 / 2.0);
 /// Middle of the grid of whiskers.
 const MIDDLE: [f64; 2] = [(COLUMNS / 2) as f64, (ROWS / 2) as f64];
 
-/// A checked `[sensor.pose]` table.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(default, deny_unknown_fields)]
-pub struct Pose {
-    /// Rotation of the picture in degrees, counterclockwise, −180..=180.
-    pub rotation_degrees: f64,
-    /// Tilt of the camera in degrees, −45..=45: first its right side further away, then its lower side further away.
-    #[serde(deserialize_with = "whole")]
-    pub tilt_degrees: [f64; 2],
-    /// Curvature of the lens, −0.15..=0.15: below 0 is barrel, above is pincushion.
-    pub curvature: f64,
-    /// Shift right and down, in fractions of the picture's shorter side, −2..=2.
-    #[serde(deserialize_with = "whole")]
-    pub shift: [f64; 2],
-    /// Scale of the picture, 0.1..=10.
-    pub scale: f64,
-    /// Brightness of the brightest side divided by that of the darkest side, 1..=100.
-    pub uneven: f64,
-    /// Direction of the brightest side in degrees, counterclockwise: 0 is right.
-    pub uneven_degrees: f64,
-}
-
-impl Default for Pose {
-    fn default() -> Self {
-        Self {
-            rotation_degrees: 0.0,
-            tilt_degrees: [0.0; 2],
-            curvature: 0.0,
-            shift: [0.0; 2],
-            scale: 1.0,
-            uneven: 1.0,
-            uneven_degrees: 0.0,
-        }
+key_table! {
+    /// A checked `[sensor.pose]` table.
+    #[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+    #[serde(default, deny_unknown_fields)]
+    pub struct Pose {
+        /// Rotation of the picture in degrees, counterclockwise, −180..=180.
+        pub rotation_degrees: f64 = 0.0, in -180.0..=180.0;
+        /// Tilt of the camera in degrees, −45..=45: first its right side further away, then its lower side further
+        /// away.
+        #[serde(deserialize_with = "whole")]
+        pub tilt_degrees: [f64; 2] = [0.0; 2];
+        /// Curvature of the lens, −0.15..=0.15: below 0 is barrel, above is pincushion.
+        pub curvature: f64 = 0.0, in -0.15..=0.15;
+        /// Shift right and down, in fractions of the picture's shorter side, −2..=2.
+        #[serde(deserialize_with = "whole")]
+        pub shift: [f64; 2] = [0.0; 2];
+        /// Scale of the picture, 0.1..=10.
+        pub scale: f64 = 1.0, in 0.1..=10.0;
+        /// Brightness of the brightest side divided by that of the darkest side, 1..=100.
+        pub uneven: f64 = 1.0, in 1.0..=100.0;
+        /// Direction of the brightest side in degrees, counterclockwise: 0 is right.
+        pub uneven_degrees: f64 = 0.0, in -360.0..=360.0;
     }
 }
 
@@ -97,13 +86,9 @@ impl Pose {
     /// # Errors
     /// A value is out of range; the message names the key, the value found and the values expected.
     pub fn check(&self) -> Result<(), String> {
-        within("pose rotation_degrees", self.rotation_degrees, -180.0, 180.0)?;
+        self.check_ranges().map_err(|message| format!("pose {message}"))?;
         self.tilt_degrees.iter().try_for_each(|&tilt| within("pose tilt_degrees", tilt, -45.0, 45.0))?;
-        within("pose curvature", self.curvature, -0.15, 0.15)?;
-        self.shift.iter().try_for_each(|&shift| within("pose shift", shift, -2.0, 2.0))?;
-        within("pose scale", self.scale, 0.1, 10.0)?;
-        within("pose uneven", self.uneven, 1.0, 100.0)?;
-        within("pose uneven_degrees", self.uneven_degrees, -360.0, 360.0)
+        self.shift.iter().try_for_each(|&shift| within("pose shift", shift, -2.0, 2.0))
     }
 
     /// Returns the positions of the whiskers' bases in a frame, row by row.

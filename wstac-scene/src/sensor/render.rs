@@ -8,18 +8,11 @@ use wstac_core::params::TAXELS;
 use wstac_core::taxels::FrameGeometry;
 
 use super::config::SensorConfig;
-use super::encode::{Block, Encoder, Frame};
+use super::encode::{Block, Encoder, Frame, SHARES};
 use super::noise::NoiseTable;
 use super::pixel::{Pixel, Rendering, checked_light};
 use super::spot::Spot;
 use crate::rng::Rng;
-
-/// Light of red as a fraction of green (a guess).
-///
-/// ZnS:Cu shines at about 520 nm, and a camera's red and blue filters let some of that through.
-pub(super) const RED_SHARE: f64 = 0.25;
-/// Light of blue as a fraction of green (a guess).
-pub(super) const BLUE_SHARE: f64 = 0.3;
 
 /// Renders frames of one format.
 #[derive(Clone, Debug)]
@@ -76,16 +69,13 @@ impl Renderer {
         renderer
     }
 
-    /// Returns the frame that was exposed last.
-    pub(super) fn bytes(&self) -> &[u8] {
-        &self.frame.bytes
-    }
-
-    pub(super) fn expose(&mut self, light: &[f64; TAXELS]) {
+    /// Returns the bytes of the next frame.
+    pub(super) fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
         let corners = *self.layout.corners();
         for (corner, &light) in corners.iter().zip(light) {
             self.expose_taxel(corner.map(usize::from), checked_light(light));
         }
+        &self.frame.bytes
     }
 
     /// Renders one taxel, block by block. The part of a block that is outside of the taxel stays dark.
@@ -120,9 +110,8 @@ impl Renderer {
 
     /// Iterates over the places and fractions of the rendered colors.
     fn colors(&self) -> impl Iterator<Item = (usize, f64)> + use<> {
-        let colors = [(0, RED_SHARE), (1, 1.0), (2, BLUE_SHARE)];
         let colored = self.encoder.is_colored();
-        colors.into_iter().filter(move |&(color, _)| colored || color == 1)
+        SHARES.into_iter().enumerate().filter(move |&(color, _)| colored || color == 1)
     }
 
     /// Writes the whole frame with the value outside of taxels.

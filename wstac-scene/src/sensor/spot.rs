@@ -3,7 +3,6 @@
 use libm::{ceil, exp};
 
 use super::encode::{Mosaic, Site};
-use super::render::{BLUE_SHARE, RED_SHARE};
 
 /// Radius of a whisker's spot as a fraction of its taxel's shorter side (a guess).
 const RADIUS: f64 = 0.44;
@@ -43,14 +42,9 @@ impl Spot {
         let (mut seen, mut green) = (Vec::with_capacity(light.len()), Vec::with_capacity(light.len() / 2));
         let places = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y)));
         for ((x, y), light) in places.zip(light) {
-            seen.push(match mosaic.site(x, y) {
-                Site::Red => RED_SHARE * light,
-                Site::Blue => BLUE_SHARE * light,
-                Site::Green => {
-                    green.push(light);
-                    light
-                }
-            });
+            let site = mosaic.site(x, y);
+            seen.push(site.share() * light);
+            green.extend((site == Site::Green).then_some(light));
         }
         Self { light: seen, green }
     }

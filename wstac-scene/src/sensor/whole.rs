@@ -7,11 +7,10 @@ use wstac_core::params::{PAPER_IMAGE_SIDE, PAPER_TAXEL_SIDE, TAXELS};
 use wstac_core::taxels::FrameGeometry;
 
 use super::config::SensorConfig;
-use super::encode::{Block, Encoder, Frame, Mosaic, Site};
+use super::encode::{Block, Encoder, Frame, Mosaic, SHARES};
 use super::noise::NoiseTable;
 use super::pixel::{Pixel, Rendering, checked_light};
 use super::pose::{Pose, View, nearest};
-use super::render::{BLUE_SHARE, RED_SHARE};
 use super::spot::{blurred, brightest, profile};
 use crate::rng::Rng;
 
@@ -52,11 +51,7 @@ impl WholeRenderer {
         let shares = if config.blur > 0.0 { blurred(&shares, width, config.blur) } else { shares };
         let mosaic = Mosaic::of(config.format.pixels());
         let seen = taxels.into_iter().zip(shares).enumerate().map(|(k, (taxel, share))| {
-            let color = mosaic.map_or(1.0, |mosaic| match mosaic.site(k % width, k / width) {
-                Site::Red => RED_SHARE,
-                Site::Green => 1.0,
-                Site::Blue => BLUE_SHARE,
-            });
+            let color = mosaic.map_or(1.0, |mosaic| mosaic.site(k % width, k / width).share());
             (taxel, (share * color * values_of_light) as f32)
         });
         let seen = seen.collect();
@@ -72,18 +67,14 @@ impl WholeRenderer {
         }
     }
 
-    /// Returns the frame that was exposed last.
-    pub(super) fn bytes(&self) -> &[u8] {
-        &self.frame.bytes
-    }
-
-    pub(super) fn expose(&mut self, light: &[f64; TAXELS]) {
+    /// Returns the bytes of the next frame.
+    pub(super) fn expose(&mut self, light: &[f64; TAXELS]) -> &[u8] {
         let light = light.map(checked_light);
         let [columns, rows] = self.encoder.cell();
         let (width, block_width) = (self.width, self.width.next_multiple_of(columns));
         let colored = self.encoder.is_colored();
         for top in (0..self.frame.height).step_by(rows) {
-            for (values, (color, share)) in self.values.iter_mut().zip([(0, RED_SHARE), (1, 1.0), (2, BLUE_SHARE)]) {
+            for (color, (values, share)) in self.values.iter_mut().zip(SHARES).enumerate() {
                 if !colored && color != 1 {
                     continue;
                 }
@@ -103,6 +94,7 @@ impl WholeRenderer {
             let colors = self.values.each_ref().map(Vec::as_slice);
             self.encoder.encode(&Block { left: 0, top, width: block_width, colors }, &mut self.frame);
         }
+        &self.frame.bytes
     }
 }
 

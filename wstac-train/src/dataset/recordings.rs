@@ -166,11 +166,8 @@ pub fn parts(files: Vec<PathBuf>) -> Vec<RecordingPart> {
     let mut found = Vec::new();
     for file in files {
         let names = McapSource::sensors(&file).unwrap_or_default();
-        if names.is_empty() {
-            found.push(RecordingPart { file, sensor: None });
-        } else {
-            found.extend(names.into_iter().map(|name| RecordingPart { file: file.clone(), sensor: Some(name) }));
-        }
+        let sensors = if names.is_empty() { vec![None] } else { names.into_iter().map(Some).collect() };
+        found.extend(sensors.into_iter().map(|sensor| RecordingPart { file: file.clone(), sensor }));
     }
     found
 }

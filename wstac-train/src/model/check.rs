@@ -7,7 +7,7 @@ use wstac_core::model::file::TAXEL_INPUTS;
 use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 
-use super::eval::{MOST_KEPT, Truth, array_of, each_sample, is_sample, kept, truth};
+use super::eval::{Truth, array_of, is_sample, samples, truth};
 use super::npz::Npz;
 use super::trained::{Kind, Linear, Network, Node, Row, Trained, Tree, ends, in_file_order};
 use super::{integers, usual_mean};
@@ -40,22 +40,17 @@ impl CheckSet {
     /// Reads the samples that a model takes, and their labels if the model has some of them.
     pub(super) fn read(path: &Path, model: &Trained) -> Result<Self, Error> {
         let (npz, array) = (Npz::open(path)?, array_of(model.input));
-        let mut samples = Vec::with_capacity(kept(&npz, array, 1)?);
-        let mut rows = Vec::new();
-        each_sample(&npz, array, 1..=MOST_KEPT, |sample| {
-            rows.push(is_sample(sample));
-            samples.extend(is_sample(sample).then(|| sample.to_vec()));
-        })?;
-        if samples.is_empty() {
-            let message = format_args!("{array} has only zeros, expected samples to compare answers on");
-            return Err(Error::new(ErrorKind::Data, path.display(), message));
-        }
-        let mut truth = truth(&npz, model.task, &model.labels, rows.len())?;
+        let all = samples(&npz, array, 1)?;
+        let mut truth = truth(&npz, model.task, &model.labels, all.len())?;
         if let Some(truth) = &mut truth {
-            let mut rows = rows.into_iter();
-            truth.numbers.retain(|_| rows.next() == Some(true));
+            let mut rows = all.iter();
+            truth.numbers.retain(|_| rows.next().is_some_and(|row| is_sample(row)));
         }
-        Ok(Self { name: path.display().to_string(), samples, truth })
+        let set = Self::of(all).map(|set| Self { name: path.display().to_string(), truth, ..set });
+        set.ok_or_else(|| {
+            let message = format_args!("{array} has only zeros, expected samples to compare answers on");
+            Error::new(ErrorKind::Data, path.display(), message)
+        })
     }
 
     /// Returns the mean of each input of a model.

@@ -19,7 +19,7 @@ use wstac_host::plural::counted;
 /// Largest number of samples in a data set whose samples are read one after the other.
 const MOST_SAMPLES: u64 = 1 << 24;
 /// Largest number of samples that are in memory at a time.
-pub(crate) const MOST_KEPT: u64 = 1 << 18;
+const MOST_KEPT: u64 = 1 << 18;
 /// Bytes of memory that a number of a sample takes at most, with what is computed of it.
 const BYTES_KEPT: usize = 16;
 /// Most bytes of the labels of a data set, or of its other texts.
@@ -180,14 +180,23 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
 /// The file cannot be used; the message names the part.
 pub(crate) fn labeled(model: &Model, path: &Path) -> Result<(Vec<Vec<i16>>, Option<Truth>), Error> {
     let npz = Npz::open(path)?;
-    let array = array_of(model.input());
-    let mut samples = Vec::with_capacity(kept(&npz, array, 0)?);
-    each_sample(&npz, array, 0..=MOST_KEPT, |sample| samples.push(vec_in_file_order(sample)))?;
+    let mut samples = samples(&npz, array_of(model.input()), 0)?;
+    for sample in &mut samples {
+        *sample = vec_in_file_order(sample);
+    }
     let truth = truth(&npz, model.task(), &labels_of(model), samples.len())?;
     Ok((samples, truth))
 }
 
-pub(crate) fn labels_of(model: &Model) -> Vec<String> {
+/// Reads all samples of an array, of which there are `least` or more, in the order of the data set.
+pub(crate) fn samples(npz: &Npz, name: &str, least: u64) -> Result<Vec<Vec<i16>>, Error> {
+    let mut samples = Vec::with_capacity(kept(npz, name, least)?);
+    each_sample(npz, name, least..=MOST_KEPT, |sample| samples.push(sample.to_vec()))?;
+    Ok(samples)
+}
+
+/// Returns the names of a model's classes.
+pub fn labels_of(model: &Model) -> Vec<String> {
     (0..model.labels().len()).filter_map(|class| model.labels().get(class)).map(|label| label.to_string()).collect()
 }
 
@@ -211,7 +220,7 @@ pub fn is_sample(row: &[i16]) -> bool {
 }
 
 /// Returns the number of samples of an array that are all kept in memory, of which there is enough.
-pub(crate) fn kept(npz: &Npz, name: &str, least: u64) -> Result<usize, Error> {
+fn kept(npz: &Npz, name: &str, least: u64) -> Result<usize, Error> {
     let n = opened(npz, name, &(least..=MOST_KEPT))?.1 as usize;
     let bytes = n.saturating_mul(BYTES_KEPT * SAMPLE_FRAMES * rows_of(name));
     let mut room = Vec::<u8>::new();
@@ -226,7 +235,7 @@ pub(crate) fn kept(npz: &Npz, name: &str, least: u64) -> Result<usize, Error> {
 /// Passes every sample of an array to `give`, in the order of the data set.
 ///
 /// Refuses a data set whose samples are of another scale, or that has another number of groups or splits.
-pub(crate) fn each_sample(
+fn each_sample(
     npz: &Npz,
     name: &str,
     expected: RangeInclusive<u64>,
@@ -351,19 +360,14 @@ pub(super) fn truth(npz: &Npz, task: Task, classes: &[String], n: usize) -> Resu
         let is_of_classes = truth.numbers.iter().any(|number| truth.of_class.contains(number));
         return Ok(Some(truth).filter(|_| task != Task::Other || *array == "y" || is_of_classes));
     }
-    if task == Task::Specimen && has("y_pattern") {
-        let patterns = classes.iter().map(|label| pattern_and_depth(label).0.to_owned()).collect();
-        return compare(npz, "y_pattern", patterns, n).map(Some);
-    }
-    if task == Task::Specimen && has("y_depth") {
-        let depths = classes.iter().map(|label| pattern_and_depth(label).1.to_owned()).collect();
-        return compare(npz, "y_depth", depths, n).map(Some);
-    }
-    Ok(None)
+    let parts = ["y_pattern", "y_depth"].iter().zip([0, 1]).find(|(array, _)| task == Task::Specimen && has(array));
+    let Some((array, part)) = parts else { return Ok(None) };
+    let right = classes.iter().map(|label| pattern_and_depth(label)[part].to_owned());
+    compare(npz, array, right.collect(), n).map(Some)
 }
 
-fn pattern_and_depth(label: &str) -> (&str, &str) {
-    if label == "Sphere" { (label, "") } else { label.split_at_checked(3).unwrap_or((label, "")) }
+fn pattern_and_depth(label: &str) -> [&str; 2] {
+    if label == "Sphere" { [label, ""] } else { label.split_at_checked(3).unwrap_or((label, "")).into() }
 }
 
 /// Reads the truth from an array, for classes whose right labels are `right`.
@@ -404,64 +408,48 @@ fn each_text(npz: &Npz, name: &str, n: usize) -> Result<impl Iterator<Item = Res
     let text = Text::of(&array).ok_or_else(|| {
         npz.error(name, format_args!("type {}, expected integers, float64 or text (<U)", array.descr))
     })?;
-    let mut bytes = vec![0; text.bytes()];
+    let mut bytes = vec![0; text.bytes];
     Ok((0..n).map(move |_| {
         array.read(&mut bytes).map_err(|error| npz.error(name, error))?;
         text.read(&bytes).map_err(|error| npz.error(name, error))
     }))
 }
 
-/// The conversion of an element into a label.
-enum Text {
-    Unicode(usize),
-    Integer { bytes: usize, signed: bool },
-    Float,
+/// The conversion of an element into a label: NumPy's letter for its kind, and its bytes.
+struct Text {
+    kind: char,
+    bytes: usize,
 }
 
 impl Text {
     fn of(array: &Array) -> Option<Self> {
         let descr = array.descr.trim_start_matches(['<', '|']);
         let (kind, size) = descr.split_at_checked(1)?;
-        let size: usize = size.parse().ok()?;
-        match (kind, size) {
-            ("U", 1..=LONGEST_LABEL) => Some(Self::Unicode(size)),
-            ("i" | "u", 1 | 2 | 4 | 8) => Some(Self::Integer { bytes: size, signed: kind == "i" }),
-            ("b", 1) => Some(Self::Integer { bytes: 1, signed: false }),
-            ("f", 8) => Some(Self::Float),
-            _ => None,
-        }
-    }
-
-    fn bytes(&self) -> usize {
-        match self {
-            Self::Unicode(points) => 4 * points,
-            Self::Integer { bytes, .. } => *bytes,
-            Self::Float => 8,
-        }
+        let bytes = match (kind, size.parse().ok()?) {
+            ("U", points @ 1..=LONGEST_LABEL) => 4 * points,
+            ("i" | "u", bytes @ (1 | 2 | 4 | 8)) | ("b", bytes @ 1) | ("f", bytes @ 8) => bytes,
+            _ => return None,
+        };
+        Some(Self { kind: kind.chars().next()?, bytes })
     }
 
     fn read(&self, bytes: &[u8]) -> Result<String, String> {
-        let mut eight = [0; 8];
-        Ok(match self {
-            Self::Unicode(_) => {
-                let points = bytes.as_chunks::<4>().0.iter().map(|point| u32::from_le_bytes(*point));
-                let character = |point: u32| {
-                    let character = char::from_u32(point);
-                    character.ok_or_else(|| format!("is no text: it has U+{point:04X}, expected characters of Unicode"))
-                };
-                let text = points.map(character).collect::<Result<String, String>>()?;
-                text.trim_end_matches('\0').to_owned()
-            }
-            Self::Integer { bytes: count, signed } => {
-                let negative = *signed && bytes.last().is_some_and(|byte| byte & 0x80 != 0);
-                eight.fill(if negative { 0xFF } else { 0 });
-                eight[..*count].copy_from_slice(bytes);
-                if *signed { i64::from_le_bytes(eight).to_string() } else { u64::from_le_bytes(eight).to_string() }
-            }
-            Self::Float => {
-                eight.copy_from_slice(bytes);
-                f64::from_le_bytes(eight).to_string()
-            }
+        if self.kind == 'U' {
+            let points = bytes.as_chunks::<4>().0.iter().map(|point| u32::from_le_bytes(*point));
+            let character = |point: u32| {
+                let character = char::from_u32(point);
+                character.ok_or_else(|| format!("is no text: it has U+{point:04X}, expected characters of Unicode"))
+            };
+            let text = points.map(character).collect::<Result<String, String>>()?;
+            return Ok(text.trim_end_matches('\0').to_owned());
+        }
+        let negative = self.kind == 'i' && bytes.last().is_some_and(|byte| byte & 0x80 != 0);
+        let mut eight = [if negative { 0xFF } else { 0 }; 8];
+        eight[..self.bytes].copy_from_slice(bytes);
+        Ok(match self.kind {
+            'i' => i64::from_le_bytes(eight).to_string(),
+            'f' => f64::from_le_bytes(eight).to_string(),
+            _ => u64::from_le_bytes(eight).to_string(),
         })
     }
 }

@@ -4,6 +4,7 @@
 
 use std::fmt;
 
+use serde::de::value::Error;
 use serde::de::{self, DeserializeOwned, DeserializeSeed, MapAccess, SeqAccess, Visitor};
 use serde::forward_to_deserialize_any;
 
@@ -16,24 +17,6 @@ pub(super) fn from_slice<T: DeserializeOwned>(bytes: &[u8]) -> Result<T, Error> 
     T::deserialize(Value { reader: &mut reader, marker })
 }
 
-/// A description of the error, and its position.
-#[derive(Debug)]
-pub(super) struct Error(String);
-
-impl fmt::Display for Error {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl std::error::Error for Error {}
-
-impl de::Error for Error {
-    fn custom<T: fmt::Display>(message: T) -> Self {
-        Self(message.to_string())
-    }
-}
-
 struct UbjsonReader<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -42,7 +25,7 @@ struct UbjsonReader<'a> {
 
 impl<'a> UbjsonReader<'a> {
     fn error<T>(&self, what: impl fmt::Display) -> Result<T, Error> {
-        Err(Error(format!("byte {}: {what}", self.at)))
+        Err(de::Error::custom(format_args!("byte {}: {what}", self.at)))
     }
 
     fn take(&mut self, count: usize) -> Result<&'a [u8], Error> {

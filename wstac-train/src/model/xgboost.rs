@@ -1,7 +1,7 @@
 //! Boosted trees as XGBoost saves them, in JSON or UBJSON.
 
 use serde::Deserialize;
-use wstac_core::model::file::Input;
+use wstac_core::model::file::{Input, MOST_CLASSES};
 
 use super::trained::{Boosted, Kind, MOST_NODES, Node, Origin, Score, Trained, Tree, guess_task};
 
@@ -130,8 +130,8 @@ pub(super) fn read(file: XgboostFile, labels: Option<Vec<String>>) -> Result<(Tr
         "binary:logistic" => (2, 1),
         other => return Err(format!("objective.name is \"{other}\", expected {OBJECTIVES}")),
     };
-    if !(1..=wstac_core::model::file::MOST_CLASSES).contains(&classes) {
-        return Err(format!("num_class is {classes}, expected 1 to {}", wstac_core::model::file::MOST_CLASSES));
+    if !(1..=MOST_CLASSES).contains(&classes) {
+        return Err(format!("num_class is {classes}, expected 1 to {MOST_CLASSES}"));
     }
     if parameters.num_target != "1" {
         return Err(format!("num_target is {}, expected 1", parameters.num_target));

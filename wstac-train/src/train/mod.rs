@@ -24,14 +24,14 @@ mod split;
 use wstac_core::model::Model;
 use wstac_core::model::file::{Input, MOST_CLASSES, Task};
 use wstac_core::model::speeds::KnownSpeeds;
-use wstac_core::params::{FEATURE_ONE, SAMPLE_FRAMES};
+use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 
 pub use self::set::{LabeledSlide, TrainingSet};
 use crate::dataset::path::frames_of;
 use crate::model::calibrate::{Calibrated, LabeledSamples, Quality, Settings, calibrate, with_part};
-use crate::model::trained::{Kind, Trained};
+use crate::model::trained::{Kind, Trained, in_file_order, vec_in_file_order};
 use crate::model::write::{self, Written};
 use logistic::{Limits, Samples};
 
@@ -156,16 +156,18 @@ pub fn wilson(right: u32, of: u32) -> [f64; 2] {
 /// # Errors
 /// There are too few slides, classes or groups; the message says what is missing.
 pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedModel, Error> {
-    let wrong = |subject: &str, message: String| Error::new(ErrorKind::Data, subject, message);
     let subject = set.about();
-    split::split(&mut set, options.test).map_err(|message| wrong(&subject, message))?;
+    trained(&mut set, options, &subject).map_err(|message| Error::new(ErrorKind::Data, subject, message))
+}
+
+fn trained(set: &mut TrainingSet, options: &TrainOptions, subject: &str) -> Result<TrainedModel, String> {
+    split::split(set, options.test)?;
     let labels = set.labels();
     if labels.len() < 2 || labels.len() > MOST_CLASSES {
         let found = labels.first().map_or_else(String::new, |label| format!(" ({label})"));
         let classes = if labels.len() < 2 { found } else { String::new() };
         let count = counted(labels.len(), "label");
-        let message = format!("{count}{classes}, expected 2 to {MOST_CLASSES} different ones");
-        return Err(wrong(&subject, message));
+        return Err(format!("{count}{classes}, expected 2 to {MOST_CLASSES} different ones"));
     }
     let class_of = |slide: &LabeledSlide| labels.iter().position(|label| *label == slide.label).unwrap_or_default();
     let frames = usize::from(frames_of(options.input));
@@ -173,9 +175,8 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         set.slides.iter().partition(|slide| slide.is_test == Some(true));
     let usable: Vec<_> = trains.iter().copied().filter(|slide| slide.numbers.is_some()).collect();
     if let Some(label) = labels.iter().find(|label| !usable.iter().any(|slide| slide.label == **label)) {
-        let message =
-            format!("label {label} has no slide with a sample to train on, expected at least 1: {}", set.more_slides());
-        return Err(wrong(&subject, message));
+        let more = set.more_slides();
+        return Err(format!("label {label} has no slide with a sample to train on, expected at least 1: {more}"));
     }
     let aside = split::aside(&usable, ASIDE);
     let kept = aside.clone().unwrap_or_default();
@@ -189,9 +190,9 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
     // Not more memory than they take.
     let mut all: Vec<f32> = Vec::with_capacity(fitted.len() * options.input.numbers());
     all.extend(fitted.iter().filter_map(|slide| slide.numbers.as_deref()).flat_map(numbers));
-    let inputs = frames * SAMPLE_FEATURES;
+    let inputs = frames * FEATURES;
     let samples = Samples { inputs, numbers: &all, classes: &classes, count: labels.len() };
-    let linear = logistic::fit(&samples, LIMITS).map_err(|message| wrong(&subject, message))?;
+    let linear = logistic::fit(&samples, LIMITS)?;
     let trained = Trained {
         labels: labels.clone(),
         task: options.task,
@@ -202,15 +203,18 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         remarks: Vec::new(),
         mean: None,
     };
-    crate::model::check_names(&trained).map_err(|message| wrong(&subject, message))?;
-    let draft = write::write(&trained, "", write::Options::default()).map_err(|message| wrong(&subject, message))?;
-    let calibrated = aside.and_then(|_| {
-        calibrate(&draft.words, &of_file(&fitted, &labels), &of_file(&kept, &labels), Settings::default())
-    });
+    crate::model::check_names(&trained)?;
+    let draft = write::write(&trained, "", write::Options::default())?;
+    let of_file = |slides: &[&LabeledSlide]| LabeledSamples {
+        numbers: slides.iter().filter_map(|slide| slide.numbers.as_deref()).map(vec_in_file_order).collect(),
+        labels: slides.iter().map(|slide| class_of(slide) as u16).collect(),
+        names: labels.clone(),
+    };
+    let calibrated =
+        aside.and_then(|_| calibrate(&draft.words, &of_file(&fitted), &of_file(&kept), Settings::default()));
     // The test is of the file's integers; the facts about it are not known before, and do not change an answer.
     let words = calibrated.as_ref().map_or(&draft.words, |calibrated| &calibrated.words);
-    let trial = (!tests.is_empty()).then(|| trial(words, &tests, &labels, class_of, split::groups(&tests)));
-    let trial = trial.transpose().map_err(|message| wrong(&subject, message))?;
+    let trial = (!tests.is_empty()).then(|| trial(words, &tests, &labels, class_of)).transpose()?;
     let groups = split::groups(&trains);
     let mut facts = serde_json::json!({
         "file": subject,
@@ -228,13 +232,12 @@ pub fn train(mut set: TrainingSet, options: &TrainOptions) -> Result<TrainedMode
         facts["note"] = note.as_str().into();
     }
     let is_simulated = set.is_simulated();
-    let mut written = write::write(&trained, &facts.to_string(), write::Options::default())
-        .map_err(|message| wrong(&subject, message))?;
+    let mut written = write::write(&trained, &facts.to_string(), write::Options::default())?;
     let (calibration, why_uncalibrated) = match calibrated {
         Err(why) => (None, Some(why)),
         // Facts do not change scores, so the calibration is the same.
         Ok(Calibrated { part, held_out, .. }) => {
-            written.words = with_part(&written.words, &part).map_err(|message| wrong(&subject, message))?;
+            written.words = with_part(&written.words, &part)?;
             (Some(held_out), None)
         }
     };
@@ -260,41 +263,23 @@ fn speeds_of(slides: &[&LabeledSlide]) -> Option<KnownSpeeds> {
     KnownSpeeds::new(slowest.floor() as u16, fastest.ceil() as u16)
 }
 
-/// Returns slides as a model file takes them.
-fn of_file(slides: &[&LabeledSlide], labels: &[String]) -> LabeledSamples {
-    let mut samples = LabeledSamples { names: labels.to_vec(), ..LabeledSamples::default() };
-    samples.numbers.reserve_exact(slides.len());
-    for slide in slides {
-        let label = labels.iter().position(|label| *label == slide.label);
-        if let (Some(numbers), Some(label)) = (slide.in_file_order(), label) {
-            samples.numbers.push(numbers[..slide.numbers.as_ref().map_or(0, Vec::len)].to_vec());
-            samples.labels.push(label as u16);
-        }
-    }
-    samples
-}
-
-/// Features of a frame, or numbers of a ten.
-const SAMPLE_FEATURES: usize = wstac_core::params::FEATURES;
-
 /// Applies a model file to slides.
 fn trial(
     words: &[u32],
     tests: &[&LabeledSlide],
     labels: &[String],
     class_of: impl Fn(&LabeledSlide) -> usize,
-    groups: usize,
 ) -> Result<Trial, String> {
     let model = Model::from_words(words).map_err(|error| error.to_string())?;
     let mut counts = vec![vec![0; labels.len() + 1]; labels.len()];
     for slide in tests {
-        let answer = slide.in_file_order().map_or(labels.len(), |sample| {
-            let found = model.classification(&sample);
+        let answer = slide.numbers.as_deref().map_or(labels.len(), |sample| {
+            let found = model.classification(&in_file_order(sample));
             if found.known == Some(false) { labels.len() } else { usize::from(found.class) }
         });
         counts[class_of(slide)][answer] += 1;
     }
-    Ok(Trial { labels: labels.to_vec(), counts, groups })
+    Ok(Trial { labels: labels.to_vec(), counts, groups: split::groups(tests) })
 }
 
 impl TrainedModel {

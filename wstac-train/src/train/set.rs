@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use wstac_core::model::file::{Input, TAXEL_INPUTS, Task};
+use wstac_core::model::file::{Input, Task};
 use wstac_host::error::{Error, ErrorKind};
 
 use super::TrainOptions;
@@ -10,9 +10,9 @@ use crate::dataset::arrays::name;
 use crate::dataset::path::PathSlide;
 use crate::dataset::random::RandomSweep;
 use crate::dataset::recordings::Recording;
-use crate::model::eval::{MOST_KEPT, array_of, each_sample, is_sample, kept, label_arrays, texts};
+use crate::model::eval::{array_of, is_sample, label_arrays, samples, texts};
 use crate::model::npz::Npz;
-use crate::model::trained::{in_file_order, in_set_order};
+use crate::model::trained::in_set_order;
 
 /// A slide with its label.
 #[derive(Clone, Debug)]
@@ -29,12 +29,7 @@ pub struct LabeledSlide {
     pub is_test: Option<bool>,
 }
 
-impl LabeledSlide {
-    /// Returns the sample frame after frame, as a model file takes it.
-    pub(super) fn in_file_order(&self) -> Option<[i16; TAXEL_INPUTS]> {
-        self.numbers.as_deref().map(in_file_order)
-    }
-}
+impl LabeledSlide {}
 
 /// Labeled slides of one or more sources.
 #[derive(Clone, Debug, Default)]
@@ -151,7 +146,7 @@ impl TrainingSet {
             });
             return Err(npz.error(array, format_args!("is missing, expected samples of the input{help}")));
         }
-        let samples = samples(&npz, array)?;
+        let samples = samples(&npz, array, 1)?;
         let n = samples.len();
         let wanted = label_arrays(options.task);
         let labels = wanted.iter().find(|name| has(name)).copied().unwrap_or(wanted[0]);
@@ -176,19 +171,11 @@ impl TrainingSet {
             Some(other) => Err(npz.error("split", format_args!("has {other:?}, expected train or test"))),
         };
         let mut slides = Vec::with_capacity(n);
-        for (number, ((numbers, label), group)) in samples.into_iter().zip(labels).zip(groups).enumerate() {
+        for (number, ((sample, label), group)) in samples.into_iter().zip(labels).zip(groups).enumerate() {
             let (speed_mm_s, is_test) = (speed_of(number), is_test(number)?);
+            let numbers = is_sample(&sample).then_some(sample);
             slides.push(LabeledSlide { numbers, label, group, speed_mm_s, is_test });
         }
         Ok(Self { slides, sources: vec![path.display().to_string()], simulated: 0 })
     }
-}
-
-/// Reads the samples of a data set. One that is zero throughout is none.
-fn samples(npz: &Npz, name: &str) -> Result<Vec<Option<Vec<i16>>>, Error> {
-    let mut samples = Vec::with_capacity(kept(npz, name, 1)?);
-    each_sample(npz, name, 1..=MOST_KEPT, |sample| {
-        samples.push(is_sample(sample).then(|| sample.to_vec()));
-    })?;
-    Ok(samples)
 }

@@ -3,12 +3,21 @@
 use wstac_core::green::any::PixelFormat;
 use wstac_core::green::bayer::BayerOrder;
 
+use super::SHARES;
+
 /// The color that a site sees.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::sensor) enum Site {
     Red,
     Green,
     Blue,
+}
+
+impl Site {
+    /// Returns the light that it gets, as a fraction of that of green.
+    pub(in crate::sensor) fn share(self) -> f64 {
+        SHARES[self as usize]
+    }
 }
 
 /// A mosaic's order of colors.
@@ -32,12 +41,6 @@ impl Mosaic {
             BayerOrder::Gbrg => [Green, Blue, Red, Green],
             BayerOrder::Bggr => [Blue, Green, Green, Red],
         };
-        let [first, second, third, fourth] = cell;
-        match (x & 1, y & 1) {
-            (0, 0) => first,
-            (_, 0) => second,
-            (0, _) => third,
-            _ => fourth,
-        }
+        cell[(x & 1) + 2 * (y & 1)]
     }
 }

@@ -20,9 +20,14 @@ use self::packed_rgb::PackedRgb;
 use self::packed_ycbcr::PackedPairs;
 use self::planar_ycbcr::{Chroma, Planar};
 pub(super) use self::rgb565::{GREEN_LEVELS, green_level, nearest_green};
-use self::words::{Bytes, Words};
+use self::words::Words;
 use self::ycbcr::Conversion;
 use super::format::SensorFormat;
+
+/// Light of red, green and blue as fractions of that of green (a guess).
+///
+/// ZnS:Cu shines at about 520 nm, and a camera's red and blue filters let some of that through.
+pub(super) const SHARES: [f64; 3] = [0.25, 1.0, 0.3];
 
 /// Pixels in rows, of one color or of three.
 #[derive(Clone, Copy, Debug)]
@@ -82,7 +87,9 @@ impl Frame {
 /// The conversion of a pixel format from values to bytes.
 pub(super) trait Encoder: Debug + Send + Sync {
     /// Returns `true` if it needs red and blue in addition to green.
-    fn is_colored(&self) -> bool;
+    fn is_colored(&self) -> bool {
+        true
+    }
 
     /// Returns the columns and rows of a cell: the pixels that share bytes. Blocks consist of cells.
     fn cell(&self) -> [usize; 2] {
@@ -97,9 +104,9 @@ pub(super) trait Encoder: Debug + Send + Sync {
 pub(super) fn encoder(format: SensorFormat, color: YcbcrEncoding) -> Option<Arc<dyn Encoder>> {
     let conversion = Conversion::new(color);
     Some(match format.pixels() {
-        PixelFormat::Gray | PixelFormat::Bayer8(_) => Arc::new(Bytes),
+        PixelFormat::Gray | PixelFormat::Bayer8(_) => Arc::new(Words::<1>),
         PixelFormat::Y10 | PixelFormat::Y12 | PixelFormat::Y16 | PixelFormat::Bayer10(_) | PixelFormat::Bayer12(_) => {
-            Arc::new(Words)
+            Arc::new(Words::<2>)
         }
         PixelFormat::Rgb24 => Arc::new(PackedRgb::<3>::RGB),
         PixelFormat::Bgr24 => Arc::new(PackedRgb::<3>::BGR),

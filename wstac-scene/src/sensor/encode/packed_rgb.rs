@@ -33,10 +33,6 @@ impl PackedRgb<4> {
 }
 
 impl<const BYTES: usize> Encoder for PackedRgb<BYTES> {
-    fn is_colored(&self) -> bool {
-        true
-    }
-
     fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
         let pixels = frame.row(block.top, BYTES * block.left, BYTES * block.width).as_chunks_mut::<BYTES>().0;
         for (bytes, colors) in pixels.iter_mut().zip(block.pixels()) {

@@ -8,10 +8,6 @@ use super::{Block, Encoder, Frame};
 pub(super) struct PackedPairs<const LUMA: usize>(pub(super) Conversion);
 
 impl<const LUMA: usize> Encoder for PackedPairs<LUMA> {
-    fn is_colored(&self) -> bool {
-        true
-    }
-
     fn cell(&self) -> [usize; 2] {
         [2, 1]
     }
@@ -22,7 +18,7 @@ impl<const LUMA: usize> Encoder for PackedPairs<LUMA> {
         for (((cell, red), green), blue) in cells.iter_mut().zip(red).zip(green).zip(blue) {
             let [first, second] = [0, 1].map(|k| self.0.luma([red[k], green[k], blue[k]]));
             let sum = [red[0] + red[1], green[0] + green[1], blue[0] + blue[1]];
-            let (cb, cr) = (self.0.cb(sum, 0.5), self.0.cr(sum, 0.5));
+            let [cb, cr] = [0, 1].map(|which| self.0.chroma(which, sum, 0.5));
             *cell = if LUMA == 0 { [first, cb, second, cr] } else { [cb, first, cr, second] };
         }
     }

@@ -23,10 +23,6 @@ pub(super) struct Planar {
 }
 
 impl Encoder for Planar {
-    fn is_colored(&self) -> bool {
-        true
-    }
-
     fn cell(&self) -> [usize; 2] {
         match self.chroma {
             Chroma::Interleaved | Chroma::Quarter => [2, 2],
@@ -57,7 +53,7 @@ impl Planar {
     fn encode_pairs(&self, block: &Block<'_>, frame: &mut Frame) {
         let row = frame.plane_row(0, frame.bytes_per_row, block.top / 2, block.left, block.width);
         for (pair, sum) in row.as_chunks_mut().0.iter_mut().zip(sums::<2, 2>(block)) {
-            *pair = [self.conversion.cb(sum, 0.25), self.conversion.cr(sum, 0.25)];
+            *pair = [0, 1].map(|which| self.conversion.chroma(which, sum, 0.25));
         }
     }
 
@@ -67,13 +63,11 @@ impl Planar {
         let bytes_per_row = frame.bytes_per_row.div_ceil(COLUMNS);
         let plane = bytes_per_row * frame.height.div_ceil(ROWS);
         let (x, y, cells) = (block.left / COLUMNS, block.top / ROWS, block.width / COLUMNS);
-        let cb = frame.plane_row(0, bytes_per_row, y, x, cells);
-        for (byte, sum) in cb.iter_mut().zip(sums::<COLUMNS, ROWS>(block)) {
-            *byte = self.conversion.cb(sum, share);
-        }
-        let cr = frame.plane_row(plane, bytes_per_row, y, x, cells);
-        for (byte, sum) in cr.iter_mut().zip(sums::<COLUMNS, ROWS>(block)) {
-            *byte = self.conversion.cr(sum, share);
+        for which in [0, 1] {
+            let row = frame.plane_row(which * plane, bytes_per_row, y, x, cells);
+            for (byte, sum) in row.iter_mut().zip(sums::<COLUMNS, ROWS>(block)) {
+                *byte = self.conversion.chroma(which, sum, share);
+            }
         }
     }
 }

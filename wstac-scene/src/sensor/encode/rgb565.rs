@@ -22,10 +22,6 @@ pub(in crate::sensor) fn nearest_green(value: u16) -> u16 {
 pub(super) struct Rgb565;
 
 impl Encoder for Rgb565 {
-    fn is_colored(&self) -> bool {
-        true
-    }
-
     fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
         let words = frame.row(block.top, 2 * block.left, 2 * block.width).as_chunks_mut().0;
         for (word, [red, green, blue]) in words.iter_mut().zip(block.pixels()) {

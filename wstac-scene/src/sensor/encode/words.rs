@@ -2,35 +2,19 @@
 
 use super::{Block, Encoder, Frame};
 
-/// The encoder of one byte for each pixel.
+/// The encoder of one little-endian word of `BYTES` bytes, 1 or 2, for each pixel.
 #[derive(Debug)]
-pub(super) struct Bytes;
+pub(super) struct Words<const BYTES: usize>;
 
-impl Encoder for Bytes {
+impl<const BYTES: usize> Encoder for Words<BYTES> {
     fn is_colored(&self) -> bool {
         false
     }
 
     fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
-        for (byte, &value) in frame.row(block.top, block.left, block.width).iter_mut().zip(block.colors[1]) {
-            *byte = value as u8;
-        }
-    }
-}
-
-/// The encoder of one little-endian 16-bit word for each pixel.
-#[derive(Debug)]
-pub(super) struct Words;
-
-impl Encoder for Words {
-    fn is_colored(&self) -> bool {
-        false
-    }
-
-    fn encode(&self, block: &Block<'_>, frame: &mut Frame) {
-        let words = frame.row(block.top, 2 * block.left, 2 * block.width).as_chunks_mut().0;
+        let words = frame.row(block.top, BYTES * block.left, BYTES * block.width).as_chunks_mut::<BYTES>().0;
         for (word, value) in words.iter_mut().zip(block.colors[1]) {
-            *word = value.to_le_bytes();
+            word.iter_mut().zip(value.to_le_bytes()).for_each(|(byte, of)| *byte = of);
         }
     }
 }

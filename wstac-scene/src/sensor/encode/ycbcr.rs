@@ -13,8 +13,8 @@ const ROUNDER: f32 = 8_388_608.0;
 pub(super) struct Conversion {
     luma: [f32; 3],
     black: f32,
-    cb: [f32; 3],
-    cr: [f32; 3],
+    /// Of Cb and of Cr.
+    chroma: [[f32; 3]; 2],
 }
 
 impl Conversion {
@@ -29,7 +29,7 @@ impl Conversion {
         let cr = [chroma(1.0), chroma((red + blue - 1.0) / (1.0 - red)), chroma(-blue / (1.0 - red))];
         let luma = [red * luma_span, (1.0 - red - blue) * luma_span, blue * luma_span];
         let [luma, cb, cr] = [luma, cb, cr].map(|factors| factors.map(|factor| factor as f32));
-        Self { luma, black, cb, cr }
+        Self { luma, black, chroma: [cb, cr] }
     }
 
     #[inline(always)]
@@ -37,16 +37,13 @@ impl Conversion {
         (self.black + dot(self.luma, pixel) + ROUNDER).to_bits() as u8
     }
 
-    /// Returns the Cb of the mean of some pixels, which is their sum times `share`.
+    /// Returns the Cb (0) or Cr (1) of the mean of some pixels, which is their sum times `share`.
     #[inline(always)]
-    pub(super) fn cb(&self, sum: [u16; 3], share: f32) -> u8 {
-        level(dot(self.cb, sum) * share)
-    }
-
-    /// Returns the Cr of the mean of some pixels, which is their sum times `share`.
-    #[inline(always)]
-    pub(super) fn cr(&self, sum: [u16; 3], share: f32) -> u8 {
-        level(dot(self.cr, sum) * share)
+    pub(super) fn chroma(&self, which: usize, sum: [u16; 3], share: f32) -> u8 {
+        let level = dot(self.chroma[which], sum) * share + 128.0;
+        // Full range reaches 255.5.
+        let level = if level < 255.0 { level } else { 255.0 };
+        (level + ROUNDER).to_bits() as u8
     }
 }
 
@@ -54,14 +51,6 @@ impl Conversion {
 fn dot(a: [f32; 3], b: [u16; 3]) -> f32 {
     let [r, g, b] = b.map(f32::from);
     a[0] * r + a[1] * g + a[2] * b
-}
-
-#[inline(always)]
-fn level(chroma: f32) -> u8 {
-    let level = chroma + 128.0;
-    // Full range reaches 255.5.
-    let level = if level < 255.0 { level } else { 255.0 };
-    (level + ROUNDER).to_bits() as u8
 }
 
 #[cfg(test)]
@@ -94,7 +83,7 @@ mod tests {
                 }) {
                     let chroma = |times, share| {
                         let sum = pixel.map(|value| times * value);
-                        [conversion.cb(sum, share), conversion.cr(sum, share)]
+                        [0, 1].map(|which| conversion.chroma(which, sum, share))
                     };
                     let [cb, cr] = chroma(4, 0.25);
                     assert_eq!([cb, cr], chroma(1, 1.0));
@@ -106,7 +95,7 @@ mod tests {
                     }
                 }
                 for gray in 0..=255 {
-                    assert_eq!([conversion.cb([gray; 3], 1.0), conversion.cr([gray; 3], 1.0)], [128, 128]);
+                    assert_eq!([0, 1].map(|which| conversion.chroma(which, [gray; 3], 1.0)), [128, 128]);
                 }
             }
         }

@@ -49,26 +49,22 @@ impl Number for bool {
 }
 
 impl Dtype {
-    /// Returns NumPy's name of the type.
-    fn descr(self) -> String {
+    /// Returns NumPy's name of the type, but for the size, and the size: of an element, or of its code points.
+    fn facts(self) -> (&'static str, usize) {
         match self {
-            Self::Bool => "|b1".into(),
-            Self::Int16 => "<i2".into(),
-            Self::Int64 => "<i8".into(),
-            Self::Uint64 => "<u8".into(),
-            Self::Float64 => "<f8".into(),
-            Self::Unicode(points) => format!("<U{points}"),
+            Self::Bool => ("|b", 1),
+            Self::Int16 => ("<i", 2),
+            Self::Int64 => ("<i", 8),
+            Self::Uint64 => ("<u", 8),
+            Self::Float64 => ("<f", 8),
+            Self::Unicode(points) => ("<U", points),
         }
     }
 
     /// Returns the number of bytes of an element.
     pub(super) fn bytes(self) -> u64 {
-        match self {
-            Self::Bool => 1,
-            Self::Int16 => 2,
-            Self::Int64 | Self::Uint64 | Self::Float64 => 8,
-            Self::Unicode(points) => 4 * points as u64,
-        }
+        let (kind, size) = self.facts();
+        size as u64 * if kind == "<U" { 4 } else { 1 }
     }
 }
 
@@ -78,7 +74,8 @@ pub(super) fn header(dtype: Dtype, shape: &[usize]) -> Vec<u8> {
         [one] => format!("({one},)"),
         _ => format!("({})", shape.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")),
     };
-    let text = format!("{{'descr': '{}', 'fortran_order': False, 'shape': {shape}, }}", dtype.descr());
+    let (kind, size) = dtype.facts();
+    let text = format!("{{'descr': '{kind}{size}', 'fortran_order': False, 'shape': {shape}, }}");
     // The text ends with a line feed; ten bytes precede it.
     let padded = (10 + text.len() + 1).next_multiple_of(64) - 10;
     let mut header = b"\x93NUMPY\x01\x00".to_vec();

@@ -52,15 +52,9 @@ impl Scored {
 
 /// Returns by how much the highest score leads.
 fn lead(scores: &[i64]) -> f64 {
-    let (mut first, mut second) = (i64::MIN, i64::MIN);
-    for &score in scores {
-        if score > first {
-            (first, second) = (score, first);
-        } else if score > second {
-            second = score;
-        }
-    }
-    if scores.len() < 2 { 0.0 } else { first as f64 - second as f64 }
+    let mut sorted = scores.to_vec();
+    sorted.sort_unstable();
+    if let [.., second, first] = sorted[..] { first as f64 - second as f64 } else { 0.0 }
 }
 
 /// Returns the halves of a file for a factor of raw scores: the factor and the two shifts.

@@ -37,15 +37,14 @@ impl Projection {
     /// There are fewer than two labels, no more samples than labels, or samples or labels that do not differ.
     pub fn of(samples: &LabeledSamples, inputs: usize, most_dimensions: usize) -> Result<Self, String> {
         let labels = samples.labels.iter().max().map_or(0, |&most| usize::from(most) + 1);
-        let mut counts = vec![0_usize; labels];
-        samples.labels.iter().for_each(|&label| counts[usize::from(label)] += 1);
+        let labeled = samples.numbers.iter().zip(&samples.labels);
+        let (means, counts) = means(labeled.map(|(sample, &label)| (reals(sample, inputs), label)), labels, inputs);
         let found = counts.iter().filter(|&&count| count > 0).count();
         let n = samples.numbers.len();
         if found < 2 || n <= found {
             let (samples, labels) = (counted(n, "sample"), counted(found, "label"));
             return Err(format!("{samples} of {labels}, expected several samples of at least two labels"));
         }
-        let means = means(samples, &counts, inputs);
         let within = within(samples, &means, inputs, n - found).ok_or(
             "the samples of each label are all equal, expected those of different slides: nothing tells how much slides of a texture differ",
         )?;
@@ -80,19 +79,23 @@ fn reals(sample: &[i16], inputs: usize) -> impl Iterator<Item = f64> {
     sample.iter().take(inputs).map(|&x| f64::from(x) / f64::from(FEATURE_ONE))
 }
 
-/// Returns the mean of every label's samples; zeros for a label without samples.
-fn means(samples: &LabeledSamples, counts: &[usize], inputs: usize) -> Vec<Vec<f64>> {
-    let mut means = vec![vec![0.0; inputs]; counts.len()];
-    for (sample, &label) in samples.numbers.iter().zip(&samples.labels) {
-        let mean = &mut means[usize::from(label)];
-        reals(sample, inputs).zip(mean).for_each(|(x, mean)| *mean += x);
+/// Returns the mean of every label's samples, and their number; zeros for a label without samples.
+pub(super) fn means<S: Iterator<Item = f64>>(
+    samples: impl Iterator<Item = (S, u16)>,
+    labels: usize,
+    inputs: usize,
+) -> (Vec<Vec<f64>>, Vec<usize>) {
+    let (mut means, mut counts) = (vec![vec![0.0; inputs]; labels], vec![0_usize; labels]);
+    for (sample, label) in samples {
+        counts[usize::from(label)] += 1;
+        sample.zip(&mut means[usize::from(label)]).for_each(|(x, mean)| *mean += x);
     }
-    for (mean, &count) in means.iter_mut().zip(counts) {
+    for (mean, &count) in means.iter_mut().zip(&counts) {
         for value in mean {
             *value /= count.max(1) as f64;
         }
     }
-    means
+    (means, counts)
 }
 
 /// Returns the covariance within labels and its ridge, a lower triangle; `None` if all samples of each label are equal.

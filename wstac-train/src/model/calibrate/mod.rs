@@ -266,22 +266,12 @@ pub fn calibrate_with(
     let Some(projection) = projection else {
         return finished(&plain, part(factor, None), 0, &held_out);
     };
-    let mut means = vec![vec![0.0; projection.biases.len()]; classes];
-    let mut counts = vec![0_usize; classes];
-    for (numbers, &label) in
-        trained.numbers.iter().zip(&trained.labels).filter(|(_, label)| usize::from(**label) < classes)
-    {
-        counts[usize::from(label)] += 1;
-        means[usize::from(label)].iter_mut().zip(projection.place(numbers)).for_each(|(sum, x)| *sum += x);
-    }
-    for (class, (mean, count)) in means.iter_mut().zip(&counts).enumerate() {
-        if *count == 0 {
-            let name = model.labels().get(class).map_or_else(String::new, |label| label.to_string());
-            return Err(format!("no sample of class {name}, expected some of every class"));
-        }
-        for sum in mean {
-            *sum /= *count as f64;
-        }
+    let known = trained.numbers.iter().zip(&trained.labels).filter(|(_, label)| usize::from(**label) < classes);
+    let places = known.map(|(numbers, &label)| (projection.place(numbers).into_iter(), label));
+    let (means, counts) = lda::means(places, classes, projection.biases.len());
+    if let Some(class) = counts.iter().position(|&count| count == 0) {
+        let name = model.labels().get(class).map_or_else(String::new, |label| label.to_string());
+        return Err(format!("no sample of class {name}, expected some of every class"));
     }
     let distance = |numbers: &Vec<i16>| {
         let class = usize::from(model.classify(&padded(numbers)));
@@ -416,57 +406,41 @@ pub fn without(words: &[u32]) -> Result<Vec<u32>, String> {
     if !model.is_calibrated() {
         return Ok(words.to_vec());
     }
-    let labels = words[6] as usize / 2;
-    let end = words[labels - 1] as usize;
-    let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    let text = text_of(&model, &bytes[4 * labels..]);
-    bytes.truncate(2 * end);
-    bytes.extend(text);
-    let mut words = words_of(bytes);
-    words[6] = end as u32;
-    words[7] &= !FLAG;
-    Ok(sealed(words))
+    rebuilt(&model, words, words[words[6] as usize / 2 - 1], None)
 }
 
 /// Returns a file without calibration with this one.
 pub(crate) fn with_part(words: &[u32], part: &[u16]) -> Result<Vec<u32>, String> {
     let model = Model::from_words(words).map_err(|error| error.to_string())?;
-    let end = words[6];
-    let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-    let text = text_of(&model, &bytes[2 * end as usize..]);
-    bytes.truncate(2 * end as usize);
-    bytes.resize(bytes.len().next_multiple_of(4), 0);
-    bytes.extend(part.iter().flat_map(|half| half.to_le_bytes()));
-    bytes.extend(end.to_le_bytes());
-    let labels = bytes.len() / 2;
-    bytes.extend(text);
-    let mut words = words_of(bytes);
-    words[6] = u32::try_from(labels).map_err(|_| "expected a model below 8 GiB")?;
-    words[7] |= FLAG;
-    let words = sealed(words);
+    let words = rebuilt(&model, words, words[6], Some(part))?;
     Model::from_words(&words).map_err(|error| format!("cannot be calibrated: {error}"))?;
     Ok(words)
 }
 
-/// Returns labels and training facts without the padding behind them.
-fn text_of(model: &Model, bytes: &[u8]) -> Vec<u8> {
+/// Returns a file with its content up to the half `end`, this calibration behind it, if there is one, and its labels
+/// and training facts.
+fn rebuilt(model: &Model, words: &[u32], end: u32, part: Option<&[u16]>) -> Result<Vec<u32>, String> {
+    let mut bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let labels = model.labels();
     let names = (0..labels.len()).filter_map(|class| labels.get(class)).map(|label| 1 + label.bytes().len());
+    // Without the padding behind them.
     let length = names.sum::<usize>() + 2 + labels.training().bytes().len();
-    bytes[..length].to_vec()
-}
-
-/// Returns bytes as words; zeros fill the last one.
-fn words_of(mut bytes: Vec<u8>) -> Vec<u32> {
+    let text = bytes[2 * words[6] as usize..][..length].to_vec();
+    bytes.truncate(2 * end as usize);
+    if let Some(part) = part {
+        bytes.resize(bytes.len().next_multiple_of(4), 0);
+        bytes.extend(part.iter().flat_map(|half| half.to_le_bytes()));
+        bytes.extend(end.to_le_bytes());
+    }
+    let start = u32::try_from(bytes.len() / 2).map_err(|_| "expected a model below 8 GiB")?;
+    bytes.extend(text);
     bytes.resize(bytes.len().next_multiple_of(4), 0);
-    bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect()
-}
-
-/// Returns a file with its length and checksum.
-fn sealed(mut words: Vec<u32>) -> Vec<u32> {
+    let mut words: Vec<u32> = bytes.as_chunks::<4>().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    words[6] = start;
+    words[7] = if part.is_some() { words[7] | FLAG } else { words[7] & !FLAG };
     words[2] = words.len() as u32;
     words[1] = crc(&words);
-    words
+    Ok(words)
 }
 
 #[cfg(test)]

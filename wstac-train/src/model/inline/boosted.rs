@@ -46,7 +46,6 @@ impl Score {
 struct Scorer<'a> {
     short: bool,
     single: bool,
-    bases: &'a Bases,
     writer: Writer<'a>,
     functions: String,
 }
@@ -54,12 +53,13 @@ struct Scorer<'a> {
 /// Returns the functions that score, and `classify`.
 pub(super) fn body(sums: &Sums, classes: usize) -> String {
     let bases = Bases::of(sums.scores.iter().flat_map(|(_, trees)| trees), BASES);
-    let leaf = |bits| number(sums.short, bits);
+    let leaf = |bits| {
+        if sums.short { format!("{}_i32", bits as i32) } else { format!("f32::from_bits({bits:#010x})") }
+    };
     let leaf_type = if sums.short { "i32" } else { "f32" };
     let mut scorer = Scorer {
         short: sums.short,
         single: sums.scores.len() == 1,
-        bases: &bases,
         writer: Writer { bases: &bases, leaf_type, leaf: &leaf, functions: String::new(), count: 0 },
         functions: String::new(),
     };
@@ -90,13 +90,13 @@ pub(super) fn body(sums: &Sums, classes: usize) -> String {
 impl Scorer<'_> {
     /// Writes the functions of a score's first trees, and their calls.
     fn first(&mut self, answer: &mut String, number: usize, score: &Score) {
-        let _ = writeln!(answer, "    let s{number} = {};", self.number(score.start));
+        let _ = writeln!(answer, "    let s{number} = {};", (self.writer.leaf)(score.start));
         let trees: Vec<&Vec<Part>> = score.trees[..score.first()].iter().collect();
         for (chunk, these) in chunks(&trees).into_iter().enumerate() {
             let name = format!("first_{number}_{chunk}");
             let _ = writeln!(answer, "    let s{number} = {name}(s, bases, s{number});");
             let kind = self.writer.leaf_type;
-            self.functions += &head(&name, self.bases, &format!(", mut sum: {kind}"), &format!(" -> {kind}"));
+            self.functions += &head(&name, self.writer.bases, &format!(", mut sum: {kind}"), &format!(" -> {kind}"));
             for tree in these {
                 self.add(tree);
             }
@@ -113,7 +113,8 @@ impl Scorer<'_> {
         let mut chunks = chunks(&trees).into_iter().enumerate().peekable();
         while let Some((chunk, these)) = chunks.next() {
             let more = format!(", mut sum: {kind}, highest: {kind}");
-            self.functions += &head(&format!("rest_{number}_{chunk}"), self.bases, &more, &format!(" -> {kind}"));
+            self.functions +=
+                &head(&format!("rest_{number}_{chunk}"), self.writer.bases, &more, &format!(" -> {kind}"));
             for tree in these {
                 if at > start && (at - start).is_multiple_of(step) {
                     self.check(score.rests[at]);
@@ -197,18 +198,9 @@ impl Scorer<'_> {
 
     /// Returns a sum with a number added, as Rust.
     fn plus(&self, sum: &str, bits: u32) -> String {
-        let number = self.number(bits);
+        let number = (self.writer.leaf)(bits);
         if self.short { format!("{sum}.wrapping_add({number})") } else { format!("{sum} + {number}") }
     }
-
-    fn number(&self, bits: u32) -> String {
-        number(self.short, bits)
-    }
-}
-
-/// Returns the bits of a sum as Rust.
-fn number(short: bool, bits: u32) -> String {
-    if short { format!("{}_i32", bits as i32) } else { format!("f32::from_bits({bits:#010x})") }
 }
 
 /// Returns a start and trees of int16 leaves so that the smallest leaf of every tree is 0.

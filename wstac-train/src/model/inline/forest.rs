@@ -1,7 +1,6 @@
 //! Forests: groups of trees vote, and between the groups the code checks whether a class has already won.
 
-use std::collections::BTreeMap;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write;
 
 use super::super::integers::Part;
@@ -85,13 +84,12 @@ impl Count {
             return String::new();
         }
         let mut body = String::new();
-        for word in 0..self.words {
+        let short = Self::short(trees);
+        for (word, class) in (0..self.words).zip((0..).step_by(CLASSES_A_WORD)) {
             let _ = writeln!(
                 body,
-                "    let over = all[{word}].wrapping_add({}) & 0x8080_8080;\n    \
-                 if over != 0 {{\n        return {}_u8.wrapping_add((over.trailing_zeros() / 8) as u8);\n    }}",
-                Self::short(trees),
-                CLASSES_A_WORD * word
+                "    let over = all[{word}].wrapping_add({short}) & 0x8080_8080;\n    \
+                 if over != 0 {{\n        return {class}_u8.wrapping_add((over.trailing_zeros() / 8) as u8);\n    }}"
             );
         }
         format!(
@@ -192,22 +190,14 @@ fn one_group(
     let mut text =
         head(&format!("group_{group}"), writer.bases, &format!(", votes: &mut [u32; {}]", count.words), gives);
     let words: Vec<String> = (0..count.words).map(|word| format!("v{word}")).collect();
+    let (kept, won) = (words.join(", "), count.majority(all));
     if count.is_packed() {
-        let _ = writeln!(
-            text,
-            "    let [{}] = *votes;",
-            words.iter().map(|word| format!("mut {word}")).collect::<Vec<_>>().join(", ")
-        );
+        let _ = writeln!(text, "    let [mut {}] = *votes;", words.join(", mut "));
     }
     for (number, tree) in (start..).zip(trees) {
         let since = number.saturating_sub(all / 2 + 1);
         if count.can_win(number, all) && number > start && since.is_multiple_of((all / MAJORITIES).max(1)) {
-            let _ = writeln!(
-                text,
-                "    if {} {{\n        *votes = [{}];\n        return true;\n    }}",
-                count.majority(all),
-                words.join(", ")
-            );
+            let _ = writeln!(text, "    if {won} {{\n        *votes = [{kept}];\n        return true;\n    }}");
         }
         let leaves: BTreeSet<u32> =
             tree.iter().filter_map(|part| if let Part::Leaf(leaf) = part { Some(*leaf) } else { None }).collect();
@@ -228,10 +218,10 @@ fn one_group(
         text += "    }\n";
     }
     if count.is_packed() {
-        let _ = writeln!(text, "    *votes = [{}];", words.join(", "));
+        let _ = writeln!(text, "    *votes = [{kept}];");
     }
     if can_win {
-        let _ = writeln!(text, "    {}", count.majority(all));
+        let _ = writeln!(text, "    {won}");
     }
     text + "}\n"
 }

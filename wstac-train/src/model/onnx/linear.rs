@@ -37,11 +37,8 @@ pub(super) fn rows(node: &Node, before: &Before) -> Result<(Vec<Row>, Vec<String
         || coefficients.is_empty()
         || !coefficients.len().is_multiple_of(count)
     {
-        let counts = (coefficients.len(), intercepts.len());
-        return Err(format!(
-            "LinearClassifier: {} coefficients and {} intercepts for {classes} classes",
-            counts.0, counts.1
-        ));
+        let (found, biases) = (coefficients.len(), intercepts.len());
+        return Err(format!("LinearClassifier: {found} coefficients and {biases} intercepts for {classes} classes"));
     }
     let rows = coefficients.chunks(coefficients.len() / count).enumerate().map(|(row, weights)| Row {
         weights: weights.iter().map(|&weight| f64::from(weight)).collect(),
@@ -96,22 +93,15 @@ pub(super) fn svm(node: &Node, mut before: Before) -> Result<Read, String> {
     let fits =
         count > 0 && vectors.len().is_multiple_of(count) && Some(coefficients.len()) == count.checked_mul(classes - 1);
     if !fits || rho.len() != pairs {
-        let found = (vectors.len(), coefficients.len(), rho.len());
+        let [numbers, factors, rho] = [vectors.len(), coefficients.len(), rho.len()];
         return Err(format!(
-            "SVMClassifier: {} numbers of {count} support vectors, {} coefficients and {} rho do not belong together",
-            found.0, found.1, found.2
+            "SVMClassifier: {numbers} numbers of {count} support vectors, {factors} coefficients and {rho} rho do not \
+             belong together"
         ));
     }
     let taken = vectors.len() / count;
     // There may be many pairs, so the number of inputs must be limited.
     let inputs = before.inputs(Some(taken))?;
-    let starts: Vec<usize> = counts
-        .iter()
-        .scan(0, |start, &count| {
-            *start += count;
-            Some(*start - count)
-        })
-        .collect();
     let mut rows = Vec::with_capacity(pairs);
     // Coefficients are rounded to float32, and multiply sums of many products, which cancel if all vectors are alike.
     let usual = before.applied(vec![usual_mean(inputs); inputs]);
@@ -123,7 +113,8 @@ pub(super) fn svm(node: &Node, mut before: Before) -> Result<Read, String> {
             let mut row = Row { weights: vec![0.0; taken], bias: f64::from(rho[rows.len()]) };
             // libsvm keeps a vector's coefficients against the other classes in rows, without its own class.
             for (class, line) in [(first, second - 1), (second, first)] {
-                for vector in starts[class]..starts[class] + counts[class] {
+                let start: usize = counts[..class].iter().sum();
+                for vector in start..start + counts[class] {
                     let coefficient = f64::from(coefficients[line * count + vector]);
                     variance += (coefficient * products[vector] * FLOAT32_SPREAD).powi(2);
                     if coefficient != 0.0 {

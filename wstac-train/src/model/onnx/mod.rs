@@ -24,7 +24,7 @@ use self::proto::{Attribute, Graph, Node};
 use self::steps::Before;
 use self::tensor::Tensor;
 use super::trained::{Kind, Origin, Score, Trained, Tree, guess_task};
-use wstac_core::model::file::Input;
+use wstac_core::model::file::{Input, MOST_CLASSES};
 
 const CLASSIFIERS: [&str; 4] = ["TreeEnsembleClassifier", "TreeEnsemble", "LinearClassifier", "SVMClassifier"];
 const UNDERSTOOD: &str = "TreeEnsembleClassifier, TreeEnsemble, LinearClassifier, SVMClassifier (linear kernel), \
@@ -153,11 +153,8 @@ fn thresholds(node: &Node, name: &str) -> Result<Vec<f64>, String> {
     let list = match tensor.map(Tensor::of).transpose()? {
         Some(tensor) if matches!(tensor.kind, tensor::FLOAT | tensor::DOUBLE) => tensor.floats,
         Some(tensor) => {
-            let kind = tensor.kind;
-            return Err(format!(
-                "{}: {name} is a tensor of type {kind}, expected float (1) or double (11)",
-                node.op_type()
-            ));
+            let (node, kind) = (node.op_type(), tensor.kind);
+            return Err(format!("{node}: {name} is a tensor of type {kind}, expected float (1) or double (11)"));
         }
         None => attribute(node, name).map_or_else(Vec::new, |list| list.floats.iter().map(|&x| f64::from(x)).collect()),
     };
@@ -189,12 +186,8 @@ fn labels(node: &Node, integer_names: &str) -> Result<Vec<String>, String> {
     let texts = attribute(node, "classlabels_strings").map_or(&[][..], |attribute| &attribute.strings);
     let numbers = integers(node, integer_names);
     let count = texts.len().max(numbers.len());
-    if count == 0 || count > wstac_core::model::file::MOST_CLASSES {
-        return Err(format!(
-            "{}: {count} labels, expected 1 to {}",
-            node.op_type(),
-            wstac_core::model::file::MOST_CLASSES
-        ));
+    if count == 0 || count > MOST_CLASSES {
+        return Err(format!("{}: {count} labels, expected 1 to {MOST_CLASSES}", node.op_type()));
     }
     if texts.is_empty() {
         return Ok(numbers.iter().map(i64::to_string).collect());

@@ -81,7 +81,7 @@ pub(super) fn body(model: &Boosted, classes: usize, inputs: usize, leaves: Leave
     let (tree_halves, shift) = lay_out(&trees, size, input_for(inputs))?;
     halves.extend(tree_halves);
     let (count, exactness) = (trees.len() as u16, sums.exactness);
-    Ok(Body { kind: 4, number, trees: count, shift, halves, exactness, score_bound: 0.0 })
+    Ok(Body { kind: 4, number, trees: count, shift, halves, exactness, ..Body::default() })
 }
 
 /// Returns the scale that makes the largest leaf 32 767, or less so that starts and sums fit in 32 bits.

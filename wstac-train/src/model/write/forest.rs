@@ -85,15 +85,8 @@ pub(super) fn body(trees: &[Tree<Leaf>], classes: usize, inputs: usize) -> Resul
     push_long(&mut halves, super::length(votes.table.len())?);
     halves.extend(votes.table);
     halves.extend(tree_halves);
-    Ok(Body {
-        kind: 3,
-        number: 0,
-        trees: trees.len() as u16,
-        shift,
-        halves,
-        exactness: votes.exactness,
-        score_bound: 0.0,
-    })
+    let (count, exactness) = (trees.len() as u16, votes.exactness);
+    Ok(Body { kind: 3, trees: count, shift, halves, exactness, ..Body::default() })
 }
 
 /// Returns the smallest common denominator of all fractions, or `None` if it is above `most`.

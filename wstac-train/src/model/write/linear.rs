@@ -116,7 +116,8 @@ fn body_of(
         warning
     );
     let kind = if model.pairs { 2 } else { 1 };
-    Ok((Body { kind, number: number_of(width), trees: 0, shift: 0, halves, exactness, score_bound: usual }, is_unsure))
+    let body = Body { kind, number: number_of(width), halves, exactness, score_bound: usual, ..Body::default() };
+    Ok((body, is_unsure))
 }
 
 /// Appends rows of weights in the order of a file, and their biases.

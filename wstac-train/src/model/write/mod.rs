@@ -75,6 +75,7 @@ impl Written {
 }
 
 /// The part of the file between header and labels, which depends on the kind.
+#[derive(Default)]
 struct Body {
     kind: u16,
     number: u16,

@@ -57,7 +57,7 @@ pub(super) fn body(
         widths.join(", "),
         1.0 / unit
     );
-    Ok(Body { kind: 5, number, trees: 0, shift: 0, halves, exactness, score_bound: 0.0 })
+    Ok(Body { kind: 5, number, halves, exactness, ..Body::default() })
 }
 
 fn check(network: &Network, classes: usize, frames: usize) -> Result<(), String> {
