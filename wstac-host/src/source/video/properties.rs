@@ -238,7 +238,10 @@ pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
             "is a list of other files, or none of the formats of videos; expected a video"
         }
         // ffprobe begins with the name of the file.
-        Some(line) => &format!("ffmpeg cannot read it: {}", line.trim_start_matches(&format!("file:{subject}: "))),
+        Some(line) => {
+            let line = line.trim_start_matches(&format!("file:{subject}: "));
+            &format!("ffmpeg cannot read it: {line}, so it has no frames")
+        }
     };
     Err(Error::new(ErrorKind::Format, subject, why))
 }
