@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use wstac_core::model::file::Task;
 
 use super::output::Stop;
-use super::source_arguments::at_least;
+use super::values::at_least;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, rounded, with_deviation};
 use wstac_host::model_file::ModelFile;
