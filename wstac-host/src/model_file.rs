@@ -136,10 +136,7 @@ impl ModelFile {
             Some([b'W', b'S', b'M', version]) => {
                 return Err(Error::with_cause(ErrorKind::Format, about, ModelError::Version(*version)));
             }
-            _ => {
-                let message = not_a_model(Path::new(&about));
-                return Err(Error::new(ErrorKind::Format, about, message).caused_by(ModelError::Magic));
-            }
+            _ => return Err(Error::new(ErrorKind::Format, &about, not_a_model(&about)).caused_by(ModelError::Magic)),
         }
         let (words, rest) = bytes.as_chunks::<4>();
         if !rest.is_empty() {
@@ -178,10 +175,10 @@ impl ModelFile {
 }
 
 /// Returns the message about a file that is no model file. One of a trainer is imported first.
-fn not_a_model(file: &Path) -> String {
-    let is_of_trainer = file.extension().is_some_and(|ending| ["onnx", "ubj", "json"].iter().any(|own| ending == *own));
-    let (given, made) = (file.display(), file.with_extension("wsm"));
-    let help = format!("; help: wstac model import {given} -o {}", made.display());
+fn not_a_model(name: &str) -> String {
+    let is_of_trainer = [".onnx", ".ubj", ".json"].iter().any(|ending| name.ends_with(ending));
+    let made = Path::new(name).with_extension("wsm");
+    let help = format!("; help: wstac model import {name} -o {}", made.display());
     format!("{}{}", ModelError::Magic, if is_of_trainer { &help } else { "" })
 }
 

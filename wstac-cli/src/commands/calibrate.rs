@@ -278,8 +278,9 @@ fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
     Ok((Box::new(board), info))
 }
 
-/// Measures a key of `[layout]` through the layout of the configuration, and writes it there: `take` has each event, and
-/// `found` returns what was measured.
+/// Measures a key of `[layout]` through the layout of the configuration, and writes it there.
+///
+/// `take` has each event, and `found` returns what was measured.
 fn layout_key<W, T>(
     arguments: &Arguments,
     watch: impl FnOnce(FrameGeometry<Any>) -> W,

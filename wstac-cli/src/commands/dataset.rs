@@ -59,8 +59,8 @@ pub(super) struct Arguments {
 
     /// Write a data set of LeRobot v3.0 to this new folder
     ///
-    /// Each recording or scene is an episode, as described below. It needs ffmpeg and the Python package: install the
-    /// wheel with [lerobot] (see docs/SETS.md).
+    /// It needs ffmpeg and the Python package: install the wheel with [lerobot] (docs/SETS.md). Each recording or scene
+    /// is an episode, as described below.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "input", "units", "threads", "test", "force"])]
     lerobot: Option<PathBuf>,
 

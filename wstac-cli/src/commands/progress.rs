@@ -10,7 +10,7 @@ use super::output::note;
 /// The time between two lines if standard error is no terminal.
 const BETWEEN_LINES: Duration = Duration::from_mins(1);
 
-/// A line on standard error that is overwritten, and cleared at the end. If standard error is no terminal, it is not shown.
+/// A line on standard error that is overwritten, and cleared at the end. It is shown on terminals only.
 pub(super) struct OverwrittenLine {
     pub(super) is_terminal: bool,
 }
@@ -33,8 +33,8 @@ impl Drop for OverwrittenLine {
     }
 }
 
-/// The progress of counted work: an overwritten line. If standard error is no terminal, there is a line at the start and
-/// one each minute; the result of the command is the line at the end.
+/// The progress of counted work: an overwritten line. If standard error is no terminal, there is a line at the start
+/// and one each minute; the result of the command is the line at the end.
 pub(super) struct ProgressLine {
     /// The counted things: slides or recordings.
     what: &'static str,

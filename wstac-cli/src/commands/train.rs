@@ -260,11 +260,8 @@ fn text(out: &mut impl Write, trained: &TrainedModel) -> Result<(), Stop> {
     for (class, label) in trial.labels.iter().enumerate() {
         let [right, of] = trial.of_class(class);
         let label = OneLine(label).to_string();
-        writeln!(
-            out,
-            "  {label:<10} {:<24} {right} of {of}",
-            if of == 0 { "no slide".into() } else { percent(right, of) }
-        )?;
+        let share = if of == 0 { "no slide".into() } else { percent(right, of) };
+        writeln!(out, "  {label:<10} {share:<24} {right} of {of}")?;
     }
     if trial.without_answer() > 0 {
         let slides = counted(trial.without_answer(), "slide");
