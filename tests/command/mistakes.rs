@@ -1,6 +1,6 @@
 //! Tests what the command says after common mistakes: it names what was probably meant.
 
-use wstac_tests::command::{run, said};
+use wstac_tests::command::{good, run, said};
 use wstac_tests::folder::Folder;
 
 use crate::monitor::board;
@@ -59,7 +59,7 @@ fn files_of_another_kind_say_what_to_do_with_them() {
         assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
         assert!(said(&done).contains(expected), "{arguments:?}: {}", said(&done));
     }
-    assert!(said(&run(&["run", &format!("board:{sent}")])).contains("event"));
+    assert!(good(&["run", &format!("board:{sent}")]).contains("event at frame "));
 }
 
 #[test]
