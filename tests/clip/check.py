@@ -288,6 +288,11 @@ class Clips:
         nothing, sound = self.at / "a.mp4", self.at / "b.mkv"
         nothing.write_text("nothing\n")
         self.says(f"{nothing}: ffmpeg cannot read it: ", nothing)
+        nothing.write_bytes(b"")
+        self.says(", so it has no frames\n", nothing)
+        begun = self.make(*X264, "-movflags", "+faststart", to="begun.mp4")
+        begun.write_bytes(begun.read_bytes().split(b"mdat")[0] + b"mdat" + bytes(99))
+        self.says(f"{begun}: no frame can be decoded: ", begun)
         absurd = self.make("-vf", "settb=1/90000,setpts=N", *UNEVEN, "1:90000", *X264, "-video_track_timescale", "90000", to="absurd.mp4")
         self.says("frames per second, expected 0.5 to 1000; state the rate with --fps", absurd)
         ffmpeg("-f", "lavfi", "-i", "sine=duration=0.1", sound)

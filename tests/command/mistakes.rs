@@ -1,6 +1,9 @@
 //! Tests what the command says after common mistakes: it names what was probably meant.
 
-use wstac_tests::command::{run, said};
+use wstac_tests::command::{good, run, said};
+use wstac_tests::folder::Folder;
+
+use crate::monitor::board;
 
 #[test]
 fn a_command_with_a_typo_is_suggested() {
@@ -27,11 +30,45 @@ fn help_about_what_there_is_not_lists_the_topics() {
 }
 
 #[test]
+fn help_about_a_word_names_what_has_it() {
+    for (given, expected) in [
+        ("readout", "help about \"readout\" (the word is in wstac help doctor, "),
+        ("record-to", "(the word is in wstac help serve), expected a command"),
+        ("floor_levels", "(the word is in wstac help config, "),
+    ] {
+        let done = run(&["help", given]);
+        assert_eq!(done.status.code(), Some(2));
+        let said = said(&done);
+        assert!(said.contains(expected) && said.contains("a topic: sources, answers, config, json"), "{said}");
+    }
+}
+
+#[test]
+fn files_of_another_kind_say_what_to_do_with_them() {
+    let folder = Folder::new("files-of-another-kind");
+    let path = |file: &std::path::Path| file.to_str().unwrap().to_owned();
+    let sent = path(&folder.file("board.bin", board::sent("scene:Saw3@150", &[], true, false).frames.concat()));
+    let other = path(&folder.file("notes.txt", "not a source"));
+    let onnx = path(&folder.file("forest.onnx", "not a model file"));
+    for (arguments, expected) in [
+        (&["run", &sent][..], &*format!("; help: it has bytes of a board, which are read as board:{sent}\n")),
+        (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind; expected /dev/video"),
+        (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
+    ] {
+        let done = run(arguments);
+        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
+        assert!(said(&done).contains(expected), "{arguments:?}: {}", said(&done));
+    }
+    assert!(good(&["run", &format!("board:{sent}")]).contains("event at frame "));
+}
+
+#[test]
 fn names_without_their_prefix_are_explained() {
     for (arguments, meant) in [
         (&["run", "Saw3@150"][..], "a simulated slide is scene:Saw3@150"),
         (&["run", "scene:Saw3@150", "--model", "path-svm"], "did you mean builtin:path-svm?"),
         (&["run", "scene:Saw3@150", "--model", "builtin:path-smv"], "did you mean builtin:path-svm?"),
+        (&["run", "scene:Saw3@150", "--model", "bultin"], "bultin: no such file; did you mean builtin?"),
         (&["run", "scene:Saw3@150", "--config", "none.toml"], "none.toml: no such file or folder"),
     ] {
         let done = run(arguments);

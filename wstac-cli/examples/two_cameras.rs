@@ -8,8 +8,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
 use wstac_host::error::{Error, ErrorKind};
@@ -22,9 +21,6 @@ use wstac_host::source::open::{OpenOptions, open};
 use wstac_linux::source::Cameras;
 use wstac_scene::source::Scenes;
 
-/// The number of a sensor, and an output or error of its thread.
-type Said = (usize, Result<Output, Error>);
-
 fn main() -> Result<(), Error> {
     let given: Vec<OsString> = std::env::args_os().skip(1).collect();
     let specs = if given.is_empty() {
@@ -35,48 +31,31 @@ fn main() -> Result<(), Error> {
     let models = [ModelFile::open(Path::new("builtin"))?];
     // Set this to end the threads. Each of them then prints how its stream ended.
     let stop = AtomicBool::new(false);
-    let (sender, receiver) = channel();
-    let mut failed = 0;
+    let failed = AtomicUsize::new(0);
     thread::scope(|scope| {
-        for (sensor, spec) in specs.iter().enumerate() {
-            let (sender, models, stop) = (sender.clone(), &models, &stop);
-            scope.spawn(move || {
-                if let Err(error) = read(sensor, spec, models, stop, &sender) {
-                    // Sending fails only if the receiver is gone; then the error is not needed.
-                    let _ = sender.send((sensor, Err(error)));
+        for spec in &specs {
+            scope.spawn(|| {
+                if let Err(error) = read(spec, &models, &stop) {
+                    failed.fetch_add(1, Ordering::Relaxed);
+                    eprintln!("{error}");
                 }
             });
         }
-        // Each thread has its own sender, so the channel closes when the last thread ends.
-        drop(sender);
-        for (sensor, said) in receiver {
-            match said {
-                Ok(output) => print(&specs[sensor], &output),
-                Err(error) => {
-                    failed += 1;
-                    eprintln!("{error}");
-                }
-            }
-        }
     });
-    if failed == 0 {
-        Ok(())
-    } else {
-        Err(Error::new(ErrorKind::Data, "two_cameras", format_args!("{failed} of {} sensors failed", specs.len())))
+    match failed.into_inner() {
+        0 => Ok(()),
+        failed => {
+            let message = format_args!("{failed} of {} sensors failed", specs.len());
+            Err(Error::new(ErrorKind::Data, "two_cameras", message))
+        }
     }
 }
 
-/// Reads one sensor to its end, or until `stop`.
+/// Reads one sensor to its end, or until `stop`, and prints its outputs.
 ///
 /// # Errors
 /// Returns an error if the source cannot be opened or read any further.
-fn read(
-    sensor: usize,
-    spec: &OsStr,
-    models: &[ModelFile],
-    stop: &AtomicBool,
-    sender: &Sender<Said>,
-) -> Result<(), Error> {
+fn read(spec: &OsStr, models: &[ModelFile], stop: &AtomicBool) -> Result<(), Error> {
     // If this program is slower than the camera, older frames are skipped and counted as lost.
     let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
     let source = open(spec, &options, &[&Cameras, &Scenes])?;
@@ -85,11 +64,7 @@ fn read(
     // `Output::Fault` and not an error: the session waits for it.
     while !stop.load(Ordering::Relaxed) {
         match session.poll()? {
-            Poll::Output(output) => {
-                sender
-                    .send((sensor, Ok(output)))
-                    .map_err(|_| Error::new(ErrorKind::Usage, spec.display(), "nobody takes its outputs"))?;
-            }
+            Poll::Output(output) => print(spec, &output),
             Poll::Waiting => {}
             Poll::Over => return Ok(()),
         }

@@ -72,27 +72,23 @@ impl ModelFile {
         let is_best = name == Path::new(BEST);
         let about = if is_best { format!("{BUILT_IN}{BEST_OF_ALL}") } else { name.display().to_string() };
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
-            let is_known = MODELS.iter().any(|(known, _)| *known == about);
-            return match file_bytes(name) {
-                Err(error) if error.kind() == ErrorKind::NotFound && is_known => {
-                    let message = format_args!("no such file; did you mean {BUILT_IN}{about}?");
+            return match (file_bytes(name), Self::meant(&about)) {
+                (Err(error), Some(meant)) if error.kind() == ErrorKind::NotFound => {
+                    let message = format_args!("no such file; did you mean {meant}?");
                     Err(Error::new(ErrorKind::NotFound, &about, message).caused_by(error))
                 }
-                read => Self::of_bytes(about, &read?),
+                (read, _) => Self::of_bytes(about, &read?),
             };
         };
         let found = MODELS.iter().find(|(name, _)| *name == built_in);
         let (_, bytes) = found.ok_or_else(|| {
             if MODELS.is_empty() {
-                return Error::new(
-                    ErrorKind::Unsupported,
-                    &about,
-                    "this build comes without models: build with the feature builtin-models",
-                );
+                let message = "this build comes without models: build with the feature builtin-models";
+                return Error::new(ErrorKind::Unsupported, &about, message);
             }
-            let expected = nearest(built_in, Self::names()).map_or_else(
+            let expected = Self::meant(built_in).map_or_else(
                 || format!(", expected {}", Self::full_names().collect::<Vec<_>>().join(", ")),
-                |name| format!("; did you mean {BUILT_IN}{name}?"),
+                |meant| format!("; did you mean {meant}?"),
             );
             Error::new(ErrorKind::NotFound, &about, format_args!("is no model that comes with wstac{expected}"))
         })?;
@@ -114,6 +110,12 @@ impl ModelFile {
         std::iter::once(BEST.to_owned()).chain(Self::names().map(|name| format!("{BUILT_IN}{name}")))
     }
 
+    /// Returns the full name of the model that comes with the program whose name is nearest to this one.
+    fn meant(given: &str) -> Option<String> {
+        let name = nearest(given, std::iter::once(BEST).chain(Self::names()))?;
+        Some(if name == BEST { BEST.to_owned() } else { format!("{BUILT_IN}{name}") })
+    }
+
     /// Takes the bytes of a model file; `about` is its name for messages. [`ModelFile::model`] checks the content.
     ///
     /// # Errors
@@ -125,15 +127,12 @@ impl ModelFile {
             Some([b'W', b'S', b'M', version]) => {
                 return Err(Error::with_cause(ErrorKind::Format, about, ModelError::Version(*version)));
             }
-            _ => return Err(Error::with_cause(ErrorKind::Format, about, ModelError::Magic)),
+            _ => return Err(Error::new(ErrorKind::Format, &about, not_a_model(&about)).caused_by(ModelError::Magic)),
         }
         let (words, rest) = bytes.as_chunks::<4>();
         if !rest.is_empty() {
-            return Err(Error::new(
-                ErrorKind::Format,
-                about,
-                format_args!("{} bytes, expected a multiple of four", bytes.len()),
-            ));
+            let message = format_args!("{} bytes, expected a multiple of four", bytes.len());
+            return Err(Error::new(ErrorKind::Format, about, message));
         }
         Ok(Self { about, words: words.iter().map(|word| u32::from_le_bytes(*word)).collect() })
     }
@@ -164,6 +163,14 @@ impl ModelFile {
         let model = OwnedModel::try_new(Arc::clone(&self.words), |words| Model::from_words(words));
         model.map(Arc::new).map_err(|error| Error::with_cause(ErrorKind::Format, &self.about, error))
     }
+}
+
+/// Returns the message about a file that is no model file. One of a trainer is imported first.
+fn not_a_model(name: &str) -> String {
+    let is_of_trainer = [".onnx", ".ubj", ".json"].iter().any(|ending| name.ends_with(ending));
+    let made = Path::new(name).with_extension("wsm");
+    let help = format!("; help: wstac model import {name} -o {}", made.display());
+    format!("{}{}", ModelError::Magic, if is_of_trainer { &help } else { "" })
 }
 
 /// Returns the content of a model file or of a trainer's file.

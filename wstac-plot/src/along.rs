@@ -5,7 +5,7 @@ use wstac_core::rate::FrameRate;
 
 use super::arrival::arrivals;
 use super::event::Found;
-use crate::axes::{Axes, Span, number};
+use crate::axes::{Axes, Span, extent, number};
 use crate::style::{INK, ORDERED, SIZE, THICK};
 use crate::svg::{Anchor, Drawing, Look, Marker};
 
@@ -64,9 +64,7 @@ pub(super) fn caption(found: &Found) -> &'static str {
 /// Draws a point per taxel, and the straight line of the event's speed.
 pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2], size: [f64; 2]) {
     let titles = ["d  Arrival along the motion", "place along the motion (mm)", "frame of the sample"];
-    let arrivals = arrivals(found);
-    let known = || arrivals.iter().flatten().copied();
-    let [first, last] = [known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max)];
+    let [first, last] = extent(arrivals(found).into_iter().flatten());
     let reach = REACH * found.pitch_mm;
     let frames = if first <= last { [first - 1.0, last + 1.0] } else { [0.0, 1.0] };
     let panel = Axes::new([left, top], size, Span::linear([-reach, reach]), Span::linear(frames));

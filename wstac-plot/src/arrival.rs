@@ -5,6 +5,7 @@ use wstac_core::params::{COLUMNS, TAXELS};
 use wstac_host::json::angle;
 
 use super::event::Found;
+use crate::axes::extent;
 use crate::style::{GRAY, INK, PALE, SIZE, THIN, TITLE, shade};
 use crate::svg::{Anchor, Drawing};
 
@@ -23,18 +24,14 @@ pub(super) fn arrivals(found: &Found) -> [Option<f64>; TAXELS] {
         let frames = (0_u8..).zip(&found.taxels);
         frames.filter_map(move |(frame, taxels)| Some((f64::from(frame), f64::from((*taxels)?[taxel]))))
     };
-    let span = |taxel: usize| {
-        lights(taxel)
-            .fold((f64::INFINITY, 0.0), |(low, high): (f64, f64), (_, light)| (low.min(light), high.max(light)))
-    };
     let rise = |taxel: usize| {
-        let (low, high) = span(taxel);
-        (high - low).max(0.0)
+        let [low, high] = extent(lights(taxel).map(|(_, light)| light));
+        (low, (high - low).max(0.0))
     };
-    let most = (0..TAXELS).map(rise).fold(0.0, f64::max);
+    let most = (0..TAXELS).map(|taxel| rise(taxel).1).fold(0.0, f64::max);
     let mut arrivals = [None; TAXELS];
     for (taxel, arrival) in arrivals.iter_mut().enumerate() {
-        let (low, rise) = (span(taxel).0, rise(taxel));
+        let (low, rise) = rise(taxel);
         if rise <= DARK * most || most <= 0.0 {
             continue;
         }
@@ -54,9 +51,7 @@ pub(super) fn draw(drawing: &mut Drawing, found: &Found, [left, top]: [f64; 2]) 
     drawing.text([left, top - 18.0], TITLE, Anchor::Start, "c  Light at each taxel");
     drawing.text([left, top - 6.0], SIZE, Anchor::Start, "centroid, frames of the sample");
     let arrivals = arrivals(found);
-    let known = arrivals.iter().flatten();
-    let first = known.clone().copied().fold(f64::INFINITY, f64::min);
-    let last = known.copied().fold(f64::NEG_INFINITY, f64::max);
+    let [first, last] = extent(arrivals.into_iter().flatten());
     for (taxel, arrival) in arrivals.iter().enumerate() {
         let at = [left + SIDE * (taxel % COLUMNS) as f64, top + SIDE * (taxel / COLUMNS) as f64];
         let middle = [at[0] + SIDE / 2.0, at[1] + SIDE / 2.0 + 0.35 * SIZE];

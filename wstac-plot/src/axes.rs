@@ -46,8 +46,7 @@ impl Span {
 
     /// Returns a linear span that holds these numbers and a little more, or `None` if there is no number.
     pub fn around(numbers: impl Iterator<Item = f64>) -> Option<Self> {
-        let [least, most] =
-            numbers.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], n| [least.min(n), most.max(n)]);
+        let [least, most] = extent(numbers);
         // Numbers that are all the same also have a span.
         let room = (0.06 * (most - least)).max(1e-3);
         (least.is_finite() && most.is_finite()).then(|| Self::linear([least - room, most + room]))
@@ -326,6 +325,12 @@ impl Axes {
     }
 }
 
+/// Returns the least and the largest number; infinite ends if there is none.
+pub(crate) fn extent(numbers: impl IntoIterator<Item = f64>) -> [f64; 2] {
+    let none = [f64::INFINITY, f64::NEG_INFINITY];
+    numbers.into_iter().fold(none, |[least, most], number| [least.min(number), most.max(number)])
+}
+
 /// Returns places near `wanted`, in the same order, at least `apart` from each other, and within bounds if these have
 /// room.
 pub(crate) fn spread(wanted: &[f64], apart: f64, [low, high]: [f64; 2]) -> Vec<f64> {
@@ -343,8 +348,7 @@ pub(crate) fn spread(wanted: &[f64], apart: f64, [low, high]: [f64; 2]) -> Vec<f
                 moved = true;
             }
         }
-        let least = places.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = places.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let [least, most] = extent(places.iter().copied());
         let shift = (low - least).max(0.0) + (high - most).min(0.0);
         for place in &mut places {
             *place += shift;

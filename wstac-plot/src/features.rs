@@ -5,7 +5,7 @@ use wstac_core::params::{ROWS, SAMPLE_FRAMES};
 use wstac_host::output::FEATURE_NAMES;
 
 use super::event::Found;
-use crate::axes::{Axes, Side, Span, spread};
+use crate::axes::{Axes, Side, Span, extent, spread};
 use crate::style::{GRAY, ORDERED, PALE, SIZE, THICK, THIN};
 use crate::svg::{Anchor, Drawing};
 
@@ -17,9 +17,7 @@ const APART: f64 = 12.0;
 /// Returns the range of all ten features and thresholds, so that both panels have the same scale.
 pub(super) fn range(found: &Found) -> [f64; 2] {
     let lit = libm::log(found.lit_threshold.0);
-    let all = found.features.iter().flatten().chain(&found.thresholds).chain([&lit]);
-    let (low, high) =
-        all.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(*value), high.max(*value)));
+    let [low, high] = extent(found.features.iter().flatten().chain(&found.thresholds).copied().chain([lit]));
     let room = 0.06 * (high - low).max(1.0);
     [low - room, high + room]
 }
@@ -97,7 +95,7 @@ fn names(drawing: &mut Drawing, found: &Found, panel: &Axes, first: usize) {
     let own = (first..first + ROWS).zip(0_u8..);
     let centroids: Vec<(u8, f64)> = own.filter_map(|(feature, line)| Some((line, centroid(found, feature)?))).collect();
     let wanted: Vec<f64> = centroids.iter().map(|(_, centroid)| panel.across(*centroid)).collect();
-    let (earliest, last) = wanted.iter().fold((f64::INFINITY, 0.0_f64), |(low, high), x| (low.min(*x), high.max(*x)));
+    let [earliest, last] = extent(wanted.iter().copied());
     // If all are at the same time, noise would decide their order.
     let in_order = (0_u8..).map(|line| earliest + 1e-3 * f64::from(line));
     let wishes = if last - earliest < 2.0 { in_order.take(wanted.len()).collect() } else { wanted.clone() };

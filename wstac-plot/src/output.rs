@@ -54,13 +54,9 @@ impl Format {
         let Some(ending) = path.extension() else { return Ok(Self::Svg) };
         Self::by_ending(path).ok_or_else(|| {
             let names: Vec<String> = Self::ALL.iter().map(|(_, name)| format!(".{name}")).collect();
-            let found = ending.display();
-            let expected = names.join(", ");
-            Error::new(
-                ErrorKind::Usage,
-                path.display(),
-                format_args!("no format of figures (found .{found}, expected one of {expected})"),
-            )
+            let (found, expected) = (ending.display(), names.join(", "));
+            let message = format_args!("no format of figures (found .{found}, expected one of {expected})");
+            Error::new(ErrorKind::Usage, path.display(), message)
         })
     }
 

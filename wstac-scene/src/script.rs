@@ -80,6 +80,9 @@ const DEFAULT_LEAD_IN: u32 = BASELINE_WINDOWS * DEFAULT_WINDOW as u32 + DEFAULT_
 /// Default number of dark frames between slides: the length of a sample.
 pub(crate) const DEFAULT_GAP: u32 = SAMPLE_FRAMES as u32;
 
+/// Every key of a scene's file with its default, and every table of a touch, as `wstac help scene` prints them.
+pub const KEYS: &str = include_str!("keys.txt");
+
 /// A checked scene.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneConfig {

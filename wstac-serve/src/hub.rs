@@ -214,11 +214,8 @@ impl Hub {
             glow: (None, 0),
             order: None,
         };
-        Self {
-            channels: Mutex::new(sensors.map(channel).collect()),
-            clients: AtomicUsize::new(0),
-            is_over: AtomicBool::new(false),
-        }
+        let channels = Mutex::new(sensors.map(channel).collect());
+        Self { channels, clients: AtomicUsize::new(0), is_over: AtomicBool::new(false) }
     }
 
     /// Locks the channels, even if a thread that held them panicked. Nobody waits for a client with them.

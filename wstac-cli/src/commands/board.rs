@@ -10,9 +10,9 @@ use wstac_core::wire::{
     BoardModel, Bootloader, LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, Settings, TextureName,
 };
 
-use super::output::{Stop, note};
+use super::output::{Stop, note, print_json, stdout};
 use super::signals::{Ending, code, finishing};
-use super::source_arguments::at_least;
+use super::values::at_least;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
@@ -284,12 +284,11 @@ fn print(
     model: Option<&BoardModel>,
     json: bool,
 ) -> Result<(), Stop> {
-    let mut out = super::output::stdout();
     let Settings { frame, taxel, corners, trigger, exposure, .. } = settings;
     let real = |bits: u32| f64::from(bits) / 65_536.0;
     let (multiplier, margin) = (real(trigger.multiplier().bits()), real(trigger.margin().bits()));
     if json {
-        let record = Record {
+        return print_json(&Record {
             kind: "board",
             set,
             frame: *frame,
@@ -302,11 +301,9 @@ fn print(
             exposure: *exposure,
             textures: textures.map(|textures| textures.names.iter().flatten().map(TextureName::as_str).collect()),
             model: model.map(ModelRecord::from),
-        };
-        let line = serde_json::to_string(&record)
-            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
-        return Ok(writeln!(out, "{line}")?);
+        });
     }
+    let mut out = stdout();
     writeln!(out, "[layout]\nframe = {frame:?}\ntaxel = {taxel:?}\ncorners = [")?;
     for row in corners.chunks(5) {
         let row: Vec<_> = row.iter().map(|corner| format!("{corner:?}")).collect();

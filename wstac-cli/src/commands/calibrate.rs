@@ -1,16 +1,18 @@
 //! `wstac calibrate` finds the whiskers in the picture and writes them as a configuration file.
 
 use std::ffi::OsString;
-use std::io::{IsTerminal, Write};
+use std::io::Write;
 use std::path::PathBuf;
 use std::sync::atomic::Ordering;
 
 use serde::Serialize;
 
 use super::files::Outputs;
-use super::output::{Stop, note};
+use super::output::{Stop, note, print_json, stdout};
+use super::progress::OverwrittenLine;
 use super::signals::{Ending, finishing};
-use super::source_arguments::{SourceArguments, at_least};
+use super::source_arguments::SourceArguments;
+use super::values::at_least;
 use wstac_core::green::any::Any;
 use wstac_core::taxels::FrameGeometry;
 use wstac_host::config::Config;
@@ -20,14 +22,14 @@ use wstac_host::plural::counted;
 use wstac_host::source::{Frame, FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::text_file::file_text;
 use wstac_setup::calibrate::{Calibration, DIM, UNTOUCHED, Watch};
-use wstac_setup::crosstalk::CrosstalkWatch;
+use wstac_setup::crosstalk::{Crosstalk, CrosstalkWatch};
 use wstac_setup::gains::{self, GainsWatch};
 
 /// Find the 25 whiskers in the picture and write a configuration
 ///
 /// Do not touch the sensor for the first 25 frames (0.8 s). Then press on all whiskers, or slide something over all of
 /// them. Each base that glows becomes a taxel. Presses also tell the readout. Ctrl-C ends a camera earlier.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 #[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
@@ -82,19 +84,7 @@ pub(super) struct Arguments {
 impl Arguments {
     /// Returns those of a calibration that writes this configuration.
     pub(super) fn of(source: OsString, output: PathBuf, options: SourceArguments) -> Self {
-        let (overlay, frames, baud) = (None, None, None);
-        Self {
-            source,
-            output,
-            crosstalk: false,
-            gains: false,
-            overlay,
-            frames,
-            force: false,
-            json: false,
-            baud,
-            options,
-        }
+        Self { source, output, options, ..Self::default() }
     }
 }
 
@@ -222,15 +212,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
-        return Err(Error::new(
-            ErrorKind::Usage,
-            output.display(),
-            "is the name of both configuration and picture, expected two names",
-        )
-        .into());
+        let message = "is the name of both configuration and picture, expected two names";
+        return Err(Error::new(ErrorKind::Usage, output.display(), message).into());
     }
     outputs.check([output, &overlay])?;
-    if arguments.options.readout().is_some() {
+    if arguments.options.readout.is_some() {
         let message = "--readout is what this command measures; leave it out, or write [sensor] readout_ms yourself";
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
     }
@@ -238,7 +224,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     note(&info.about);
     let mut watch = Watch::new(&info)?;
     let is_board = port_of(&arguments.source).is_some();
-    let progress = CalibrationLine::new(is_board);
+    // Every picture of a board is shown: they are slow.
+    let (progress, every) = (OverwrittenLine::new(), if is_board { 1 } else { 15 });
     let lost = read(source.as_mut(), arguments.frames.unwrap_or(600), |event, frames| match event {
         SourceEvent::Frame(Frame { bytes, .. }) => {
             watch.take(bytes);
@@ -246,7 +233,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 // Its pictures are no frames in a row.
                 watch.lose(1);
             }
-            progress.say(&watch, frames);
+            if progress.is_terminal && frames.is_multiple_of(every) {
+                progress.write(state_of(&watch, frames));
+            }
         }
         SourceEvent::Lost { frames, .. } => watch.lose(*frames),
         _ => {}
@@ -289,73 +278,61 @@ fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
     Ok((Box::new(board), info))
 }
 
-/// Opens the source, and returns the geometry of the configuration whose layout gets a key.
-fn open_for_layout(arguments: &Arguments) -> Result<(Box<dyn Source>, FrameGeometry<Any>), Stop> {
-    let config = Config::read_stored(&arguments.output)?;
-    Outputs::new(true).source(&arguments.source).check([arguments.output.as_path()])?;
-    let (source, info) = open(arguments)?;
-    note(&info.about);
-    Ok((source, config.geometry(&info)?))
-}
-
-/// Changes a key of `[layout]` of the configuration.
-fn write_layout(
+/// Measures a key of `[layout]` through the layout of the configuration, and writes it there.
+///
+/// `take` has each event, and `found` returns what was measured.
+fn layout_key<W, T>(
     arguments: &Arguments,
-    key: &str,
-    written: impl FnOnce(&str) -> Result<String, Error>,
-) -> Result<(), Stop> {
-    let output = arguments.output.as_path();
-    let text = written(&file_text(output)?).map_err(|error| error.about(output.display()))?;
-    Outputs::new(true).source(&arguments.source).write(output, text)?;
+    watch: impl FnOnce(FrameGeometry<Any>) -> W,
+    mut take: impl FnMut(&mut W, &SourceEvent<'_>),
+    found: impl FnOnce(&W) -> Result<T, String>,
+    (key, written): (&str, impl FnOnce(&T, &str) -> Result<String, Error>),
+) -> Result<T, Stop> {
+    let (config, output) = (Config::read_stored(&arguments.output)?, arguments.output.as_path());
+    let outputs = Outputs::new(true).source(&arguments.source);
+    outputs.check([output])?;
+    let (mut source, info) = open(arguments)?;
+    note(&info.about);
+    let mut watch = watch(config.geometry(&info)?);
+    let lost = read(source.as_mut(), arguments.frames.unwrap_or(18_000), |event, _| take(&mut watch, event))?;
+    note_lost(lost);
+    let found = found(&watch).map_err(|message| Error::new(ErrorKind::Data, arguments.source.display(), message))?;
+    let text = written(&found, &file_text(output)?).map_err(|error| error.about(output.display()))?;
+    outputs.write(output, text)?;
     note(format_args!("wrote [layout] {key} of {}", output.display()));
-    Ok(())
+    Ok(found)
 }
 
 /// Measures the cross-talk, and writes it to the configuration.
 fn crosstalk(arguments: &Arguments) -> Result<(), Stop> {
-    let (mut source, geometry) = open_for_layout(arguments)?;
-    let mut watch = CrosstalkWatch::new(geometry);
     let mut known = 0;
-    let lost = read(source.as_mut(), arguments.frames.unwrap_or(18_000), |event, _| {
+    let take = |watch: &mut CrosstalkWatch, event: &SourceEvent<'_>| {
         if let Some(taxel) = watch.take(event) {
             known += 1;
             note(format_args!("{known} of 25 whiskers: row {}, column {}", taxel / 5 + 1, taxel % 5 + 1));
         }
-    })?;
-    note_lost(lost);
-    let found =
-        watch.crosstalk().map_err(|message| Error::new(ErrorKind::Data, arguments.source.display(), message))?;
-    write_layout(arguments, "crosstalk", |text| found.written_to(text))?;
-    let mut out = super::output::stdout();
+    };
+    let key = ("crosstalk", Crosstalk::written_to);
+    let found = layout_key(arguments, CrosstalkWatch::new, take, CrosstalkWatch::crosstalk, key)?;
     if !arguments.json {
-        return Ok(writeln!(out, "{found}")?);
+        return Ok(writeln!(stdout(), "{found}")?);
     }
     let (largest, taxel, whisker) = found.largest;
     let [taxel, whisker] = [taxel, whisker].map(|at| [at / 5 + 1, at % 5 + 1]);
-    let line = serde_json::to_string(&CrosstalkRecord { kind: "crosstalk", largest, taxel, whisker })
-        .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
-    Ok(writeln!(out, "{line}")?)
+    print_json(&CrosstalkRecord { kind: "crosstalk", largest, taxel, whisker })
 }
 
 /// Measures the gains, and writes them to the configuration.
 fn gains(arguments: &Arguments) -> Result<(), Stop> {
-    let (mut source, geometry) = open_for_layout(arguments)?;
-    let mut watch = GainsWatch::new(geometry);
-    let lost = read(source.as_mut(), arguments.frames.unwrap_or(18_000), |event, _| {
-        if let Some(slides) = watch.take(event) {
-            note(counted(slides, "slide"));
-        }
-    })?;
-    note_lost(lost);
-    let found = watch.gains().map_err(|message| Error::new(ErrorKind::Data, arguments.source.display(), message))?;
-    write_layout(arguments, "gains", |text| gains::written_to(&found, text))?;
-    let mut out = super::output::stdout();
+    let take = |watch: &mut GainsWatch, event: &SourceEvent<'_>| {
+        watch.take(event).into_iter().for_each(|slides| note(counted(slides, "slide")));
+    };
+    let found = layout_key(arguments, GainsWatch::new, take, GainsWatch::gains, ("gains", gains::written_to))?;
     if arguments.json {
-        let line = serde_json::json!({ "kind": "gains", "gains": found.as_slice() });
-        return Ok(writeln!(out, "{line}")?);
+        return print_json(&serde_json::json!({ "kind": "gains", "gains": found.as_slice() }));
     }
     let [least, most] = [f64::min, f64::max].map(|of| found.into_iter().reduce(of).unwrap_or(1.0));
-    Ok(writeln!(out, "gains of {least} to {most}")?)
+    Ok(writeln!(stdout(), "gains of {least} to {most}")?)
 }
 
 /// Reads until the source ends, `limit` frames have passed or a signal asks for the end. `take` has each event and the
@@ -383,51 +360,20 @@ fn note_lost(lost: u64) {
     }
 }
 
-/// A line on a terminal that is overwritten: what to do now, and how many spots glowed.
-struct CalibrationLine {
-    shown: bool,
-    /// The number of frames from one line to the next.
-    every: u64,
-}
-
-impl CalibrationLine {
-    /// Creates the line. The pictures of a board are slow, so each of them is shown.
-    fn new(is_board: bool) -> Self {
-        Self { shown: std::io::stderr().is_terminal(), every: if is_board { 1 } else { 15 } }
+/// Returns what to do now, and how many spots glowed.
+fn state_of(watch: &Watch, frames: u64) -> String {
+    if !watch.is_ready() {
+        return format!("do not touch the sensor: {frames} of {UNTOUCHED} frames");
     }
-
-    fn say(&self, watch: &Watch, frames: u64) {
-        if !self.shown || !frames.is_multiple_of(self.every) {
-            return;
-        }
-        let line = if watch.is_ready() {
-            format!(
-                "press on all whiskers: {} of light so far; Ctrl-C when all 25 have glowed",
-                counted(watch.found(), "spot")
-            )
-        } else {
-            format!("do not touch the sensor: {frames} of {UNTOUCHED} frames")
-        };
-        let _ = write!(std::io::stderr(), "\r{line}\x1b[K");
-    }
-}
-
-impl Drop for CalibrationLine {
-    /// Clears the line for the next message.
-    fn drop(&mut self) {
-        if self.shown {
-            let _ = write!(std::io::stderr(), "\r\x1b[K");
-        }
-    }
+    let spots = counted(watch.found(), "spot");
+    format!("press on all whiskers: {spots} of light so far; Ctrl-C when all 25 have glowed")
 }
 
 fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
     let dead = calibration.dead.map(|taxel| [taxel / 5 + 1, taxel % 5 + 1]);
     let rounded = |value: f64| (value * 1000.0).round() / 1000.0;
-    let mut out = super::output::stdout();
     if json {
-        let centers = calibration.centers.map(|center| center.map(rounded));
-        let record = Record {
+        return print_json(&Record {
             kind: "calibration",
             found: 25 - usize::from(dead.is_some()),
             dead,
@@ -435,18 +381,15 @@ fn print(calibration: &Calibration, json: bool) -> Result<(), Stop> {
             pitch_px: calibration.pitch.map(rounded),
             rotation_degrees: rounded(calibration.rotation_degrees),
             taxel: calibration.layout.taxel(),
-            centers: &centers,
+            centers: &calibration.centers.map(|center| center.map(rounded)),
             saturated: calibration.saturated,
             noise_levels: calibration.noise.levels,
             dark_levels: calibration.noise.dark_levels,
             readout_ms: calibration.readout.map(|readout| rounded(readout.ms)),
             readout_sd_ms: calibration.readout.map(|readout| rounded(readout.sd_ms)),
-        };
-        let line = serde_json::to_string(&record)
-            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
-        return Ok(writeln!(out, "{line}")?);
+        });
     }
-    writeln!(out, "{calibration}")?;
+    writeln!(stdout(), "{calibration}")?;
     if calibration.readout.is_none() {
         note(NO_READOUT);
     }

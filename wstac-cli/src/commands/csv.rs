@@ -17,86 +17,6 @@ pub(super) enum Table {
     Motion,
 }
 
-/// The columns of events: the paths of the fields in JSON.
-const EVENTS: &[&str] = &[
-    "frame",
-    "frames",
-    "time_ns",
-    "time_s",
-    "completed_ns",
-    "completed_s",
-    "stamp",
-    "stamp_within_ms",
-    "touch_frame",
-    "end_frame",
-    "contact",
-    "duration_frames",
-    "speed/mm_s",
-    "speed/sd",
-    "speed/extrapolated",
-    "speed_at_most/mm_s",
-    "speed_at_most/extrapolated",
-    "direction/deg",
-    "direction/sd",
-    "direction/confidence",
-    "basis",
-    "place_mm/value",
-    "place_mm/sd",
-    "width_mm/value",
-    "width_mm/sd",
-    "contacts",
-    "acceleration/mm_s2",
-    "acceleration/sd",
-    "texture/specimen",
-    "texture/pattern",
-    "texture/depth_mm",
-    "texture/class",
-    "texture/confidence",
-    "texture/known",
-    "period_mm/value",
-    "period_mm/sd",
-    "frames_filled",
-    "reliable",
-    "why/speed",
-    "why/direction",
-    "why/texture",
-    "why/reliable",
-];
-
-/// The columns of features.
-const FEATURES: &[&str] = &[
-    "frame",
-    "time_ns",
-    "time_s",
-    "stamp",
-    "stamp_within_ms",
-    "f/0",
-    "f/1",
-    "f/2",
-    "f/3",
-    "f/4",
-    "f/5",
-    "f/6",
-    "f/7",
-    "f/8",
-    "f/9",
-];
-
-/// The columns of motion.
-const MOTION: &[&str] = &[
-    "frame",
-    "time_ns",
-    "time_s",
-    "stamp",
-    "stamp_within_ms",
-    "contact",
-    "speed/mm_s",
-    "speed/sd",
-    "direction/deg",
-    "direction/sd",
-    "basis",
-];
-
 /// The column of seconds from the first frame, which every table has. Not every kind of record has it in JSON.
 const SECONDS: &str = "time_s";
 
@@ -110,26 +30,38 @@ impl Table {
         }
     }
 
-    fn columns(self) -> &'static [&'static str] {
-        match self {
-            Self::Events => EVENTS,
-            Self::Features => FEATURES,
-            Self::Motion => MOTION,
-        }
+    /// Returns the columns: the paths of the fields in JSON.
+    fn columns(self) -> impl Iterator<Item = &'static str> {
+        let columns = match self {
+            Self::Events => {
+                "frame frames time_ns time_s completed_ns completed_s stamp stamp_within_ms \
+                 touch_frame end_frame contact duration_frames \
+                 speed/mm_s speed/sd speed/extrapolated speed_at_most/mm_s speed_at_most/extrapolated \
+                 direction/deg direction/sd direction/confidence basis \
+                 place_mm/value place_mm/sd width_mm/value width_mm/sd contacts acceleration/mm_s2 acceleration/sd \
+                 texture/specimen texture/pattern texture/depth_mm texture/class texture/confidence texture/known \
+                 period_mm/value period_mm/sd frames_filled reliable why/speed why/direction why/texture why/reliable"
+            }
+            Self::Features => "frame time_ns time_s stamp stamp_within_ms f/0 f/1 f/2 f/3 f/4 f/5 f/6 f/7 f/8 f/9",
+            Self::Motion => {
+                "frame time_ns time_s stamp stamp_within_ms contact speed/mm_s speed/sd direction/deg direction/sd basis"
+            }
+        };
+        columns.split(' ')
     }
 
     /// Returns the line of the columns' names, with its end. Rows of sensors with names have a first column for them.
     pub(super) fn head(self, has_sensors: bool) -> String {
         let sensor = has_sensors.then_some(Cow::Borrowed("sensor"));
-        let names: Vec<_> = sensor.into_iter().chain(self.columns().iter().map(|column| name(column))).collect();
+        let names: Vec<_> = sensor.into_iter().chain(self.columns().map(name)).collect();
         names.join(",") + "\n"
     }
 
     /// Returns the row of a record, whose line of JSON and whose time in seconds from the first frame these are.
     pub(super) fn row(self, sensor: Option<&str>, line: &Value, time_s: Option<f64>) -> String {
         let mut cells: Vec<_> = sensor.into_iter().map(|name| quoted(name).into_owned()).collect();
-        cells.extend(self.columns().iter().map(|column| match line.pointer(&format!("/{column}")) {
-            None | Some(Value::Null) if *column == SECONDS => time_s.map(seconds).map_or_else(String::new, cell_of),
+        cells.extend(self.columns().map(|column| match line.pointer(&format!("/{column}")) {
+            None | Some(Value::Null) if column == SECONDS => time_s.map(seconds).map_or_else(String::new, cell_of),
             None | Some(Value::Null) => String::new(),
             Some(Value::String(text)) => quoted(text).into_owned(),
             Some(value) => value.to_string(),

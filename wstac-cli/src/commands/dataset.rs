@@ -1,22 +1,21 @@
 //! `wstac dataset` makes a training set of simulated slides or recordings.
 
 mod lerobot;
-pub(super) mod progress;
 pub(super) mod random;
 pub(super) mod recorded;
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 
 use clap::builder::{ArgPredicate, PathBufValueParser, TypedValueParser};
+use wstac_core::model::file::Input;
 
-use self::progress::ProgressLine;
-use super::files::{Outputs, check_ending};
-use super::model_arguments::SampleKind;
+use super::files::{Outputs, check_ending, ends};
 use super::output::{Stop, note};
-use super::signals::{Ending, finishing, number};
+use super::progress::ProgressLine;
+use super::signals::{self, Ending, finishing};
 use super::units;
+use super::values::{fraction, sample};
 use wstac_host::atomic_write::AtomicFile;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -44,8 +43,8 @@ pub(super) struct Arguments {
     ///
     /// For models of any speed, direction and length, use path. Then a sweep is of random slides, with keys of its own.
     /// The default is frames, and without a source path.
-    #[arg(long, value_enum)]
-    input: Option<SampleKind>,
+    #[arg(long, value_parser = sample())]
+    input: Option<Input>,
 
     /// Write the samples to this new file
     #[arg(
@@ -60,8 +59,8 @@ pub(super) struct Arguments {
 
     /// Write a data set of LeRobot v3.0 to this new folder
     ///
-    /// Each recording or scene is an episode, as described below. It needs ffmpeg and the Python package: pip install
-    /// wstac[lerobot]
+    /// It needs ffmpeg and the Python package: install the wheel with [lerobot] (docs/SETS.md). Each recording or scene
+    /// is an episode, as described below.
     #[arg(long, value_name = "FOLDER", conflicts_with_all = ["output", "input", "units", "threads", "test", "force"])]
     lerobot: Option<PathBuf>,
 
@@ -78,7 +77,7 @@ pub(super) struct Arguments {
     /// Fraction of every specimen's recordings that is for tests
     ///
     /// The array split says which. A recording is never split.
-    #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = fraction)]
+    #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = fraction())]
     test: f64,
 
     /// Read the configuration from this TOML file
@@ -97,44 +96,9 @@ pub(super) struct Arguments {
 }
 
 impl Arguments {
-    fn sample(&self) -> SampleKind {
-        self.input.unwrap_or(if self.sources.is_empty() { SampleKind::Path } else { SampleKind::Frames })
+    fn sample(&self) -> Input {
+        self.input.unwrap_or(if self.sources.is_empty() { Input::Path } else { Input::Frames })
     }
-
-    fn source(&self) -> Result<SampleSource<'_>, Error> {
-        let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
-        match &self.sources[..] {
-            [] => Ok(SampleSource::Random(None)),
-            [one] if !one.is_dir() && !ends(one, "mcap") => {
-                if !ends(one, "toml") {
-                    let expected = "a .toml file, recordings (.mcap) or a folder of them";
-                    return Err(not_a_source(one, "sweep", expected));
-                }
-                Ok(if self.sample() == SampleKind::Frames {
-                    SampleSource::Sweep(one)
-                } else {
-                    SampleSource::Random(Some(one))
-                })
-            }
-            all => match all.iter().find(|source| ends(source, "toml")) {
-                Some(sweep) => {
-                    let message = "is a sweep among other sources, expected a single sweep, or recordings";
-                    Err(Error::new(ErrorKind::Usage, sweep.display(), message))
-                }
-                None => Ok(SampleSource::Recordings),
-            },
-        }
-    }
-}
-
-/// The origin of samples.
-#[derive(Clone, Copy, Debug)]
-enum SampleSource<'a> {
-    /// A sweep over time.
-    Sweep(&'a Path),
-    /// Random slides: a sweep's file, or the defaults.
-    Random(Option<&'a Path>),
-    Recordings,
 }
 
 const HELP: &str = r#"Recordings:
@@ -192,7 +156,7 @@ Data sets of recordings have no seed, and two more arrays:
   Their direction is int64. Without such a label, speed is nan and
   direction -1. y_depth is nan if the specimen's name has no depth.
 
-With --input path, taxel-path or taxels:
+With --input path (the default without a source), taxel-path or taxels:
   A sweep is of random slides; these are the keys and their defaults:
     specimens = ["Fla0", …]   # the same ten
     slides = 12000            # of all specimens together
@@ -251,7 +215,9 @@ With --lerobot, for policies:
 
 In Python:
   set = numpy.load("FILE.npz")
-  X = set["X"].reshape(len(set["X"]), -1) * set["scale"]
+  X = set["X"]    # by --input X_path, X_taxel_path or X_taxels; X_path
+                  # without a source
+  X = X.reshape(len(X), -1) * set["scale"]
   model.fit(X, set["y_specimen"])
 
 In parts, on many machines (docs/MANY.md):
@@ -274,10 +240,22 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return lerobot::run(arguments, folder);
     }
     check_ending(&arguments.output, &["npz"])?;
-    match arguments.source()? {
-        SampleSource::Sweep(file) => simulated(arguments, file),
-        SampleSource::Random(file) => random::run(arguments, file),
-        SampleSource::Recordings => recorded::run(arguments),
+    match &arguments.sources[..] {
+        [] => random::run(arguments, None),
+        [sweep] if ends(sweep, "toml") && !sweep.is_dir() => match arguments.sample() {
+            Input::Frames => simulated(arguments, sweep),
+            _ => random::run(arguments, Some(sweep)),
+        },
+        [one] if !one.is_dir() && !ends(one, "mcap") => {
+            Err(not_a_source(one, "sweep", "a .toml file, recordings (.mcap) or a folder of them").into())
+        }
+        all => match all.iter().find(|source| ends(source, "toml")) {
+            Some(sweep) => {
+                let message = "is a sweep among other sources, expected a single sweep, or recordings";
+                Err(Error::new(ErrorKind::Usage, sweep.display(), message).into())
+            }
+            None => recorded::run(arguments),
+        },
     }
 }
 
@@ -382,16 +360,9 @@ fn write_all(
     new.commit()
 }
 
-/// Reads a fraction of something, from 0 to below 1.
-pub(super) fn fraction(text: &str) -> Result<f64, String> {
-    let fraction = text.parse().ok().filter(|fraction| (0.0..1.0).contains(fraction));
-    fraction.ok_or_else(|| format!("{text:?} is no fraction, expected at least 0 and below 1"))
-}
-
 /// Makes the slides of these numbers, in order.
 fn make(sweep: &Sweep, config: &Config, units: Range<u32>, threads: Option<u16>) -> Result<Vec<(u32, Outcome)>, Stop> {
     finishing(Ending::InTime);
-    let signal = number();
     let numbers: Vec<u32> = units.collect();
     let mut outcomes = Vec::with_capacity(numbers.len());
     let mut progress = ProgressLine::new("slides", numbers.len());
@@ -403,10 +374,7 @@ fn make(sweep: &Sweep, config: &Config, units: Range<u32>, threads: Option<u16>)
             |number, outcome| {
                 outcomes.push((number, outcome));
                 progress.one_more();
-                match signal.load(Ordering::Relaxed) {
-                    0 => Ok(()),
-                    signal => Err(Stop::Interrupted(signal as u8)),
-                }
+                signals::check()
             },
         )
     })?;

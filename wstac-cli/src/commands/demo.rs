@@ -6,13 +6,14 @@ use std::path::PathBuf;
 use wstac_core::model::file::Task;
 
 use super::output::Stop;
-use super::source_arguments::at_least;
+use super::values::at_least;
 use wstac_host::error::Error;
 use wstac_host::json::{angle, rounded, with_deviation};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::session::Session;
+use wstac_host::statistics::mean;
 use wstac_host::texture::{Texture, Textures, pattern_and_depth};
 use wstac_host::visible::OneLine;
 use wstac_scene::SceneConfig;
@@ -115,24 +116,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         out.flush()?;
     }
     let all = SLIDES.len();
-    write!(
-        out,
-        "{}, off by {:.1} % on average; {}, off by {:.1}° on average; ",
-        counted(errors.len(), "speed"),
-        100.0 * mean(&errors),
-        counted(turns.len(), "direction"),
-        mean(&turns)
-    )?;
+    let (speeds, directions) = (counted(errors.len(), "speed"), counted(turns.len(), "direction"));
+    let (error, turn) = (100.0 * mean(errors).unwrap_or(0.0), mean(turns).unwrap_or(0.0));
+    write!(out, "{speeds}, off by {error:.1} % on average; {directions}, off by {turn:.1}° on average; ")?;
     match task {
         Task::Other => writeln!(out, "the truth of the model's classes is not known")?,
         _ => writeln!(out, "{named} of {all} {title}s right, {unknown} unknown")?,
     }
     Ok(())
-}
-
-/// Returns the mean; 0 of no numbers.
-fn mean(numbers: &[f64]) -> f64 {
-    numbers.iter().sum::<f64>() / numbers.len().max(1) as f64
 }
 
 /// Returns the answer of a model of this task.

@@ -2,8 +2,7 @@
 
 use std::io::Write;
 
-use super::output::{Stop, note};
-use wstac_host::error::{Error, ErrorKind};
+use super::output::{Stop, note, print_json, stdout};
 
 /// List cameras with their formats, sizes and frame rates
 #[derive(Debug, clap::Args)]
@@ -15,17 +14,12 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let devices = wstac_linux::devices();
-    let mut out = super::output::stdout();
     if arguments.json {
-        let json = serde_json::to_string(&devices)
-            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
-        return Ok(writeln!(out, "{json}")?);
+        return print_json(&devices);
     }
     if devices.is_empty() {
         note("no camera found: no /dev/video* node captures video; try wstac demo for a simulated sensor");
     }
-    for device in devices {
-        writeln!(out, "{device}")?;
-    }
-    Ok(())
+    let mut out = stdout();
+    Ok(devices.iter().try_for_each(|device| writeln!(out, "{device}"))?)
 }

@@ -3,14 +3,15 @@
 use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::AtomicUsize;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use super::files::{Outputs, check_ending};
-use super::output::{Stop, note};
-use super::signals::{Ending, finishing, number};
+use super::output::{Stop, json, note, stdout};
+use super::signals::{self, Ending, finishing, number};
 use super::source_arguments::SourceArguments;
+use super::values::within;
 use wstac_host::camera::{CameraState, ControlValue};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -43,14 +44,14 @@ pub(super) struct Arguments {
     /// Measure for this long
     ///
     /// A camera that offers both MJPEG and another format is measured twice.
-    #[arg(long, value_name = "S", default_value = "10", value_parser = seconds)]
+    #[arg(long, value_name = "S", default_value = "10", value_parser = within(0.1..=86_400.0, "0.1 to 86400 s"))]
     seconds: f64,
 
     /// Value of a pixel in full darkness, in gray levels of 255
     ///
     /// Measure it once ("black" in the report). Without it, the darkest pixels are taken for it, and light that falls
     /// on all pixels alike is not noticed.
-    #[arg(long, value_name = "LEVEL", value_parser = level)]
+    #[arg(long, value_name = "LEVEL", value_parser = within(0.0..=255.0, "0 to 255"))]
     black_level: Option<f64>,
 
     /// Read the configuration from this TOML file
@@ -206,8 +207,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let known = Known { asked_fps, black: arguments.black_level };
     let (camera, controls) = camera.map_or((None, Vec::new()), |(camera, controls)| (Some(camera), controls));
     let report = examine(&info, &config, &measured, known, (camera, controls), mjpeg)?;
-    let json =
-        serde_json::to_string(&report).map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
+    let json = json(&report)?;
     if let Some(path) = &arguments.report {
         let bytes = last.lock().unwrap_or_else(PoisonError::into_inner);
         // Numbers are what counts; without a picture the page has the others.
@@ -225,11 +225,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         outputs.write(path, page.to_html())?;
         note(format_args!("wrote {}: look at it, then attach it to a bug report", path.display()));
     }
-    let mut out = super::output::stdout();
-    if arguments.json {
-        return Ok(writeln!(out, "{json}")?);
-    }
-    Ok(writeln!(out, "{report}")?)
+    let mut out = stdout();
+    Ok(if arguments.json { writeln!(out, "{json}") } else { writeln!(out, "{report}") }?)
 }
 
 /// Returns the same source, and keeps the bytes of its last frame.
@@ -285,10 +282,8 @@ fn whole(
     signal: &AtomicUsize,
 ) -> Result<Measured, Stop> {
     let measured = measure(source, info, config, limit, signal)?;
-    match signal.load(Ordering::Relaxed) {
-        0 => Ok(measured),
-        signal => Err(Stop::Interrupted(signal as u8)),
-    }
+    signals::check()?;
+    Ok(measured)
 }
 
 /// Returns the identity of the camera and what its controls did.
@@ -343,16 +338,6 @@ fn compared<T>(result: Result<T, Stop>) -> Result<Option<T>, Stop> {
         }
         Err(stop) => Err(stop),
     }
-}
-
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds| (0.1..=86_400.0).contains(seconds));
-    seconds.ok_or_else(|| format!("{text:?} is no time, expected 0.1 to 86400 s"))
-}
-
-fn level(text: &str) -> Result<f64, String> {
-    let level = text.parse().ok().filter(|level| (0.0..=255.0).contains(level));
-    level.ok_or_else(|| format!("{text:?} is no level, expected 0 to 255"))
 }
 
 #[cfg(test)]

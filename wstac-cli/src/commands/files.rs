@@ -39,6 +39,11 @@ pub(super) fn check_ending(path: &Path, expected: &[&str]) -> Result<(), Error> 
     Err(Error::new(ErrorKind::Usage, path.display(), message))
 }
 
+/// Returns whether a name ends so, in upper or lower case.
+pub(super) fn ends(path: &Path, with: &str) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(with))
+}
+
 impl Outputs {
     /// Permits new files, and with `force` existing ones, too.
     pub(super) fn new(force: bool) -> Self {

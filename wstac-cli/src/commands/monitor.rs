@@ -6,7 +6,7 @@ use super::output::Stop;
 use super::records::{Form, Records};
 use super::run::board::OpenBoard;
 use super::signals::{Ending, finishing};
-use super::source_arguments::at_least;
+use super::values::at_least;
 use wstac_host::monitor::line::BoardLine;
 use wstac_host::monitor::port::Port;
 use wstac_host::output::OutputOptions;

@@ -6,6 +6,7 @@ use std::io::{self, StdoutLock, Write};
 use std::path::Path;
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use serde::Serialize;
 
 use super::signals::is_readers_time_over;
 
@@ -82,6 +83,16 @@ fn wait_for_reader() -> io::Result<()> {
     }
 }
 
+/// Prints a value as one line of JSON.
+pub(super) fn print_json(value: &impl Serialize) -> Result<(), Stop> {
+    Ok(writeln!(stdout(), "{}", json(value)?)?)
+}
+
+/// Returns a value as JSON, for standard output.
+pub(super) fn json(value: &impl Serialize) -> Result<String, Error> {
+    serde_json::to_string(value).map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))
+}
+
 /// The frames of a source that were lost, by reason, and whether there were others.
 #[derive(Default)]
 pub(super) struct LossReport {
@@ -106,11 +117,8 @@ impl LossReport {
         if self.has_frame || self.lost.is_empty() {
             return Ok(());
         }
-        Err(Error::new(
-            ErrorKind::Data,
-            about,
-            "all frames that were read are lost, expected at least one that can be used",
-        ))
+        let message = "all frames that were read are lost, expected at least one that can be used";
+        Err(Error::new(ErrorKind::Data, about, message))
     }
 
     /// Reports one line per reason.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 
 use super::files::Outputs;
 use super::output::{Stop, note};
-use super::source_arguments::{SourceArguments, at_least, models_of, open_models};
+use super::source_arguments::{SourceArguments, models_of, open_models};
+use super::values::at_least;
 use wstac_host::output::OutputOptions;
 use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;

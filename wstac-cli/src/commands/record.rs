@@ -5,13 +5,13 @@ mod to_file;
 
 use std::ffi::OsString;
 use std::fs::{self, File};
-use std::os::unix::fs::MetadataExt;
 use std::path::{Path, PathBuf};
 
 use super::files::Outputs;
 use super::output::{Stop, note};
 use super::records::Records;
-use super::source_arguments::{SourceArguments, at_least};
+use super::source_arguments::SourceArguments;
+use super::values::{at_least, within};
 use wstac_host::atomic_write::lock_existing;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
@@ -29,12 +29,12 @@ use wstac_host::source::{Crop, Lag, StreamInfo};
 /// Every frame is written as it came, with the driver's time stamp and number. So are lost frames, taxels, features,
 /// events, the camera's controls, the configuration and the labels. Viewers, wstac run and wstac dataset read the
 /// file. Ctrl-C, SIGTERM and SIGHUP end a recording.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
     /// The source, as for wstac run, or several as NAME=SOURCE
     ///
-    /// Several sensors are recorded to one file, each with its own topics.
+    /// Several sensors, at most 20, are recorded to one file, each with its own topics.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
@@ -95,7 +95,7 @@ pub(super) struct Arguments {
     frames: Option<u64>,
 
     /// End after this many seconds of frames
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = within(f64::MIN_POSITIVE..=1e9, "seconds such as 2.5"))]
     duration: Option<f64>,
 
     /// End after this many events
@@ -118,23 +118,8 @@ impl Arguments {
         config: PathBuf,
         options: SourceArguments,
     ) -> Self {
-        Self {
-            sources: vec![source],
-            output,
-            guide: Some(plan),
-            labels: Vec::new(),
-            compress: None,
-            crop: None,
-            features_only: false,
-            config: Some(config),
-            models: Vec::new(),
-            json: false,
-            options,
-            frames: None,
-            duration: None,
-            events: None,
-            force: false,
-        }
+        let (sources, guide, config) = (vec![source], Some(plan), Some(config));
+        Self { sources, output, guide, config, options, ..Self::default() }
     }
 }
 
@@ -176,7 +161,7 @@ const HELP: &str = r#"Content of the file:
   recording. Taxel-only scenes (fidelity = "taxel") have no frames and
   can be recorded with --features-only alone.
 
-Several sensors, as NAME=SOURCE, in one file:
+Several sensors, as NAME=SOURCE, in one file, at most 20:
   Each has its own topics (/left/camera, /left/features, …), its own
   baseline and its own end. Frames of files and scenes are in the order
   of their times, those of cameras in the order in which they came. All
@@ -379,19 +364,8 @@ fn compression(text: &str) -> Result<Compression, String> {
     found.ok_or_else(|| format!("{text:?} is no compression, expected zstd or lz4"))
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds| *seconds > 0.0 && *seconds <= 1e9);
-    seconds.ok_or_else(|| format!("{text:?} is no duration, expected seconds such as 2.5"))
-}
-
 fn frame_limit(arguments: &Arguments, info: &StreamInfo) -> Option<u64> {
     let rate = info.rate.per_second();
     let of_time = arguments.duration.map(|seconds| (seconds * rate).ceil() as u64);
     arguments.frames.into_iter().chain(of_time).min()
-}
-
-/// Returns whether two paths lead to the same file or folder.
-pub(super) fn is_same(one: &Path, other: &Path) -> bool {
-    let of = |path: &Path| fs::metadata(path).ok().map(|metadata| (metadata.dev(), metadata.ino()));
-    of(one).is_some_and(|one| of(other) == Some(one))
 }

@@ -9,10 +9,12 @@ use clap::ValueEnum;
 
 use super::csv::Table;
 use super::files::NewFile;
-use super::output::{Stop, note, stdout, text, text_of};
+use super::output::{Stop, json, note, stdout, text, text_of};
+use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::{JsonLine, SensorLine};
 use wstac_host::output::{DisturbedBaseline, Output};
+use wstac_host::source::StreamInfo;
 use wstac_host::visible;
 
 /// The form of records.
@@ -194,11 +196,8 @@ impl<'a> Records<'a> {
         };
         self.line.clear();
         let sensor = self.sensor.as_deref();
-        let not_written = |error| Error::with_cause(ErrorKind::Io, "standard output", error);
         match self.form {
-            Form::Json => {
-                self.line = serde_json::to_string(&SensorLine { sensor, line }).map_err(not_written)?;
-            }
+            Form::Json => self.line = json(&SensorLine { sensor, line })?,
             // Writing to a string does not fail.
             Form::Text => {
                 if let Some(sensor) = sensor {
@@ -208,7 +207,8 @@ impl<'a> Records<'a> {
                 self.line = visible::line(&self.line).into_owned();
             }
             Form::Csv if self.table.has(output) => {
-                let line = serde_json::to_value(&line).map_err(not_written)?;
+                let line = serde_json::to_value(&line);
+                let line = line.map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
                 self.line = self.table.row(sensor, &line, time_s);
             }
             Form::Csv => return self.leave_out(output),
@@ -244,6 +244,14 @@ impl<'a> Records<'a> {
         let line = serde_json::to_string(&line).unwrap_or_default() + "\n";
         // If this cannot be written, neither can the next record, whose error is reported.
         let _ = self.destination.unwrap_or(&Destination::default()).write(&line);
+    }
+
+    /// Says what is assumed of a source: where its taxels are, and that the published law holds at its rate.
+    pub(super) fn assumptions(&self, info: &StreamInfo, config: &Config) {
+        let layout = config.layout_note(info).map(|doubt| ("default-layout", format!("{doubt} with --config")));
+        for (name, doubt) in layout.into_iter().chain(config.rate_note(info).map(|doubt| ("rate", doubt))) {
+            self.notice(name, &doubt);
+        }
     }
 
     /// Writes a note about this sensor to standard error, unless notes are left out.

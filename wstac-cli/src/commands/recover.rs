@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::files::Outputs;
+use super::files::{Outputs, is_same};
 use super::output::{Stop, note};
-use super::record::is_same;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::record::{Unread, recover};

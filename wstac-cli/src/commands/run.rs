@@ -13,11 +13,12 @@ use clap::{Arg, ArgAction};
 
 use self::read::{Opened, Run};
 use super::csv::Table;
-use super::files::{Outputs, check_ending};
+use super::files::{Outputs, check_ending, ends};
 use super::output::{Stop, note};
 use super::records::{Destination, Form};
 use super::signals;
-use super::source_arguments::{SourceArguments, at_least, open_models};
+use super::source_arguments::{SourceArguments, open_models};
+use super::values::{at_least, within};
 use wstac_host::error::{Error, ErrorKind as Kind};
 use wstac_host::monitor::pictures::port_of;
 use wstac_host::plural::counted;
@@ -116,14 +117,14 @@ pub(super) struct Arguments {
     ///
     /// All frames are read, and the baseline is that of the first frames. So the records are the same as without the
     /// option. A record's time is its time_s, from the first frame on; that of an event is its touch.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
     since: Option<f64>,
 
     /// Print only records before this time, in seconds of the source
     ///
     /// Reading ends when no record before this time can follow: after the last sample and the last touch that began
     /// before it.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
     until: Option<f64>,
 
     /// Take the baseline from the frames at this time, in seconds
@@ -131,7 +132,7 @@ pub(super) struct Arguments {
     /// It is for a file that is touched in its first 25 frames: the file is read twice, first to this time, where
     /// nothing may touch the sensor for 25 frames. Touches that begin in the first 10 frames are not whole. Cameras,
     /// boards, pipes and standard input can be read only once.
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds())]
     baseline_at: Option<f64>,
 
     /// Write the bytes of every frame to a new file (one source only)
@@ -231,7 +232,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = if is_recorded { parts } else { sensors };
     let file = arguments.file().map(|path| outputs.create(path)).transpose()?;
     let has_names = sensors.iter().any(|sensor| sensor.name.is_some());
-    let is_array = arguments.file().and_then(Path::extension).is_some_and(|ending| ending.eq_ignore_ascii_case("json"));
+    let is_array = arguments.file().is_some_and(|path| ends(path, "json"));
     let destination = Destination::new(file, (form == Form::Csv).then(|| table.head(has_names)), is_array);
     let run = Run {
         arguments,
@@ -302,9 +303,8 @@ fn table(arguments: &Arguments, form: Form) -> Table {
     }
 }
 
-fn seconds(text: &str) -> Result<f64, String> {
-    let seconds = text.parse().ok().filter(|seconds: &f64| seconds.is_finite() && *seconds >= 0.0);
-    seconds.ok_or_else(|| "expected seconds from the first frame on, such as 2.5".to_owned())
+fn seconds() -> impl Fn(&str) -> Result<f64, String> + Clone {
+    within(0.0..=f64::MAX, "seconds from the first frame on, such as 2.5")
 }
 
 /// Ends the process because of arguments that contradict each other.

@@ -17,6 +17,7 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
+use wstac_host::record::SharedRecording;
 use wstac_host::source::FramePolicy;
 use wstac_host::source::every_sensor::NamedSource;
 use wstac_host::source::names::sensors;
@@ -31,7 +32,7 @@ use wstac_serve::{CalibrationFile, ExaminedCamera, Server, Token, Tools};
 /// The address without --listen.
 const LISTEN: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 8025);
 /// Most sensors of a page: as many as a recording takes.
-const MOST_SENSORS: usize = 20;
+const MOST_SENSORS: usize = SharedRecording::MOST_SENSORS;
 
 /// Watch sensors in a browser: picture, taxels, traces, events
 ///
@@ -216,15 +217,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 
 /// Refuses a folder of recordings that is none.
 fn check_folder(folder: Option<&Path>) -> Result<(), Error> {
-    match folder.filter(|folder| !folder.is_dir()) {
-        None => Ok(()),
-        Some(folder) => {
-            let (kind, what) =
-                if folder.exists() { (ErrorKind::Io, "is no folder") } else { (ErrorKind::NotFound, "does not exist") };
-            let message = format_args!("{what}, expected a folder for the recordings of --record-to");
-            Err(Error::new(kind, folder.display(), message))
-        }
-    }
+    let Some(folder) = folder.filter(|folder| !folder.is_dir()) else { return Ok(()) };
+    let (kind, what) =
+        if folder.exists() { (ErrorKind::Io, "is no folder") } else { (ErrorKind::NotFound, "does not exist") };
+    let message = format_args!("{what}, expected a folder for the recordings of --record-to");
+    Err(Error::new(kind, folder.display(), message))
 }
 
 /// Opens a sensor, and returns it with what is to be said about it.

@@ -13,6 +13,7 @@ use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
 use signal_hook::low_level;
 
+use super::output::Stop;
 use wstac_host::atomic_write::remove_unfinished;
 
 /// Time that a command has for its end.
@@ -127,6 +128,11 @@ pub(crate) fn number() -> Arc<AtomicUsize> {
 /// Returns the number of the signal that ended a command; that of SIGTERM if there was none.
 pub(super) fn code() -> u8 {
     u8::try_from(number().load(Ordering::SeqCst)).ok().filter(|number| *number != 0).unwrap_or(SIGTERM as u8)
+}
+
+/// Fails if a signal has asked for the end.
+pub(super) fn check() -> Result<(), Stop> {
+    if caught().flag.load(Ordering::Relaxed) { Err(Stop::Interrupted(code())) } else { Ok(()) }
 }
 
 /// Returns whether a signal has come, and whoever reads the output had time to take the rest of it.

@@ -1,17 +1,18 @@
 //! The arguments of every command that reads a source.
 
 use std::ffi::OsStr;
-use std::fmt::Display;
+use std::fs::File;
+use std::io::Read;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
-use std::str::FromStr;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
+use wstac_core::wire::{Decoder, LONGEST, Message};
 
 use super::output::note;
+use super::values::one_of;
 use crate::open;
 use wstac_host::config::{Config, Estimator};
 use wstac_host::error::{Error, ErrorKind};
@@ -31,11 +32,11 @@ pub(super) struct SourceArguments {
     options: OpenOptions,
 
     /// Matrix of a YCbCr source, instead of the stated one
-    #[arg(long, value_parser = matrix())]
+    #[arg(long, value_parser = one_of([("bt601", YcbcrMatrix::Bt601), ("bt709", YcbcrMatrix::Bt709)]))]
     matrix: Option<YcbcrMatrix>,
 
     /// Quantization range of a YCbCr source, instead of the stated one
-    #[arg(long, value_parser = range())]
+    #[arg(long, value_parser = one_of([("limited", QuantizationRange::Limited), ("full", QuantizationRange::Full)]))]
     range: Option<QuantizationRange>,
 
     /// Time of the camera's rolling shutter, in ms
@@ -43,23 +44,13 @@ pub(super) struct SourceArguments {
     /// It is from the first to the last row of the picture before it was turned: 0 for a global shutter, below 0 if the
     /// bottom comes first. Without it, [sensor] readout_ms holds, or what the source states.
     #[arg(long, value_name = "MS", allow_negative_numbers = true, value_parser = parsed_readout)]
-    readout: Option<ReadoutTime>,
+    pub(super) readout: Option<ReadoutTime>,
 
     /// Read this sensor of a recording of several
     ///
     /// wstac run, view, serve and dataset read all of them without it.
     #[arg(long, value_name = "NAME")]
-    sensor: Option<String>,
-}
-
-fn matrix() -> impl TypedValueParser<Value = YcbcrMatrix> {
-    let names = PossibleValuesParser::new(["bt601", "bt709"]);
-    names.map(|name| if name == "bt709" { YcbcrMatrix::Bt709 } else { YcbcrMatrix::Bt601 })
-}
-
-fn range() -> impl TypedValueParser<Value = QuantizationRange> {
-    let names = PossibleValuesParser::new(["limited", "full"]);
-    names.map(|name| if name == "full" { QuantizationRange::Full } else { QuantizationRange::Limited })
+    pub(super) sensor: Option<String>,
 }
 
 fn parsed_readout(text: &str) -> Result<ReadoutTime, String> {
@@ -68,11 +59,6 @@ fn parsed_readout(text: &str) -> Result<ReadoutTime, String> {
 }
 
 impl SourceArguments {
-    /// Returns the readout that is stated.
-    pub(super) fn readout(&self) -> Option<ReadoutTime> {
-        self.readout
-    }
-
     /// Opens a source and returns it with its stream information and its configuration. The configuration is that of
     /// the given file, or else of the source, or else the default.
     pub(super) fn open_configured(
@@ -98,11 +84,8 @@ impl SourceArguments {
         let source = open(source, &options).map_err(|error| self.with_advice(source, error))?;
         let mut info = source.info().clone();
         if (self.matrix.is_some() || self.range.is_some()) && !info.format.is_ycbcr() {
-            return Err(Error::new(
-                ErrorKind::Usage,
-                &info.about,
-                "has no Y, Cb and Cr, which --matrix and --range are about; leave them out",
-            ));
+            let message = "has no Y, Cb and Cr, which --matrix and --range are about; leave them out";
+            return Err(Error::new(ErrorKind::Usage, &info.about, message));
         }
         if (self.matrix.is_some() || self.range.is_some()) && info.taxels_only && info.recorded.is_some() {
             let message = "was recorded without pictures, so --matrix and --range change nothing; leave them out";
@@ -113,15 +96,20 @@ impl SourceArguments {
         Ok((source, info))
     }
 
-    /// Adds the option that names a sensor to the error of a recording of several.
+    /// Adds the option that names a sensor to the error of a recording of several, and how to read the bytes of a board
+    /// to that of their file.
     fn with_advice(&self, source: &OsStr, error: Error) -> Error {
-        if error.kind() != ErrorKind::Usage || self.sensor.is_some() {
-            return error;
-        }
-        match recorded_sensors(source).unwrap_or_default().first() {
-            Some(first) => {
-                Error::new(error.kind(), error.subject(), format_args!("{}: --sensor {first}", error.message()))
+        let advice = match error.kind() {
+            ErrorKind::Usage if self.sensor.is_none() => {
+                recorded_sensors(source).unwrap_or_default().first().map(|first| format!(": --sensor {first}"))
             }
+            ErrorKind::Unsupported if has_bytes_of_board(Path::new(source)) => {
+                Some(format!("; help: it has bytes of a board, which are read as board:{}", source.display()))
+            }
+            _ => None,
+        };
+        match advice {
+            Some(advice) => Error::new(error.kind(), error.subject(), format_args!("{}{advice}", error.message())),
             None => error,
         }
     }
@@ -150,11 +138,6 @@ impl SourceArguments {
     /// Returns the names of the sensors of a recording if all of them are to be read; none for other sources.
     pub(super) fn sensors_in(&self, source: &OsStr) -> Result<Vec<String>, Error> {
         if self.sensor.is_none() { recorded_sensors(source) } else { Ok(Vec::new()) }
-    }
-
-    /// Returns the sensor to read of a recording of several.
-    pub(super) fn sensor(&self) -> Option<&str> {
-        self.sensor.as_deref()
     }
 
     /// Returns the same arguments for a sensor of a recording of several.
@@ -196,6 +179,18 @@ impl SourceArguments {
         Ok(scene.truth().first().map(Truth::start_frame))
     }
 }
+
+/// Returns whether a file begins with messages of a board.
+fn has_bytes_of_board(path: &Path) -> bool {
+    let (mut start, mut decoder) = (Vec::new(), Decoder::<LONGEST>::new());
+    let mut read = |file: File| file.take(BYTES_OF_BOARD).read_to_end(&mut start);
+    path.is_file()
+        && File::open(path).is_ok_and(|file| read(file).is_ok())
+        && start.iter().any(|byte| matches!(decoder.push::<Message<'_>>(*byte), Some(Ok(_))))
+}
+
+/// Bytes at the start of a file in which a board has sent a message.
+const BYTES_OF_BOARD: u64 = 4 * LONGEST as u64;
 
 /// Opens the models of `--model`; `None` without the option. `none` alone is no model.
 pub(super) fn open_models(given: &[PathBuf]) -> Result<Option<Vec<ModelFile>>, Error> {
@@ -248,14 +243,3 @@ fn is_of_training(info: &StreamInfo) -> bool {
 
 /// The fraction by which the rate may differ from the nominal one without harm to textures.
 const RATE_OFF: f64 = 0.1;
-
-/// Returns a parser of whole numbers that refuses those below `least`.
-pub(super) fn at_least<T>(least: T) -> impl Fn(&str) -> Result<T, String> + Clone
-where
-    T: FromStr + PartialOrd + Display + Copy,
-{
-    move |text: &str| {
-        let number = text.parse().ok().filter(|number| *number >= least);
-        number.ok_or_else(|| format!("expected a whole number, {least} or more"))
-    }
-}

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::io::Write;
 use std::sync::LazyLock;
 
-use clap::{CommandFactory, Subcommand};
+use clap::{Command, CommandFactory, Subcommand};
 use serde_json::Value;
 
 use super::output::{Stop, stdout};
@@ -59,16 +59,36 @@ pub(super) fn run(topic: Topic) -> Result<(), Stop> {
     Ok(stdout().write_all(topic.text().as_bytes())?)
 }
 
-/// Returns the error about a topic that there is not.
+/// Returns the error about a topic that there is not. It names those whose help has the word.
 pub(super) fn unknown(name: &str) -> clap::Error {
-    let all = Topic::augment_subcommands(clap::Command::new("topics"));
-    let names: Vec<_> = all.get_subcommands().map(clap::Command::get_name).collect();
-    let names = names.join(", ");
     let commands = super::Arguments::command();
-    let meant = nearest(name, commands.get_subcommands().map(clap::Command::get_name));
+    let topics = commands.get_subcommands().filter(|command| command.is_hide_set()).map(Command::get_name);
+    let topics = topics.collect::<Vec<_>>().join(", ");
+    let meant = nearest(name, commands.get_subcommands().map(Command::get_name));
     let meant = meant.map_or_else(String::new, |meant| format!("; did you mean {meant}?"));
-    let message = format_args!("help about {name:?}, expected a command of wstac --help, or a topic: {names}{meant}");
+    let having = having(name, &commands);
+    let having = if having.is_empty() { having } else { format!(" (the word is in wstac help {having})") };
+    let message =
+        format_args!("help about {name:?}{having}, expected a command of wstac --help, or a topic: {topics}{meant}");
     super::wrong_arguments(clap::error::ErrorKind::InvalidSubcommand, message)
+}
+
+/// Returns up to four commands and topics whose help has a word: those with an option of this name, then topics, then
+/// those that have it most often.
+fn having(word: &str, commands: &Command) -> String {
+    let is_it = |other: &str| other.trim_matches('-').eq_ignore_ascii_case(word);
+    let mut found: Vec<_> = commands
+        .get_subcommands()
+        .map(|command| {
+            let help = command.clone().render_long_help().to_string();
+            let words = help.split(|letter: char| !letter.is_alphanumeric() && !"_-".contains(letter));
+            let is_option = command.get_arguments().any(|option| option.get_long().is_some_and(is_it));
+            ((is_option, command.is_hide_set(), words.filter(|other| is_it(other)).count()), command.get_name())
+        })
+        .filter(|((.., count), _)| *count > 0)
+        .collect();
+    found.sort_by_key(|(rank, _)| std::cmp::Reverse(*rank));
+    found.into_iter().take(4).map(|(_, name)| name).collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the configuration's keys with these names, each with its comment, below its table.

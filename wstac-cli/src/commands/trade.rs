@@ -250,11 +250,8 @@ fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
 /// Refuses a path that is a file instead of a folder.
 fn check_folder(folder: &Path) -> Result<(), Error> {
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::new(
-            ErrorKind::Io,
-            folder.display(),
-            "is a file, expected a folder, or a name that does not exist",
-        ));
+        let message = "is a file, expected a folder, or a name that does not exist";
+        return Err(Error::new(ErrorKind::Io, folder.display(), message));
     }
     Ok(())
 }

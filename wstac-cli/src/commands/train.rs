@@ -3,12 +3,14 @@
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use super::dataset::progress::while_working;
+use wstac_core::model::file::{Input, Task};
+
 use super::dataset::{not_a_source, pool, random, recorded};
-use super::files::{Outputs, check_ending};
-use super::model_arguments::{Classes, SampleKind};
+use super::files::{Outputs, check_ending, ends};
 use super::output::{Stop, note, stdout};
+use super::progress::while_working;
 use super::signals::{Ending, finishing};
+use super::values::{fraction, sample, task};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -38,20 +40,20 @@ pub(super) struct Arguments {
     ///
     /// path and taxel-path hold for any speed, direction and length; frames and taxels hold for those that were
     /// trained.
-    #[arg(long, value_enum, default_value = "path")]
-    input: SampleKind,
+    #[arg(long, value_parser = sample(), default_value = "path")]
+    input: Input,
 
     /// The property of a specimen that the model tells apart
     ///
     /// The labels are those of the array y, or else of y_specimen, y_pattern or y_depth. Of recordings they are parts
     /// of the label specimen. other takes any names: those of y, or else of y_specimen.
-    #[arg(long, value_enum, default_value = "specimen")]
-    task: Classes,
+    #[arg(long, value_parser = task(), default_value = "specimen")]
+    task: Task,
 
     /// Fraction of the sensors or recordings that is for tests
     ///
     /// It is for sets without an array split, and for recordings. 0 trains without a test, on all slides.
-    #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = super::dataset::fraction)]
+    #[arg(long, value_name = "FRACTION", default_value = "0.2", value_parser = fraction())]
     test: f64,
 
     /// Draw the confusions to this new file; by default, beside OUT.wsm
@@ -129,8 +131,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     check_ending(output, &["wsm"])?;
     outputs.check([output, &confusion])?;
     let options = TrainOptions {
-        input: arguments.input.into(),
-        task: arguments.task.into(),
+        input: arguments.input,
+        task: arguments.task,
         test: arguments.test,
         note: arguments.note.clone(),
     };
@@ -187,11 +189,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 
 /// Returns the command that learns a model of the same sets; `None` if a data set has no samples for it.
 fn learn_command(arguments: &Arguments) -> Option<String> {
-    let is_set = |path: &PathBuf| path.extension().is_some_and(|end| end.eq_ignore_ascii_case("npz"));
+    let is_set = |path: &PathBuf| ends(path, "npz");
     // A data set has samples of one input only. Of a recording, 25 taxels tell textures apart best.
     let base = match arguments.input {
-        SampleKind::Path if arguments.sets.iter().any(is_set) => "builtin:embedding",
-        SampleKind::Frames | SampleKind::Taxels if arguments.sets.iter().any(is_set) => return None,
+        Input::Path if arguments.sets.iter().any(is_set) => "builtin:embedding",
+        Input::Frames | Input::Taxels if arguments.sets.iter().any(is_set) => return None,
         _ => "builtin:taxel-embedding",
     };
     let sets: Vec<String> = arguments.sets.iter().map(|set| set.display().to_string()).collect();
@@ -200,7 +202,6 @@ fn learn_command(arguments: &Arguments) -> Option<String> {
 
 /// Reads all sets; without any, simulates slides by default.
 fn gathered(arguments: &Arguments, options: &TrainOptions, threads: &rayon::ThreadPool) -> Result<TrainingSet, Stop> {
-    let ends = |path: &Path, with: &str| path.extension().is_some_and(|end| end.eq_ignore_ascii_case(with));
     let simulated = |file: Option<&PathBuf>| {
         let sweep = random::sweep(file.map(PathBuf::as_path))?;
         let slides = random::simulate(&sweep, threads)?;
@@ -259,11 +260,8 @@ fn text(out: &mut impl Write, trained: &TrainedModel) -> Result<(), Stop> {
     for (class, label) in trial.labels.iter().enumerate() {
         let [right, of] = trial.of_class(class);
         let label = OneLine(label).to_string();
-        writeln!(
-            out,
-            "  {label:<10} {:<24} {right} of {of}",
-            if of == 0 { "no slide".into() } else { percent(right, of) }
-        )?;
+        let share = if of == 0 { "no slide".into() } else { percent(right, of) };
+        writeln!(out, "  {label:<10} {share:<24} {right} of {of}")?;
     }
     if trial.without_answer() > 0 {
         let slides = counted(trial.without_answer(), "slide");

@@ -6,7 +6,8 @@ use std::path::PathBuf;
 
 use super::output::{Stop, note};
 use super::removed::words;
-use super::source_arguments::{SourceArguments, at_least, models_of, open_models};
+use super::source_arguments::{SourceArguments, models_of, open_models};
+use super::values::at_least;
 use crate::view::{BoardView, FramesView, run as show};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::monitor::line::BoardLine;

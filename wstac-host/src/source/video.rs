@@ -110,7 +110,7 @@ impl Video {
         let doubt = Doubt::new(&stated.codec, copied.is_some());
         let (mut decoder, output) = copied.map_or_else(|| decoded(&subject, path, &stated), Ok)?;
         let frames = Y4m::from_fd(&subject, output, rate).map_err(|error| decoder.end().unwrap_or(error.to_string()));
-        let frames = frames.map_err(|why| Error::new(ErrorKind::Format, &subject, why))?;
+        let frames = frames.map_err(|why| without_frames(&subject, &why))?;
         let info = stated.describe(&subject, frames.info(), fps);
         let spacing = stated.step.map(|step| Spacing::new(subject.clone(), Positions::Times, step));
         let turned = stated.is_turned.then(|| format!("{subject}: turned, as its rotation says"));
@@ -118,6 +118,10 @@ impl Video {
         let (has_arrived, waits, is_empty, ended) = (false, 0, true, false);
         Ok(Self { subject, info, frames, decoder, spacing, has_arrived, waits, doubt, turned, is_empty, ended })
     }
+}
+
+fn without_frames(subject: &str, why: &str) -> Error {
+    Error::new(ErrorKind::Format, subject, format_args!("no frame can be decoded: {why}"))
 }
 
 /// Starts ffmpeg as the decoder of a file, which writes Y4M to the output that is returned.
@@ -242,9 +246,9 @@ impl Source for Video {
             }
             other @ (Err(_) | Ok(SourceEvent::End)) => {
                 *ended = true;
-                let none = || "has no picture that can be decoded".to_owned();
-                let why = other.err().map_or_else(none, |error| error.message().to_owned());
-                Err(Error::new(ErrorKind::Format, subject, decoder.end().unwrap_or(why)))
+                let why = other.err().map_or("it has no picture".to_owned(), |error| error.message().to_owned());
+                let why = decoder.end().unwrap_or(why);
+                Err(if *is_empty { without_frames(subject, &why) } else { Error::new(ErrorKind::Format, subject, why) })
             }
             other => {
                 *has_arrived = !matches!(other, Ok(SourceEvent::Frame(_)));

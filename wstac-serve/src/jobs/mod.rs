@@ -72,6 +72,7 @@ struct LayoutShown {
     corners: Vec<[u16; 2]>,
 }
 
+#[derive(Default)]
 pub(crate) struct Jobs {
     tools: Tools,
     name: Option<String>,
@@ -101,22 +102,7 @@ pub(crate) type JobRefusal = String;
 
 impl Jobs {
     pub(crate) fn new(name: Option<&str>, tools: Tools) -> Self {
-        Self {
-            tools,
-            name: name.map(str::to_owned),
-            job: None,
-            recorded: None,
-            calibrated: None,
-            examined: None,
-            layout: None,
-            glow: None,
-            proposal: 1,
-            is_urgent: false,
-            looked: None,
-            seen: String::new(),
-            told: Vec::new(),
-            failures: 0,
-        }
+        Self { tools, name: name.map(str::to_owned), proposal: 1, ..Self::default() }
     }
 
     /// Refuses a second job, and a new baseline while a recording is in progress, whose replay would not know of it.

@@ -44,29 +44,20 @@ impl Calibration {
     }
 
     fn write(&self, text: &mut String, source: &str) -> std::fmt::Result {
-        let (noise, frame) = (&self.noise, self.layout.frame());
-        let source = one_line(source);
-        writeln!(text, "# Written by wstac calibrate, of {source}")?;
-        let [right, down] = self.pitch;
+        let (noise, frame, source) = (&self.noise, self.layout.frame(), one_line(source));
+        let ([right, down], turned, off) = (self.pitch, self.rotation_degrees, self.off);
         writeln!(
             text,
-            "# Whiskers: {right:.1} pixels apart across, {down:.1} down; the picture is turned by {:.1} degrees;",
-            self.rotation_degrees
+            "# Written by wstac calibrate, of {source}\n\
+             # Whiskers: {right:.1} pixels apart across, {down:.1} down; the picture is turned by {turned:.1} degrees;\n\
+             # their bases are {off:.2} pixels off a smooth lattice (root mean square)."
         )?;
-        writeln!(text, "# their bases are {:.2} pixels off a smooth lattice (root mean square).", self.off)?;
-        if let Some(dead) = self.dead {
-            writeln!(
-                text,
-                "# The whisker in {} gave no light: its taxel is where the others say that it is.",
-                named(dead)
-            )?;
+        if let Some(name) = self.dead.map(named) {
+            writeln!(text, "# The whisker in {name} gave no light: its taxel is where the others say that it is.")?;
         }
         if self.saturated > 0 {
-            writeln!(
-                text,
-                "# {} reached full scale: use a shorter exposure or a lower gain.",
-                counted(self.saturated, "whisker")
-            )?;
+            let whiskers = counted(self.saturated, "whisker");
+            writeln!(text, "# {whiskers} reached full scale: use a shorter exposure or a lower gain.")?;
         }
         let [width, height] = self.layout.taxel();
         writeln!(text, "[layout]\nframe = [{}, {}] # of frames of this size alone", frame.width(), frame.height())?;
@@ -75,54 +66,38 @@ impl Calibration {
             let corners: Vec<String> = row.iter().map(|[x, y]| format!("[{x}, {y}]")).collect();
             writeln!(text, "    {},", corners.join(", "))?;
         }
-        writeln!(text, "]\n")?;
+        let (of_levels, of_feature) = (6.0 * noise.levels, 6.0 * noise.feature / 5.0_f64.sqrt());
         writeln!(
             text,
-            "# Untouched, the brightest row or column has {:.2} gray levels as a mean; the noisiest",
-            noise.dark_levels
+            "]\n\n\
+             # Untouched, the brightest row or column has {:.2} gray levels as a mean; the noisiest\n\
+             # differs by {:.4} levels from frame to frame (standard deviation): the noise floor.\n\n\
+             [features]\n\
+             # Six deviations of the noise would be {of_levels:.3}; the default is {DEFAULT_FLOOR_LEVELS}.\n\
+             floor_levels = {:.1}\n\n\
+             [trigger]\n\
+             # The noise of a feature is {:.4} per frame; six deviations of a window of five frames\n\
+             # would be {of_feature:.3}; the default is {DEFAULT_MARGIN}.\n\
+             margin = {:.2}\n",
+            noise.dark_levels, noise.levels, noise.floor_levels, noise.feature, noise.margin
         )?;
-        writeln!(
-            text,
-            "# differs by {:.4} levels from frame to frame (standard deviation): the noise floor.",
-            noise.levels
-        )?;
-        writeln!(text, "\n[features]")?;
-        writeln!(
-            text,
-            "# Six deviations of the noise would be {:.3}; the default is {DEFAULT_FLOOR_LEVELS}.",
-            6.0 * noise.levels
-        )?;
-        writeln!(text, "floor_levels = {:.1}\n", noise.floor_levels)?;
-        writeln!(text, "[trigger]")?;
-        writeln!(
-            text,
-            "# The noise of a feature is {:.4} per frame; six deviations of a window of five frames",
-            noise.feature
-        )?;
-        writeln!(text, "# would be {:.3}; the default is {DEFAULT_MARGIN}.", 6.0 * noise.feature / 5.0_f64.sqrt())?;
-        writeln!(text, "margin = {:.2}\n", noise.margin)?;
         if let Some(readout) = &self.readout {
-            writeln!(text, "[sensor]\n# The camera's readout, {readout}.")?;
-            writeln!(text, "readout_ms = {:.1}\n", readout.ms + 0.0)?;
+            writeln!(text, "[sensor]\n# The camera's readout, {readout}.\nreadout_ms = {:.1}\n", readout.ms + 0.0)?;
         }
-        writeln!(text, "[speed]")?;
+        let of_sum = 6.0 * noise.sum;
         writeln!(
             text,
-            "# Six deviations of a row or column would be {:.4}; the default is {VALID_THRESHOLD}.",
-            6.0 * noise.sum
+            "[speed]\n# Six deviations of a row or column would be {of_sum:.4}; the default is {VALID_THRESHOLD}."
         )?;
-        if noise.above_baseline {
-            writeln!(
-                text,
-                "# Untouched there are {:.4} already, more than half of the default: it is measured above",
-                noise.dark_sum
-            )?;
-            writeln!(text, "# the baseline, and less by what one gray level in five taxels is.")?;
+        let (dark, threshold) = (noise.dark_sum, noise.threshold);
+        let (note, on) = if noise.above_baseline {
+            let why = "more than half of the default: it is measured above\n\
+                       # the baseline, and less by what one gray level in five taxels is";
+            (format!("{dark:.4} already, {why}"), "above_baseline")
         } else {
-            writeln!(text, "# Untouched there are {:.4}, less than half of the default.", noise.dark_sum)?;
-        }
-        let on = if noise.above_baseline { "above_baseline" } else { "absolute" };
-        writeln!(text, "threshold = {:.4}\nthreshold_on = \"{on}\"", noise.threshold)?;
+            (format!("{dark:.4}, less than half of the default"), "absolute")
+        };
+        writeln!(text, "# Untouched there are {note}.\nthreshold = {threshold:.4}\nthreshold_on = \"{on}\"")?;
         if self.is_dim() {
             writeln!(text, "# No row or column was brighter than {:.4}: too dim for speeds.", self.brightest)?;
         }

@@ -78,11 +78,8 @@ impl Watch {
     /// The stream has no pixels, or its size, format and bytes per row do not fit each other.
     pub fn new(info: &StreamInfo) -> Result<Self, Error> {
         if info.taxels_only {
-            return Err(Error::new(
-                ErrorKind::Unsupported,
-                &info.about,
-                "gives taxel sums, expected frames: a recording with pictures, or fidelity = \"rendered\"",
-            ));
+            let message = "gives taxel sums, expected frames: a recording with pictures, or fidelity = \"rendered\"";
+            return Err(Error::new(ErrorKind::Unsupported, &info.about, message));
         }
         let cells = Cells::new(info)?;
         let empty = vec![0.0; cells.size[0] * cells.size[1]];

@@ -31,7 +31,7 @@ pub struct Moment {
 }
 
 /// The measurement of a source.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Measured {
     /// Its frames, at least ten.
     pub moments: Vec<Moment>,
@@ -100,20 +100,9 @@ impl Measurement {
     pub fn new(info: &StreamInfo, config: &Config, limit: Limit) -> Result<Self, Error> {
         let processor = Processor::new(info, config, OutputOptions::default())?;
         let grid = if info.taxels_only { None } else { Some(PixelGrid::new(info, processor.geometry().layout())?) };
-        let measured = Measured {
-            moments: Vec::new(),
-            pixels: None,
-            pace: Pace::default(),
-            lost: BTreeMap::new(),
-            touched: None,
-            quiet: true,
-            full_scale: processor.geometry().full_scale(),
-            fps: 0.0,
-            frames_added: info.rate.frames_added(),
-            dc_step: None,
-        };
-        let settling = limit.settling;
-        let goes_on = limit.frames.is_none_or(|most| most > 0);
+        let (full_scale, frames_added) = (processor.geometry().full_scale(), info.rate.frames_added());
+        let measured = Measured { quiet: true, full_scale, frames_added, ..Measured::default() };
+        let (settling, goes_on) = (limit.settling, limit.frames.is_none_or(|most| most > 0));
         let info = info.clone();
         Ok(Self { info, limit, processor, grid, measured, settling, steps: 0, first: None, follows: false, goes_on })
     }
@@ -128,8 +117,10 @@ impl Measurement {
         self.measured.seconds()
     }
 
-    /// Returns the time of a frame in s: by its timestamp, else by its number.
-    fn time(&mut self, timestamp: Option<Duration>, by_number: f64) -> f64 {
+    /// Counts a frame. Returns its time in s: by its timestamp, else by its number.
+    fn arrive(&mut self, sequence: Option<u32>, timestamp: Option<Duration>, by_number: f64) -> f64 {
+        self.steps += 1;
+        self.measured.pace.push(sequence, timestamp);
         let since = |timestamp: Duration| timestamp.saturating_sub(*self.first.get_or_insert(timestamp)).as_secs_f64();
         timestamp.map_or(by_number, since)
     }
@@ -171,9 +162,7 @@ impl Measurement {
                 }
             }
             SourceEvent::Frame(Frame { bytes, timestamp, sequence, encoded, .. }) => {
-                self.steps += 1;
-                at = self.time(*timestamp, by_number);
-                self.measured.pace.push(*sequence, *timestamp);
+                at = self.arrive(*sequence, *timestamp, by_number);
                 if let Some(grid) = &mut self.grid {
                     grid.push(bytes, self.follows);
                 }
@@ -181,11 +170,7 @@ impl Measurement {
                     self.measured.dc_step = encoded.and_then(super::mjpeg::dc_step);
                 }
             }
-            SourceEvent::Taxels(frame) => {
-                self.steps += 1;
-                at = self.time(frame.timestamp, by_number);
-                self.measured.pace.push(frame.sequence, frame.timestamp);
-            }
+            SourceEvent::Taxels(frame) => at = self.arrive(frame.sequence, frame.timestamp, by_number),
             _ => {}
         }
         let touched = &mut self.measured.touched;

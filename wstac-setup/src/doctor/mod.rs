@@ -27,7 +27,6 @@ use signal::SignalReport;
 use still::Still;
 use verdict::Finding;
 use wstac_host::camera::DeviceInfo;
-use wstac_host::camera::modes::fps;
 use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::source::{LossReason, StreamInfo};
@@ -243,10 +242,6 @@ fn drift(still: &Still, signal: &SignalReport) -> DriftReport {
 /// Rounds to five decimals: more is noise.
 pub(crate) fn tidy(number: f64) -> f64 {
     (number * 1e5).round() / 1e5
-}
-
-fn rate_text(info: &StreamInfo) -> String {
-    fps(info.rate)
 }
 
 /// Serializes lost frames by the words of their reasons.

@@ -2,10 +2,11 @@
 
 use serde::Serialize;
 
+use super::Report;
 use super::controls::ControlReport;
 use super::measure::Measured;
-use super::{Report, rate_text};
 use wstac_host::camera::UnlockedReason;
+use wstac_host::camera::modes::fps as fps_text;
 use wstac_host::config::Config;
 use wstac_host::source::{LossReason, StreamInfo};
 
@@ -66,12 +67,12 @@ impl Findings {
 
 /// Returns `true` if nothing touched the sensor and the light stayed constant.
 fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) -> bool {
-    if let Some(frame) = measured.touched {
-        let found =
-            format!("an event starts at frame {frame} of the measurement: it was touched, or the light changed");
-        findings.add("touched", found, "measure again with nothing touching; all numbers here are doubtful");
-    } else if !measured.quiet {
-        let found = "the first frames were not quiet: something touched the sensor, or the light changed".into();
+    let touched = match measured.touched {
+        Some(frame) => Some(format!("an event starts at frame {frame} of the measurement: it was touched")),
+        None => (!measured.quiet).then(|| "the first frames were not quiet: something touched the sensor".to_owned()),
+    };
+    if let Some(found) = &touched {
+        let found = format!("{found}, or the light changed");
         findings.add("touched", found, "measure again with nothing touching; all numbers here are doubtful");
     }
     let is_frozen = report.noise.worst_taxel == 0.0 && report.noise.pixel == Some(0.0);
@@ -79,7 +80,7 @@ fn stillness(findings: &mut Findings, report: &Report, measured: &Measured) -> b
         let found = "no pixel changes from frame to frame, as no camera's do".into();
         findings.add("frozen", found, "look whether the camera sends one picture again and again, or a test pattern");
     }
-    measured.touched.is_none() && measured.quiet
+    touched.is_none()
 }
 
 fn controls(findings: &mut Findings, controls: &[ControlReport]) {
@@ -87,23 +88,19 @@ fn controls(findings: &mut Findings, controls: &[ControlReport]) {
         let name = &control.name;
         if control.locked == Some(false) {
             let why = control.why.as_ref().map_or("the driver does not say why", UnlockedReason::name);
+            let other = "switch it off with v4l2-ctl or the maker's tool, or use a camera that lets it be locked: gray levels \
+                         may change by themselves";
             let advice = match control.why {
                 Some(UnlockedReason::Kept) => "leave --keep-controls away: wstac then locks it",
                 Some(UnlockedReason::SetAutomatic) => "leave that --control away: wstac then switches it off",
-                _ => {
-                    "switch it off with v4l2-ctl or the maker's tool, or use a camera that lets it be locked: gray levels \
-                     may change by themselves"
-                }
+                _ => other,
             };
             findings.add("unlocked", format!("{name} is not locked: {why}"), advice);
         }
         if control.drifts {
-            let value = |value: Option<i64>| value.map_or_else(|| "unknown".to_owned(), |value| value.to_string());
-            let found = format!(
-                "{name} changes by itself: {} at the start, {} at the end",
-                value(control.value),
-                value(control.value_at_end)
-            );
+            let [start, end] = [control.value, control.value_at_end]
+                .map(|value| value.map_or_else(|| "unknown".to_owned(), |value| value.to_string()));
+            let found = format!("{name} changes by itself: {start} at the start, {end} at the end");
             findings.add("drifting_control", found, "switch off what changes it, or give it a value with --control");
         }
     }
@@ -113,23 +110,20 @@ fn rate(findings: &mut Findings, report: &Report, info: &StreamInfo) {
     let rate = &report.rate;
     let off = |fps: f64, other: f64| (fps / other - 1.0).abs() > RATE_OFF;
     if let Some(fps) = rate.measured.filter(|fps| off(*fps, rate.stated)) {
-        let found = format!("{fps:.2} frames per second come, the driver states {}", rate_text(info));
+        let found = format!("{fps:.2} frames per second come, the driver states {}", fps_text(info.rate));
         let advice = "shorten the exposure to less than a frame (--control exposure_time_absolute=…, in units of 0.1 ms), \
                       and plug the camera in where nothing shares its USB bus";
         findings.add("slow", found, if fps < rate.stated { advice } else { "state the rate that comes with --fps" });
     } else if let Some(asked) = rate.asked.filter(|asked| off(rate.stated, *asked)) {
-        let found = format!("the driver gives {} frames per second, {asked:.2} were asked for", rate_text(info));
+        let found = format!("the driver gives {} frames per second, {asked:.2} were asked for", fps_text(info.rate));
         findings.add("rate", found, "choose a format and size that are offered at that rate (--format, --size)");
     }
     if let (Some(jitter), Some(fps)) = (rate.jitter_ms, rate.measured)
         && jitter > 1e3 * JITTER / fps
     {
         let found = format!("frames come {jitter:.1} ms early or late, rms, of {:.1} ms between them", 1e3 / fps);
-        findings.add(
-            "jitter",
-            found,
-            "leave the machine and the USB bus to the camera: a slide's speed is measured in frames",
-        );
+        let advice = "leave the machine and the USB bus to the camera: a slide's speed is measured in frames";
+        findings.add("jitter", found, advice);
     }
     let lost = rate.lost.values().fold(0, |all: u64, frames| all.saturating_add(*frames));
     if lost > 0 {
@@ -152,11 +146,8 @@ fn light(findings: &mut Findings, report: &Report) {
     let (levels, lit) = (&report.levels, report.signal.lit);
     if let Some(saturated) = levels.saturated.filter(|saturated| *saturated > MANY) {
         let found = format!("{:.2} % of pixels are at full scale with nothing touching", 100.0 * saturated);
-        findings.add(
-            "saturated",
-            found,
-            "cover the sensor, or lower exposure or gain: no light shows where it is full",
-        );
+        let advice = "cover the sensor, or lower exposure or gain: no light shows where it is full";
+        findings.add("saturated", found, advice);
     }
     if let Some(clipped) = levels.clipped.filter(|clipped| *clipped > MANY_DARK) {
         let found = format!("{:.0} % of pixels are always 0: black is cut off", 100.0 * clipped);
@@ -169,10 +160,9 @@ fn light(findings: &mut Findings, report: &Report) {
         findings.add("leak", found, "cover the sensor better; light that is always there hides light that is not");
     }
     if report.signal.rest_of_lit >= 1.0 {
-        let found = format!(
-            "at rest the sensor is at {:.1} times the speed law's threshold, so there is no speed",
-            report.signal.rest_of_lit
-        );
+        let times = report.signal.rest_of_lit;
+        let found =
+            format!("at rest the sensor is at {times:.1} times the speed law's threshold, so there is no speed");
         let advice =
             "set [speed] threshold_on = \"above_baseline\", or make it darker (cover, black level, brightness)";
         findings.add("always_lit", found, advice);
@@ -190,20 +180,17 @@ fn trigger(findings: &mut Findings, report: &Report) {
     if one > full {
         let found =
             format!("one taxel has to gain {one:.1} gray levels to be seen, a touch counts as light from {full:.1} on");
-        findings.add(
-            "insensitive",
-            found,
-            "lower [trigger] margin, or the light at rest (cover, black level, brightness)",
-        );
+        let advice = "lower [trigger] margin, or the light at rest (cover, black level, brightness)";
+        findings.add("insensitive", found, advice);
     }
     let drift = &report.drift;
     if let Some(minutes) = drift.minutes_to(report.signal.five_taxels).filter(|minutes| *minutes < 60.0) {
         let levels = drift.levels_per_minute;
         let (how, what) = if levels > 0.0 { ("brighter", "fires the trigger") } else { ("darker", "hides light") };
+        let (rate, time) =
+            (levels.abs(), if minutes < 1.0 { "less than a minute" } else { &format!("{minutes:.0} minutes") });
         let found = format!(
-            "the picture gets {how} by {:.2} gray levels per minute: a trigger's worth, which {what}, in {}",
-            levels.abs(),
-            if minutes < 1.0 { "less than a minute".to_owned() } else { format!("{minutes:.0} minutes") }
+            "the picture gets {how} by {rate:.2} gray levels per minute: a trigger's worth, which {what}, in {time}"
         );
         findings.add("drift", found, "let the camera warm up, lock its controls, and keep the light around it steady");
     }

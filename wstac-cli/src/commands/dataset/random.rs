@@ -3,13 +3,10 @@
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Mutex;
-use std::sync::atomic::Ordering;
 
-use wstac_core::model::file::Input;
-
-use super::progress::ProgressLine;
-use super::{Arguments, Ending, finishing, note, number, outputs, pool, units, write_all};
+use super::{Arguments, Ending, finishing, note, outputs, pool, signals, units, write_all};
 use crate::commands::output::Stop;
+use crate::commands::progress::ProgressLine;
 use wstac_host::plural::counted;
 use wstac_train::dataset::path::{PathRow, PathSlide, write_split};
 use wstac_train::dataset::random::RandomSweep;
@@ -17,7 +14,7 @@ use wstac_train::dataset::random::RandomSweep;
 /// Makes the data set of a sweep's file, or of the defaults.
 pub(super) fn run(arguments: &Arguments, file: Option<&Path>) -> Result<(), Stop> {
     let sweep = sweep(file)?;
-    let input: Input = arguments.sample().into();
+    let input = arguments.sample();
     let (outputs, output) = (outputs(arguments), &arguments.output);
     outputs.check([output])?;
     let units = units::chosen(arguments.units.as_ref(), sweep.slides.slides as usize, "slides")?;
@@ -48,16 +45,15 @@ fn simulated<T: Send>(
     keep: impl Fn(PathSlide) -> T + Send + Sync,
 ) -> Result<Vec<T>, Stop> {
     finishing(Ending::InTime);
-    let signal = number();
     let progress = Mutex::new(ProgressLine::new("slides", numbers.len()));
     let goes_on = || {
         if let Ok(mut progress) = progress.lock() {
             progress.one_more();
         }
-        signal.load(Ordering::Relaxed) == 0
+        signals::check().is_ok()
     };
     let slides = threads.install(|| sweep.slides.some_while(numbers, goes_on, keep))?;
-    slides.ok_or_else(|| Stop::Interrupted(signal.load(Ordering::Relaxed) as u8))
+    slides.ok_or_else(|| Stop::Interrupted(signals::code()))
 }
 
 /// Prints how many samples are missing.

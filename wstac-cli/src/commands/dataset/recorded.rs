@@ -2,15 +2,14 @@
 
 use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
 
 use rayon::prelude::*;
 use wstac_core::model::file::Input;
 
-use super::progress::ProgressLine;
 use super::random::without_path;
-use super::{Arguments, Ending, finishing, note, number, outputs, pool, tell_facts, units, write_all};
+use super::{Arguments, Ending, finishing, note, outputs, pool, signals, tell_facts, units, write_all};
 use crate::commands::output::Stop;
+use crate::commands::progress::ProgressLine;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
@@ -23,7 +22,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
     let (outputs, output) = (outputs(arguments), &arguments.output);
     outputs.check([output])?;
-    let input = arguments.sample().into();
+    let input = arguments.sample();
     let parts = parts(find(&arguments.sources)?);
     let units = units::chosen(arguments.units.as_ref(), parts.len(), "recordings")?;
     let recordings = read_units(&parts, &units, config.as_ref(), input, &pool(arguments.threads)?)?;
@@ -80,11 +79,10 @@ fn read_units(
     threads: &rayon::ThreadPool,
 ) -> Result<Vec<Recording>, Stop> {
     finishing(Ending::InTime);
-    let signal = number();
     let progress = std::sync::Mutex::new(ProgressLine::new("recordings", units.len()));
     let results = threads.install(|| {
         let each = parts.par_iter().enumerate().with_max_len(1).map(|(number, part)| {
-            if signal.load(Ordering::Relaxed) != 0 {
+            if signals::check().is_err() {
                 return Ok(None);
             }
             if !units.contains(&(number as u32)) {
@@ -107,7 +105,7 @@ fn read_units(
         return Err(last.into());
     }
     let recordings = recordings.into_iter().flatten().collect::<Option<Vec<Recording>>>();
-    let Some(recordings) = recordings else { return Err(Stop::Interrupted(signal.load(Ordering::Relaxed) as u8)) };
+    let Some(recordings) = recordings else { return Err(Stop::Interrupted(signals::code())) };
     comparable(&recordings)?.iter().for_each(note);
     Ok(recordings)
 }

@@ -10,9 +10,10 @@ use wstac_train::model::calibrate::{
     Calibrated, LabeledSamples, Projection, Settings, calibrate_with, inputs_of, sensors_in_common, without,
 };
 
-use super::super::dataset::progress::while_working;
 use super::super::files::{Outputs, is_same};
 use super::super::output::{Stop, note};
+use super::super::progress::while_working;
+use super::super::values::fraction;
 
 /// Add to a model how sure its answers are, and what it knows
 ///
@@ -52,18 +53,12 @@ pub(super) struct Arguments {
     dimensions: Option<u8>,
 
     /// Part of HELD that may be taken for unknown: 0.02 by default
-    #[arg(long, value_name = "PART", value_parser = part)]
+    #[arg(long, value_name = "PART", value_parser = fraction())]
     rejected: Option<f64>,
 
     /// Overwrite OUT
     #[arg(long)]
     force: bool,
-}
-
-/// Reads a number from 0 to below 1.
-fn part(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|part: &f64| (0.0..1.0).contains(part));
-    number.ok_or_else(|| "expected a number from 0 to below 1, such as 0.02".into())
 }
 
 /// Refuses the same data set for both.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use super::super::dataset::pool;
 use super::super::dataset::recorded::read_all;
+use super::super::files::ends;
 use super::super::output::{Stop, note};
 use super::super::signals::{Ending, finishing};
 use wstac_host::model_file::ModelFile;
@@ -51,7 +52,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
     let data = &arguments.data;
-    let is_recorded = data.is_dir() || data.extension().is_some_and(|end| end.eq_ignore_ascii_case("mcap"));
+    let is_recorded = data.is_dir() || ends(data, "mcap");
     let answers = if is_recorded {
         let recordings = read_all(std::slice::from_ref(data), None, model.input(), &pool(None)?)?;
         finishing(Ending::AtOnce);

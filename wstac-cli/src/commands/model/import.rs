@@ -4,20 +4,19 @@ use std::ffi::OsStr;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
 
-use clap::ValueEnum;
 use clap::error::ErrorKind as ArgumentErrorKind;
-use wstac_core::model::file::Input;
+use wstac_core::model::file::{Input, Task};
 use wstac_core::model::speeds::{FASTEST, KnownSpeeds};
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_train::dataset::path::frames_of;
 
 use super::super::files::{Outputs, check_ending};
-use super::super::model_arguments::{Classes, SampleKind};
 use super::super::output::{Stop, note};
+use super::super::values::{one_of, sample, task};
 use super::super::wrong_arguments;
 use wstac_train::model::trained::Kind;
-use wstac_train::model::write::{self, Options};
+use wstac_train::model::write::{Leaves, Options, Weights};
 use wstac_train::model::{Import, import, import_inline};
 
 /// Make a model file of a trained model
@@ -40,7 +39,7 @@ pub(super) struct Arguments {
     ///
     /// A table is a model file, which is smallest. Inline is Rust code, which takes fewer instructions and more bytes.
     /// Only trees can be inline.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = one_of([("table", Backend::Table), ("inline", Backend::Inline)]))]
     backend: Option<Backend>,
 
     /// Names of the classes in their order, as A,B,C
@@ -50,16 +49,16 @@ pub(super) struct Arguments {
     labels: Option<Vec<String>>,
 
     /// Kind of the classes; by default, their names decide
-    #[arg(long, value_enum)]
-    task: Option<Classes>,
+    #[arg(long, value_parser = task())]
+    task: Option<Task>,
 
     /// The sample it was trained on: frames by default
     ///
     /// path and taxel-path are light along the path of a touch, of ten sums and of 25 taxels: the arrays X_path and
     /// X_taxel_path of a data set. A model with as many inputs as those of path (390) or taxel-path (280) needs this
     /// option. A model of 1750 inputs is one of taxels: X_taxels.
-    #[arg(long, value_enum)]
-    input: Option<SampleKind>,
+    #[arg(long, value_parser = sample())]
+    input: Option<Input>,
 
     /// Speeds of the training in mm/s, from and to
     ///
@@ -72,13 +71,13 @@ pub(super) struct Arguments {
     ///
     /// int8 is half as large and less exact. int32 is twice as large and takes twice the time; by default it is chosen
     /// if rounding to int16 may change answers. Boards before version 0.4 do not read it.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = one_of(WEIGHTS))]
     weights: Option<Weights>,
 
     /// Leaves of boosted trees: auto by default
     ///
     /// float32 is exact, and int16 is smaller. auto is int16 if that is proven to be exact, otherwise float32.
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = one_of(LEAVES))]
     leaves: Option<Leaves>,
 
     /// Count the answers that rounding changes, and those that are right
@@ -100,25 +99,14 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Backend {
     Table,
     Inline,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Weights {
-    Int16,
-    Int8,
-    Int32,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Leaves {
-    Auto,
-    Int16,
-    Float32,
-}
+const WEIGHTS: [(&str, Weights); 3] = [("int16", Weights::Int16), ("int8", Weights::Int8), ("int32", Weights::Int32)];
+const LEAVES: [(&str, Leaves); 3] = [("auto", Leaves::Auto), ("int16", Leaves::Int16), ("float32", Leaves::Float32)];
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
@@ -129,22 +117,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         check_ending(output, &["wsm", "rs"])?;
     }
     outputs.check([output])?;
-    let task = arguments.task.map(Into::into);
-    let input = arguments.input.map(Into::into);
-    let leaves = match arguments.leaves {
-        None | Some(Leaves::Auto) => write::Leaves::Auto,
-        Some(Leaves::Int16) => write::Leaves::Int16,
-        Some(Leaves::Float32) => write::Leaves::Float32,
+    let wanted = Import {
+        labels: arguments.labels.clone(),
+        task: arguments.task,
+        input: arguments.input,
+        speeds: arguments.speeds,
+        note: arguments.note.clone(),
+        options: Options { weights: arguments.weights, leaves: arguments.leaves.unwrap_or_default() },
+        check: arguments.check.clone(),
+        samples: None,
     };
-    let weights = arguments.weights.map(|weights| match weights {
-        Weights::Int8 => write::Weights::Int8,
-        Weights::Int16 => write::Weights::Int16,
-        Weights::Int32 => write::Weights::Int32,
-    });
-    let options = Options { weights, leaves };
-    let (labels, speeds) = (arguments.labels.clone(), arguments.speeds);
-    let (note_of_training, check) = (arguments.note.clone(), arguments.check.clone());
-    let wanted = Import { labels, task, input, speeds, note: note_of_training, options, check, samples: None };
     let (model, bytes, exactness) = if backend == Backend::Inline {
         let (model, source) = import_inline(&arguments.file, &wanted)?;
         (model, source.text.into_bytes(), source.exactness)

@@ -3,10 +3,9 @@
 use std::io::Write;
 use std::path::PathBuf;
 
-use super::super::output::Stop;
+use super::super::output::{Stop, print_json, stdout};
 use wstac_core::params::TAXELS;
 use wstac_core::touch::path_sample::FACTS;
-use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::visible::OneLine;
 use wstac_train::model::inspect::inspect;
@@ -29,12 +28,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let file = ModelFile::open(&arguments.model)?;
     let model = file.model()?;
     let found = inspect(&model, file.words());
-    let mut out = super::super::output::stdout();
     if arguments.json {
-        let json = serde_json::to_string(&found)
-            .map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
-        return Ok(writeln!(out, "{json}")?);
+        return print_json(&found);
     }
+    let mut out = stdout();
     writeln!(out, "kind      {}, {}", found.kind, found.numbers)?;
     writeln!(out, "task      {}", found.task)?;
     writeln!(out, "classes   {}: {}", found.labels.len(), OneLine(found.labels.join(", ")))?;

@@ -1,6 +1,6 @@
 //! `wstac model learn` makes a model of new textures from a few slides of each.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -10,7 +10,7 @@ use wstac_train::model::learn::learn;
 
 use super::super::dataset::pool;
 use super::super::dataset::recorded::read_all;
-use super::super::files::{Outputs, check_ending};
+use super::super::files::{Outputs, check_ending, ends};
 use super::super::output::{Stop, note};
 use super::super::signals::{Ending, finishing};
 
@@ -45,11 +45,6 @@ pub(super) struct Arguments {
     force: bool,
 }
 
-/// Returns whether a name is that of a data set.
-fn is_set(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("npz"))
-}
-
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let outputs = Outputs::new(arguments.force).reading([&arguments.base]).reading(&arguments.slides);
@@ -58,7 +53,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let file = ModelFile::open(&arguments.base)?;
     let model = file.model()?;
     projection_of(file.words()).map_err(|message| Error::new(ErrorKind::Data, file.about(), message))?;
-    let (sets, recorded): (Vec<&PathBuf>, Vec<&PathBuf>) = arguments.slides.iter().partition(|path| is_set(path));
+    let (sets, recorded): (Vec<&PathBuf>, Vec<&PathBuf>) = arguments.slides.iter().partition(|path| ends(path, "npz"));
     let mut slides = LabeledSamples::default();
     for path in sets {
         slides.append(LabeledSamples::read(&model, path)?);

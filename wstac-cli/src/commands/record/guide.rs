@@ -77,13 +77,8 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
     let labels = labels(&arguments.labels)?;
     let planned = slides.first().map(|slide| &slide.labels);
     if let Some((name, value)) = labels.iter().find(|(name, _)| planned.is_some_and(|own| own.contains_key(*name))) {
-        let plan = plan_file.display();
-        return Err(Error::new(
-            ErrorKind::Usage,
-            "--label",
-            format_args!("{name} is {value:?}, but {plan} gives it; leave it out"),
-        )
-        .into());
+        let message = format_args!("{name} is {value:?}, but {} gives it; leave it out", plan_file.display());
+        return Err(Error::new(ErrorKind::Usage, "--label", message).into());
     }
     let is_live = is_camera(source);
     let (source, info, config) =
@@ -95,12 +90,8 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
     let kept = kept(arguments, &info, &config)?;
     About::new(&kept, &config, labels.clone(), Vec::new())?;
     if folder.exists() && !folder.is_dir() {
-        return Err(Error::new(
-            ErrorKind::Io,
-            folder.display(),
-            "is a file, expected a folder for the recordings of --guide",
-        )
-        .into());
+        let message = "is a file, expected a folder for the recordings of --guide";
+        return Err(Error::new(ErrorKind::Io, folder.display(), message).into());
     }
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     let interrupted = finishing(Ending::Whole);
@@ -108,9 +99,7 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
     let form = Form::json_if(arguments.json);
     let shown = Shown::new(Records::new(form));
     let keys = keys();
-    if let Some(doubt) = doubts_of_textures(&info, &models) {
-        note(doubt);
-    }
+    doubts_of_textures(&info, &models).iter().for_each(note);
     let compression = arguments.compress.unwrap_or_default();
     let mut session =
         Session { is_live, source, info, kept, config, models: &models, labels, compression, keys, shown, interrupted };
@@ -220,23 +209,20 @@ impl Session<'_> {
     fn slide(&mut self, slide: &PlannedSlide, path: &Path) -> Result<SlideOutcome, Error> {
         loop {
             let part = new_part(path)?;
-            let ended = self.attempt(slide, &part);
-            match ended {
-                Ok(Some(SlideOutcome::Recorded)) => {
+            // If it failed, the incomplete file stays.
+            match self.attempt(slide, &part)? {
+                Some(SlideOutcome::Recorded) => {
                     fs::rename(&part, path).map_err(|error| Error::io(path.display(), error))?;
                     note(format_args!("wrote {}", path.display()));
                     return Ok(SlideOutcome::Recorded);
                 }
-                Ok(None) => {
-                    remove(&part)?;
+                ended => {
+                    fs::remove_file(&part).map_err(|error| Error::io(part.display(), error))?;
+                    if let Some(outcome) = ended {
+                        return Ok(outcome);
+                    }
                     note("the baseline was not quiet: do not touch the sensor; it is taken again");
                 }
-                Ok(Some(outcome)) => {
-                    remove(&part)?;
-                    return Ok(outcome);
-                }
-                // The incomplete file stays.
-                Err(error) => return Err(error),
             }
         }
     }
@@ -350,10 +336,6 @@ fn new_part(path: &Path) -> Result<PathBuf, Error> {
         ));
     }
     Err(Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 unfinished files, expected fewer"))
-}
-
-fn remove(path: &Path) -> Result<(), Error> {
-    fs::remove_file(path).map_err(|error| Error::io(path.display(), error))
 }
 
 #[cfg(test)]

@@ -127,18 +127,13 @@ fn open<'a>(
     let models = files.iter().map(|file| file.about().to_owned()).collect();
     let about = About::new(&kept(arguments, &info, &config)?, &config, labels.clone(), models)?;
     records.note(&info.about);
-    if let Some(text) = config.layout_note(&info) {
-        records.notice("default-layout", &format!("{text} with --config"));
-    }
-    if let Some(doubt) = config.rate_note(&info) {
-        records.notice("rate", &doubt);
-    }
+    records.assumptions(&info, &config);
     if let Some(doubt) = doubts_of_textures(&info, files) {
         records.note(doubt);
     }
     let has_others = sensor.name.is_some();
     let wall_zero = (has_others && info.recorded.is_some())
-        .then(|| McapSource::wall_zero(Path::new(sensor.source), arguments.options.sensor()));
+        .then(|| McapSource::wall_zero(Path::new(sensor.source), arguments.options.sensor.as_deref()));
     Ok(Opened { name, session, about, records, wall_zero: wall_zero.and_then(Result::ok).flatten() })
 }
 

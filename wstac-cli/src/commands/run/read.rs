@@ -110,11 +110,9 @@ impl<'a> Run<'a> {
         let options = of_recording.as_ref().unwrap_or(&arguments.options);
         let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
         let files = models_of(given, sensor.source, &info, &config)?;
-        let (layout, readout) = (config.layout_note(&info), config.readout_note(&info));
-        let (rate, unused) = (config.rate_note(&info), config.crosstalk_note());
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
-            .config(config)
+            .config(config.clone())
             .outputs(self.wanted())
             .textures(Textures::new(&files)?);
         if let Some(seconds) = arguments.baseline_at {
@@ -124,33 +122,20 @@ impl<'a> Run<'a> {
         // Only after opening and reading a baseline, which a signal ends at once, and before the first output.
         finishing(self.ending());
         records.note(&info.about);
-        if let Some(doubt) = layout {
-            records.notice("default-layout", &format!("{doubt} with --config"));
-        }
-        if let Some(doubt) = rate {
-            records.notice("rate", &doubt);
-        }
-        let doubt = doubts_of_textures(&info, &files);
+        records.assumptions(&info, &config);
+        let doubt = doubts_of_textures(&info, &files).inspect(|doubt| records.note(doubt));
         let hint = (given.is_none() && doubt.is_none()).then_some("no model was given: --model builtin names textures");
-        if let Some(doubt) = doubt {
-            records.note(doubt);
-        }
-        if let Some(unused) = unused {
-            records.note(unused);
-        }
-        if let Some(doubt) = readout {
+        config.crosstalk_note().iter().for_each(|unused| records.note(unused));
+        if let Some(doubt) = config.readout_note(&info) {
             records.note(format_args!("{doubt}, or give --readout MS"));
         }
         if info.rate.frames_added() > 1 {
             records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
         }
         if info.taxels_only && arguments.save_raw.is_some() {
-            return Err(Error::new(
-                ErrorKind::Unsupported,
-                &info.about,
-                "has no frames for --save-raw, expected a recording with pictures, or fidelity = \"rendered\"",
-            )
-            .into());
+            let message =
+                "has no frames for --save-raw, expected a recording with pictures, or fidelity = \"rendered\"";
+            return Err(Error::new(ErrorKind::Unsupported, &info.about, message).into());
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
         let range = Range::new(arguments.since, arguments.until);

@@ -4,7 +4,7 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use super::super::output::{Stop, note};
+use super::super::output::{Stop, Visible, note, stdout};
 use super::named;
 use wstac_host::error::Error;
 use wstac_host::source::open::OpenOptions;
@@ -30,15 +30,11 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let script = script(named(&arguments.scene), &OpenOptions::default())?;
     let scene = Scene::new(&script).map_err(|error| error.about(arguments.scene.display()))?;
-    let mut out = super::super::output::stdout();
+    let mut out = stdout();
     let (width, height) = script.sensor.size.into();
     let rate = script.sensor.rate.per_second();
-    writeln!(
-        out,
-        "{} frames of {width}x{height} at {rate} per second, {}",
-        scene.frames(),
-        described(script.fidelity)
-    )?;
+    let kind = if script.fidelity == Fidelity::Taxel { "taxel sums only" } else { "rendered" };
+    writeln!(out, "{} frames of {width}x{height} at {rate} per second, {kind}", scene.frames())?;
     for truth in scene.truth() {
         let (from, to) = (truth.start_s * rate, truth.end_s * rate);
         writeln!(out, "  {}: frames {from:.1} to {to:.1}", truth.touch)?;
@@ -55,13 +51,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         "\nModeled:{}",
         if arguments.no_cost { "" } else { "                                     ns per frame" }
     )?;
-    if let Some(Some(cost)) = costs.next() {
-        writeln!(
-            out,
-            "  {:18} {:22} {cost:>10.0}  flashes of strain and a GREY camera without noise",
-            "all below left out", ""
-        )?;
-    }
+    let total = |out: &mut Visible<_>, name: &str, cost: Option<Option<f64>>, what: &str| match cost.flatten() {
+        Some(cost) => writeln!(out, "  {name:18} {:22} {cost:>10.0}  {what}", ""),
+        None => Ok(()),
+    };
+    total(&mut out, "all below left out", costs.next(), "flashes of strain and a GREY camera without noise")?;
     for effect in EFFECTS.iter().filter(has) {
         let value = (effect.value)(&script).unwrap_or_default();
         match costs.next() {
@@ -70,33 +64,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             None => writeln!(out, "  {:18} {value:22} {}", effect.name, effect.what)?,
         }
     }
-    if let Some(Some(cost)) = costs.next() {
-        writeln!(
-            out,
-            "  {:18} {:22} {cost:>10.0}  less than the sum of the rest, because effects share work",
-            "the whole", ""
-        )?;
-    }
+    total(&mut out, "the whole", costs.next(), "less than the sum of the rest, because effects share work")?;
     writeln!(out, "\nNot in this scene, and without cost:")?;
     for effect in EFFECTS.iter().filter(|effect| !has(effect)) {
         writeln!(out, "  {:18} {}", effect.name, effect.what)?;
     }
     writeln!(out, "\nNever modeled:")?;
-    for never in NEVER {
-        writeln!(out, "  {never}")?;
-    }
+    NEVER.iter().try_for_each(|never| writeln!(out, "  {never}"))?;
     writeln!(
         out,
         "\nGuesses, because the publication does not give them: overlap, pitch, edge, flash and black\nlevel (wstac scene --help), and the spot of light of a base, a soft disc."
     )?;
     Ok(())
-}
-
-fn described(fidelity: Fidelity) -> &'static str {
-    match fidelity {
-        Fidelity::Rendered => "rendered",
-        Fidelity::Taxel => "taxel sums only",
-    }
 }
 
 /// The number of repetitions. The shortest time counts, because noise of the machine only makes times longer.

@@ -4,9 +4,8 @@ use std::ffi::OsString;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::Ordering;
 
-use super::super::files::{NewFile, Outputs};
+use super::super::files::{NewFile, Outputs, ends};
 use super::super::output::{Stop, note};
 use super::super::signals::{self, Ending, finishing};
 use super::named;
@@ -48,13 +47,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let path = arguments.output.as_path();
     let info = source.info().clone();
     if info.taxels_only {
-        return Err(
-            Error::new(ErrorKind::Unsupported, &info.about, "has no frames, expected fidelity = \"rendered\"").into()
-        );
+        let message = "has no frames, expected fidelity = \"rendered\"";
+        return Err(Error::new(ErrorKind::Unsupported, &info.about, message).into());
     }
-    let raw = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("raw"));
-    let y4m = path == Path::new("-") || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
-    let mp4 = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4"));
+    let (raw, y4m, mp4) = (ends(path, "raw"), path == Path::new("-") || ends(path, "y4m"), ends(path, "mp4"));
     if !raw && !y4m && !mp4 {
         let message = "expected a name that ends in .y4m, .raw or .mp4, or -";
         return Err(Error::new(ErrorKind::Usage, path.display(), message).into());
@@ -69,22 +65,18 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         );
         return Err(Error::new(ErrorKind::Unsupported, &info.about, message).into());
     }
-    let header = if raw {
-        None
-    } else {
-        Some(header_of(&info).map_err(|message| Error::new(ErrorKind::Unsupported, &info.about, message))?)
-    };
+    let header = (!raw).then(|| header_of(&info)).transpose();
+    let header = header.map_err(|message| Error::new(ErrorKind::Unsupported, &info.about, message))?;
     note(&info.about);
     let outputs = Outputs::new(arguments.force).reading([named(&arguments.scene)]);
     let mut out = Output::create(path, &outputs, mp4)?;
     if let Some(header) = &header {
         out.write(header.as_bytes())?;
     }
-    let (mut lost, interrupted) = (0, finishing(Ending::InTime));
+    finishing(Ending::InTime);
+    let mut lost = 0;
     loop {
-        if interrupted.load(Ordering::Relaxed) {
-            return Err(Stop::Interrupted(signals::code()));
-        }
+        signals::check()?;
         match source.next_event()? {
             SourceEvent::Frame(Frame { bytes, .. }) => {
                 if header.is_some() {
@@ -108,9 +100,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 enum Output {
     Standard(BufWriter<std::io::Stdout>),
     /// A file that takes its name only when it is complete.
-    File(NewFile, PathBuf),
+    File(NewFile),
     /// The same, which ffmpeg writes.
-    Video(NewFile, PathBuf, Child),
+    Video(NewFile, Child),
 }
 
 /// What makes a video of Y4M on standard input. Its output needs no way back in the file.
@@ -124,19 +116,21 @@ impl Output {
         }
         let new = outputs.create(path)?;
         if !is_video {
-            return Ok(Self::File(new, path.to_owned()));
+            return Ok(Self::File(new));
         }
         let mut ffmpeg = Command::new("ffmpeg");
         let ffmpeg = ffmpeg.args(FFMPEG.split_ascii_whitespace()).stdin(Stdio::piped()).stdout(new.file.file()?);
         let started = ffmpeg.spawn().map_err(|error| not_started(&path.display().to_string(), error))?;
-        Ok(Self::Video(new, path.to_owned(), started))
+        Ok(Self::Video(new, started))
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<(), Stop> {
         match self {
             Self::Standard(out) => Ok(out.write_all(bytes)?),
-            Self::File(new, path) => new.file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into()),
-            Self::Video(_, path, ffmpeg) => {
+            Self::File(NewFile { file, path, .. }) => {
+                file.write_all(bytes).map_err(|error| Error::io(path.display(), error).into())
+            }
+            Self::Video(NewFile { path, .. }, ffmpeg) => {
                 let written = ffmpeg.stdin.as_mut().map_or(Ok(()), |input| input.write_all(bytes));
                 written.or_else(|error| {
                     // It reads no more because it has ended, and its exit code says more than the pipe.
@@ -150,9 +144,9 @@ impl Output {
     fn finish(self) -> Result<(), Stop> {
         match self {
             Self::Standard(mut out) => Ok(out.flush()?),
-            Self::File(new, _) => Ok(new.commit()?),
-            Self::Video(new, path, mut ffmpeg) => {
-                ended(&mut ffmpeg, &path)?;
+            Self::File(new) => Ok(new.commit()?),
+            Self::Video(new, mut ffmpeg) => {
+                ended(&mut ffmpeg, &new.path)?;
                 Ok(new.commit()?)
             }
         }

@@ -232,13 +232,14 @@ pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
     let reported = String::from_utf8_lossy(&done.stderr);
     // The last line only says that the data are invalid.
     let first = reported.lines().map(without_context).find(|line| !line.is_empty());
+    // ffprobe begins with the name of the file.
+    let name = format!("file:{subject}: ");
     let why = match first {
         None => "has no picture, expected a video",
         Some(line) if line.starts_with(NOT_LISTED) => {
             "is a list of other files, or none of the formats of videos; expected a video"
         }
-        // ffprobe begins with the name of the file.
-        Some(line) => &format!("ffmpeg cannot read it: {}", line.trim_start_matches(&format!("file:{subject}: "))),
+        Some(line) => &format!("ffmpeg cannot read it: {}, so it has no frames", line.trim_start_matches(&name)),
     };
     Err(Error::new(ErrorKind::Format, subject, why))
 }

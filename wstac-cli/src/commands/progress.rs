@@ -1,18 +1,41 @@
 //! The progress of a command, for a person who waits.
 
-use std::fmt;
+use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-use crate::commands::output::note;
+use super::output::note;
 
 /// The time between two lines if standard error is no terminal.
 const BETWEEN_LINES: Duration = Duration::from_mins(1);
 
-/// A line on a terminal that is overwritten. If standard error is no terminal, there is a line at the start and one
-/// each minute; the result of the command is the line at the end.
-pub(in crate::commands) struct ProgressLine {
+/// A line on standard error that is overwritten, and cleared at the end. It is shown on terminals only.
+pub(super) struct OverwrittenLine {
+    pub(super) is_terminal: bool,
+}
+
+impl OverwrittenLine {
+    pub(super) fn new() -> Self {
+        Self { is_terminal: std::io::stderr().is_terminal() }
+    }
+
+    pub(super) fn write(&self, text: impl Display) {
+        if self.is_terminal {
+            let _ = write!(std::io::stderr(), "\r{text}\x1b[K");
+        }
+    }
+}
+
+impl Drop for OverwrittenLine {
+    fn drop(&mut self) {
+        self.write("");
+    }
+}
+
+/// The progress of counted work: an overwritten line. If standard error is no terminal, there is a line at the start
+/// and one each minute; the result of the command is the line at the end.
+pub(super) struct ProgressLine {
     /// The counted things: slides or recordings.
     what: &'static str,
     /// Number of things that are done, and the final count.
@@ -21,65 +44,44 @@ pub(in crate::commands) struct ProgressLine {
     started: Instant,
     /// The time of the last update.
     said: Instant,
-    is_terminal: bool,
+    line: OverwrittenLine,
 }
 
 impl ProgressLine {
     /// Creates a progress line that starts with 0 of `count`, and prints it at once.
-    pub(in crate::commands) fn new(what: &'static str, count: usize) -> Self {
+    pub(super) fn new(what: &'static str, count: usize) -> Self {
         let now = Instant::now();
-        let is_terminal = std::io::stderr().is_terminal();
-        let progress = Self { what, done: 0, count, started: now, said: now, is_terminal };
-        if is_terminal {
-            progress.write("");
-        } else {
-            note(format_args!("0 of {count} {what} done"));
-        }
+        let progress = Self { what, done: 0, count, started: now, said: now, line: OverwrittenLine::new() };
+        progress.say("");
         progress
     }
 
     /// Counts one more, and updates the line unless it was updated just now.
-    pub(in crate::commands) fn one_more(&mut self) {
+    pub(super) fn one_more(&mut self) {
         self.done += 1;
-        let between = if self.is_terminal { Duration::from_millis(200) } else { BETWEEN_LINES };
+        let between = if self.line.is_terminal { Duration::from_millis(200) } else { BETWEEN_LINES };
         if self.said.elapsed() <= between {
             return;
         }
         self.said = Instant::now();
         let each = self.started.elapsed().as_secs_f64() / self.done as f64;
         let left = (each * self.count.saturating_sub(self.done) as f64).ceil();
-        if self.is_terminal {
-            self.write(format_args!(", {left} s left"));
-        } else {
-            note(format_args!("{} of {} {} done, {left} s left", self.done, self.count, self.what));
-        }
+        self.say(format_args!(", {left} s left"));
     }
 
-    fn write(&self, left: impl fmt::Display) {
-        let _ = write!(std::io::stderr(), "\r{} of {} {} done{left}\x1b[K", self.done, self.count, self.what);
-    }
-}
-
-impl Drop for ProgressLine {
-    /// Clears the line for the next message.
-    fn drop(&mut self) {
-        if self.is_terminal {
-            let _ = write!(std::io::stderr(), "\r\x1b[K");
-        }
+    fn say(&self, left: impl Display) {
+        let text = format!("{} of {} {} done{left}", self.done, self.count, self.what);
+        if self.line.is_terminal { self.line.write(text) } else { note(text) }
     }
 }
 
 /// Does one long piece of work, and says every second on a terminal, otherwise every minute, that it goes on.
-pub(in crate::commands) fn while_working<T>(what: &str, work: impl FnOnce() -> T) -> T {
-    if !std::io::stderr().is_terminal() {
+pub(super) fn while_working<T>(what: &str, work: impl FnOnce() -> T) -> T {
+    let line = OverwrittenLine::new();
+    if !line.is_terminal {
         return while_saying(BETWEEN_LINES, what, |line: &str| note(line), work);
     }
-    let write = |line: &str| {
-        let _ = write!(std::io::stderr(), "\r{line}\x1b[K");
-    };
-    let result = while_saying(Duration::from_secs(1), what, write, work);
-    write("");
-    result
+    while_saying(Duration::from_secs(1), what, |text: &str| line.write(text), work)
 }
 
 /// Does work, and after each interval passes a line to `say`: `what`, and for how long it has gone on.
