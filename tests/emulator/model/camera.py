@@ -74,8 +74,10 @@ class Dma(Registers):
 class Dcmi(Registers):
     """The camera interface."""
 
+    BASE, IRQ = DCMI, DCMI_IRQ
+
     def __init__(self, dma, ports):
-        super().__init__(DCMI)
+        super().__init__(self.BASE)
         self.ports = ports
         self.dma, self.capturing, self.row, self.rest = dma, False, 0, b""
 
@@ -86,7 +88,7 @@ class Dcmi(Registers):
 
     def irqs(self):
         """Returns its interrupt, while an enabled flag is set."""
-        return {DCMI_IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
+        return {self.IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
 
     def write(self, offset, value):
         """Stores a register."""
