@@ -139,10 +139,11 @@ def main():
             sys.exit(__doc__)
     if unknown := set(names) - set(PROGRAMS):
         sys.exit(f"ci/measure power: {', '.join(sorted(unknown))} is no program, expected {', '.join(PROGRAMS)}")
+    inputs = tomllib.loads((HERE / "power.toml").read_text())
+    found = counts(wstac, names or list(PROGRAMS))
     before, behind = PAGE.read_text().split(BEGIN)
     page, after = behind.split(END, 1)
-    inputs = tomllib.loads((HERE / "power.toml").read_text())
-    lines = table(inputs, counts(wstac, names or list(PROGRAMS)), page)
+    lines = table(inputs, found, page)
     print("\n".join(lines))
     if write:
         text = "\n".join(lines)
