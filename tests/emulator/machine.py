@@ -52,7 +52,7 @@ PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
 REGIONS = {
     "flash": (FLASH, FLASH_SIZE),
     "ITCM": (0, 0x1_0000),
-    "DTCM": (DTCM, 0x2_0000),
+    "DTCM": (DTCM, 0xC_0000),  # of an STM32U575, all RAM
     "AXI SRAM": (AXI, AXI_SIZE),
     "other SRAM": (0x3000_0000, 0x900_0000),
     "peripherals": (PERIPHERALS, PERIPHERALS_SIZE),

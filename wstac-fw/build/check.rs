@@ -15,10 +15,7 @@ const CHIPS: &[(&str, &str, &str)] = &[
 ];
 
 /// The chips with a choice of clocks: those of the core in MHz, the default first, and in words.
-const CLOCKS: &[(&str, &[u32], &str)] = &[
-    ("rp2040", &[120, 72, 48], "120, 72 or 48; help: without it, 120"),
-    ("u575", &[72, 24], "72 or 24; help: without it, 72"),
-];
+const CLOCKS: &[(&str, &[u32], &str)] = &[("rp2040", &[120, 72, 48], "120, 72 or 48"), ("u575", &[72, 24], "72 or 24")];
 
 /// Returns whether a feature of this package is on.
 fn has(feature: &str) -> bool {
@@ -34,8 +31,7 @@ pub fn target() -> Result<(), String> {
         [] if has("rp") => Err("the feature rp is no chip (expected rp2040 or rp2350, which turn it on)".to_owned()),
         [] => Ok(()),
         [("u575", ..)] if has("usb") => {
-            Err("the feature usb has no driver here for an STM32U575; help: --no-default-features leaves it out"
-                .to_owned())
+            Err("the feature usb is not for an STM32U575; help: --no-default-features leaves it out".to_owned())
         }
         [(_, begins, _)] if target.starts_with(begins) => Ok(()),
         [(feature, _, expected)] => Err(format!(
@@ -82,7 +78,10 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
         let found = text("WSTAC_MHZ");
         return Err(match said {
             "" => format!("WSTAC_MHZ is \"{found}\", which only a Pico and an STM32U575 have; help: unset it"),
-            _ => format!("WSTAC_MHZ is \"{found}\", expected the MHz of the core, {said}"),
+            _ => {
+                let usual = clocks[0];
+                format!("WSTAC_MHZ is \"{found}\", expected the MHz of the core, {said}; help: without it, {usual}")
+            }
         });
     };
     let Some(rest) = rest(&variable) else {
@@ -104,7 +103,7 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
         ));
     }
     if rest > 0 && has("emulated") {
-        return Err("WSTAC_REST needs an HM01B0, which emulated boards do not have; help: unset it".to_owned());
+        return Err("WSTAC_REST needs an HM01B0; help: unset it".to_owned());
     }
     if rest > 0 && has("motion") {
         return Err("WSTAC_REST leaves too few frames for the feature motion; help: leave one of them out".to_owned());

@@ -12,8 +12,7 @@ use wstac_fw::stm32::{self, CameraPins, Crystal, Light, SensorBus, SensorPower, 
 /// The crystal of 12 MHz.
 const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
 const BAUD: u32 = 115_200;
-const _: () =
-    assert!(setup::REST == 0, "WSTAC_REST needs an HM01B0, which an OpenMV Cam H7 does not have; help: unset it");
+const _: () = assert!(setup::REST == 0, "WSTAC_REST needs an HM01B0; help: unset it");
 
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
