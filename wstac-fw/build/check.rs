@@ -76,13 +76,13 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
         CLOCKS.iter().find(|(chip, ..)| has(chip)).map_or((&[120][..], ""), |(_, clocks, said)| (clocks, said));
     let Some(mhz) = number("WSTAC_MHZ", clocks[0]).filter(|mhz| clocks.contains(mhz)) else {
         let found = text("WSTAC_MHZ");
-        return Err(match said {
-            "" => format!("WSTAC_MHZ is \"{found}\", which only a Pico and an STM32U575 have; help: unset it"),
-            _ => {
-                let usual = clocks[0];
-                format!("WSTAC_MHZ is \"{found}\", expected the MHz of the core, {said}; help: without it, {usual}")
-            }
-        });
+        if said.is_empty() {
+            return Err(format!("WSTAC_MHZ is \"{found}\", which only a Pico and an STM32U575 have; help: unset it"));
+        }
+        let usual = clocks[0];
+        return Err(format!(
+            "WSTAC_MHZ is \"{found}\", expected the MHz of the core, {said}; help: without it, {usual}"
+        ));
     };
     let Some(rest) = rest(&variable) else {
         return Err(format!(
