@@ -7,7 +7,7 @@
 //! | `WSTAC_MODELS` | without a model: those that a host may send, such as `forest:frames`; `linear_svm:frames` if unset |
 //! | `WSTAC_REVISION` | the revision that the firmware reports; without it the beginning of git's commit |
 //! | `WSTAC_FPS` | the frames per second of the boards' sensors, 15 to 60; without it 30 |
-//! | `WSTAC_MHZ` | the clock of a Pico's core in MHz, 120, 72 or, without USB, 48; without it 120 |
+//! | `WSTAC_MHZ` | the clock of the core in MHz; a Pico: 120, the default, 72 or, without USB, 48; an STM32U575: 72, the default, or 24 |
 //! | `WSTAC_REST` | the seconds without light after which a board rests, 5 to 3600; without it, it never does |
 //! | `WSTAC_PIXELS` | the camera's pixel format, such as YUYV; without it GREY |
 
@@ -40,7 +40,7 @@ fn main() {
         return refuse(&error);
     }
     link::emulated(&out);
-    link::h743(&out);
+    link::stm32(&out);
     link::pico(&out);
     let text = |name: &str| variable(name).map(|value| value.to_string_lossy().into_owned());
     let [pixels, models] = ["WSTAC_PIXELS", "WSTAC_MODELS"].map(text);

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
-"""Checks the programs of boards with an STM32H743 on modeled ones: its events and features are those of `wstac run` on
-the same frames, whatever happens to the camera.
+"""Checks the programs of boards with an STM32 on modeled ones: its events and features are those of `wstac run` on the
+same frames, whatever happens to the camera.
 
     check.py WSTAC ELF OPENMV WEACT TAKING SENT CONFIG MODEL OTHER…
 
 WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPENMV that of the OpenMV Cam H7, WEACT that
 of the WeAct MiniSTM32H743. TAKING takes linear models of the path over the link (feature `models`), and SENT is such a
 model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. ELF.15,
-ELF.25 and ELF.60 are ELF at these frame rates. The last OTHER learns textures (feature `learn`). Needs the packages of
-requirements.txt (`ci/boards emulator`).
+ELF.25 and ELF.60 are ELF at these frame rates, and ELF.rest lets its sensor rest after 5 seconds without light.
+ELF.u575 is the program of the Nucleo-U575ZI-Q, and ELF.u575.24 that for 24 MHz. The last OTHER learns textures
+(feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -31,6 +32,7 @@ from model.i2c import I2C1
 from model.ports import NUCLEO, OPENMV, SCL, SDA, WEACT
 from model.larger import Gc2145, Ov2640, Ov5640, SlowOv2640
 from model.sensor import Hm01b0, Hm0360, Mt9m114, Ov7670, Ov7690, Ov7692, Ov7725
+from model.u575 import NUCLEO_U575, NUCLEO_U575_SLOW
 
 SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
 # The configuration of a program that is built without one.
@@ -57,6 +59,8 @@ BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
 # Of the OV7725: 240 rows, each of two lines of 784 pixels, at two clocks of 24 MHz per pixel.
 READOUT_MS = 239 * 2 * 784 * 2 / 24_000
+# Of an HM01B0 with eight wires: 376 clocks, each of 4 of 24 MHz.
+HM01B0_READOUT_MS = 239 * 376 * 4 / 24_000
 # Limits of the whole program without a model: 100 kB of flash, of which 1 kB sums rows in an interrupt and 1 kB says in
 # numbers what a camera sends, which most first flashes need; and 16 KiB of RAM with the ring and the stack, less 100
 # bytes. Instructions of a frame of 320 x 240, its reads and writes of the AXI SRAM, which has no variables, and its
@@ -462,9 +466,10 @@ class Check:
         events = of_kind(self.host.of_line(after_power(board, self.host.frames).run()), "event")
         if events != expected or not events or events == self.events:
             problems.append(f"events are {events}, expected {expected}")
-        # A reset at some of the writes of four bytes, eight of which are a word.
+        # A reset at some of the writes of four bytes, eight of which are a word, or four of an STM32U575.
         left = set()
-        for cut in (1, 4, 8, 9, 16, 8 * words // 2 + 3, 8 * words - 1, 8 * words):
+        writes = 8 if self.wiring.chip is None else 4
+        for cut in (1, writes // 2, writes, writes + 1, 2 * writes, writes * words // 2 + 3, writes * words - 1, writes * words):
             other = after_power(board)
             other.flash.cut_after = cut
             asked(other, request(SET, *compiled_in), 0)
@@ -693,6 +698,39 @@ class Check:
             if begins is not None and not begins <= at <= begins + 2:
                 problems.append(f"{line!r} at frame {at:.2f}, expected within two frame times of {begins}")
         self.say(name, problems)
+
+    def rests(self, name):
+        """A slide begins after a long rest, and the same one follows soon. Of the first one, an answer is absent or not reliable;
+        that of the second one is the host's.
+        """
+        slide = '[[slide]]\nspecimen = "Saw3"\nspeed = 150\ndirection = 90\n'
+        scene = f"lead_in = 240\ngap = 70\n[sensor]\nsize = [{WIDTH}, {HEIGHT}]\n{2 * slide}"
+        clip, frames = self.host.rendered(scene, "rest", HM01B0_READOUT_MS)
+        board = self.board(frames, Hm01b0, elf=f"{self.elf}.rest")
+        board.line.receive(request(FEATURES, 1))
+        lines = self.host.of_line(board.run(), "--features")
+        expected = self.host.of_file(clip, "--features", readout_ms=HM01B0_READOUT_MS)
+        events, (first, second) = ([json.loads(line) for line in of_kind(some, "event")] for some in (lines, expected))
+        answer = lambda event: [event[key] for key in ("frame", "speed", "direction", "reliable")]
+        problems = [f"the log says {line}" for _, line in fault_lines(board)]
+        if not events or answer(events[-1]) != answer(second) or any(event["reliable"] for event in events[:-1]):
+            problems.append(f"events are {events}, expected the second of {[first, second]} after one that is not reliable")
+        sent = {json.loads(line)["frame"] for line in of_kind(lines, "features")}
+        begins = first["touch_frame"]
+        if len(sent & set(range(begins - 12, begins - 7))) > 2:
+            problems.append("the sensor does not rest")
+        # The next frame after the first light may still come late.
+        if not any({back, back + 1} <= sent for back in range(begins, begins + 8)):
+            problems.append("the sensor is not back 7 frames after the touch")
+        self.say(name, problems)
+
+    def damaged(self, name):
+        """Settings of which a reset left a word without its error correction are not used, and the board starts."""
+        board = self.board(self.host.frames[:5])
+        board.flash.tear(range(BANK2 + 0x8_0000, BANK2 + 0x8_0100, 16))
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        self.say(name, [] if lines[:5] == self.features[:5] else [f"features are {lines}"])
 
     def slow_bus(self, name, sensor=Ov7725, fps=30, readout_ms=READOUT_MS):
         """The sensor's bus has 100 kHz: the core waits for three registers after each frame, and loses none."""
@@ -1142,7 +1180,8 @@ def main():
         above = ((key, limit) for key, limit in BUDGET.items() if found[key] > limit)
         over = [f"{found[key]:,.0f} of {key}, above the budget of {limit:,}" for key, limit in above]
         check.say("budget", over)
-        failures = check.failures + check_openmv(host, openmv) + check_weact(host, weact)
+        check.rests("a slide after a rest")
+        failures = check.failures + check_openmv(host, openmv) + check_weact(host, weact) + check_u575(host, elf)
     print(f"{failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if failures else 0)
 
@@ -1171,9 +1210,26 @@ def check_weact(host, elf):
     return check.failures
 
 
+def check_u575(host, elf):
+    """Runs the cases that depend on the board for a Nucleo-U575ZI-Q, at both of its clocks. Returns the number of failures."""
+    print("Nucleo-U575ZI-Q:")
+    check = Check(host, f"{elf}.u575", NUCLEO_U575)
+    check_board(check)
+    for sensor in (Ov7670, Hm0360, Hm01b0):
+        check.plain(sensor, sensor.__name__)
+    check.settings("settings")
+    check.damaged("damaged words of the flash")
+    slow = Check(host, f"{elf}.u575.24", NUCLEO_U575_SLOW)
+    slow.plain(Hm01b0, "24 MHz")
+    words, _ = cost(slow.elf, host.frames, Hm01b0, NUCLEO_U575_SLOW)
+    print(words)
+    return check.failures + slow.failures
+
+
 def check_board(check):
     """Runs the cases that depend on any board."""
-    check.axi_reads("reads of the AXI SRAM")
+    if check.wiring.chip is None:
+        check.axi_reads("reads of the AXI SRAM")
     check.plain(Ov7725, "events")
     check.faulty("features", {}, (), [])
     check.faulty("lost sync", {50: "lost sync"}, [50], [(50, LOST_SYNC)])

@@ -52,7 +52,7 @@ PERIPHERALS, PERIPHERALS_SIZE = 0x4000_0000, 0x2000_0000
 REGIONS = {
     "flash": (FLASH, FLASH_SIZE),
     "ITCM": (0, 0x1_0000),
-    "DTCM": (DTCM, 0x2_0000),
+    "DTCM": (DTCM, 0xC_0000),  # of an STM32U575, all RAM
     "AXI SRAM": (AXI, AXI_SIZE),
     "other SRAM": (0x3000_0000, 0x900_0000),
     "peripherals": (PERIPHERALS, PERIPHERALS_SIZE),
@@ -63,7 +63,7 @@ STACKED = [UC_ARM_REG_R0, UC_ARM_REG_R1, UC_ARM_REG_R2, UC_ARM_REG_R3, UC_ARM_RE
 DOUBLES = [UC_ARM_REG_D0 + k for k in range(8)]
 EXC_RETURN = 0xFFFF_FFF9  # return to the thread, main stack, without floating point registers
 EXCEPTION_EXIT = 8  # the emulator's name for a jump to such an address
-HARD_FAULT = 3 - 16  # in place of the number of an interrupt
+NMI, HARD_FAULT = 2 - 16, 3 - 16  # in place of the number of an interrupt
 WFE, WFI = b"\x20\xbf", b"\x30\xbf"
 SCB_PAGE = 0xE000_EC00
 SLICE, SHORT_SLICE = 1000, 200  # cycles that a busy core runs between two checks, the latter in an interrupt
@@ -76,18 +76,19 @@ class Stopped(Exception):
 class Machine:
     """The core, its memories and its clock. Peripherals are added."""
 
-    def __init__(self, elf, bootloader=None):
-        """`bootloader` leaves the state of one that starts the program. It sets neither stack nor vectors."""
+    def __init__(self, elf, bootloader=None, chip=None):
+        """`bootloader` leaves the state of one that starts the program. It sets neither stack nor vectors. `chip` is another one."""
         self.bootloader = bootloader
         self.uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
-        self.uc.ctl_set_cpu_model(UC_CPU_ARM_CORTEX_M7)
-        for base, size in MEMORIES:
+        self.uc.ctl_set_cpu_model(chip.cpu if chip else UC_CPU_ARM_CORTEX_M7)
+        for base, size in chip.memories if chip else MEMORIES:
             self.uc.mem_map(base, size)
-        self.uc.mem_write(UNIQUE_ID, CHIP)
+        self.uc.mem_write(chip.unique_id if chip else UNIQUE_ID, CHIP)
+        self.has_axi, self.nmi = chip is None or chip.has_axi, False
         with open(elf, "rb") as file:
             image = ELFFile(file)
             self.image = [(s["p_paddr"], s.data()) for s in image.iter_segments() if s["p_type"] == "PT_LOAD"]
-            self.axi_bytes = image.get_section_by_name(".axi")["sh_size"]
+            self.axi_bytes = image.get_section_by_name(".axi")["sh_size"] if self.has_axi else 0
             symbols = list(image.get_section_by_name(".symtab").iter_symbols())
         self.symbols = {symbol.name: symbol["st_value"] for symbol in symbols}
         functions = [symbol for symbol in symbols if symbol["st_info"]["type"] == "STT_FUNC"]
@@ -175,10 +176,10 @@ class Machine:
             self.losses += [lost[0]] if lost[0] in self.record else []
             self.uc.mem_write(lost[0], lost[1])
         self.partial = self.writing = None
-        self.enabled, self.exception, self.saved = set(), None, []
-        self.event, self.asleep = False, None
+        self.enabled, self.exception, self.saved, self.outer = set(), None, [], []
+        self.event, self.asleep, self.nmi = False, None, False
         self.vectors = FLASH
-        if self.axi_hook is None:
+        if self.has_axi and self.axi_hook is None:
             self.axi_hook = self.uc.hook_add(UC_HOOK_MEM_READ, self._early_read, begin=AXI, end=AXI + AXI_SIZE - 1)
         for register in (UC_ARM_REG_PRIMASK, *STACKED):
             self.uc.reg_write(register, 0)
@@ -319,7 +320,12 @@ class Machine:
         return min(asked, default=None)
 
     def _interrupt(self):
-        """Enters a pending interrupt. Interrupts do not nest, because all have one priority."""
+        """Enters a pending interrupt. Interrupts do not nest, because all have one priority, but that which cannot be masked does."""
+        if self.nmi:
+            self.nmi = False
+            self.outer.append((self.exception, self.saved))
+            self._enter(NMI)
+            return
         if self.exception is not None or self.uc.reg_read(UC_ARM_REG_PRIMASK) & 1:
             return
         irq = self.asked()
@@ -351,7 +357,8 @@ class Machine:
         # The flags, those of four bytes and, in the middle of an IT block, the rest of it.
         self.uc.reg_write(UC_ARM_REG_XPSR, xpsr & 0xFF0F_FC00)
         self.uc.reg_write(UC_ARM_REG_SP, frame + 32 + (4 if xpsr & 1 << 9 else 0))
-        self.pc, self.exception, self.event = pc | 1, None, True
+        self.pc, self.event = pc | 1, True
+        self.exception, self.saved = self.outer.pop() if self.exception == NMI else (None, [])
 
     def _interrupted(self, uc, number, _):
         self.stopped_by = number

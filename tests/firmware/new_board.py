@@ -106,20 +106,26 @@ def main():
     elf, script = build(copy)
     linked(elf)
     # Every chip, on its target and on another one.
-    chips = ("rp2040", M0, M4F), ("rp2350", M33, M0), ("h743", M4F, M33)
+    chips = ("rp2040", M0, M4F), ("rp2350", M33, M0), ("h743", M4F, M33), ("u575", M4F, M33)
     for chip, own, other in chips:
-        features = [chip, "node"] if chip == "h743" else [chip, "rp", "node"]
+        features = [chip, "rp" if chip.startswith("rp") else "stm32", "node"]
         taken(says(copy, script, own, *features))
         refused(says(copy, script, other, *features), f"the feature {chip} is", f"found --target {other}, expected --target {own}")
     refused(says(copy, script, M0, "rp2040", "rp", "h743"), "of different chips", "--no-default-features")
     refused(says(copy, script, M0, "rp"), "the feature rp is no chip")
+    refused(says(copy, script, M4F, "stm32"), "the feature stm32 is no chip")
     # Clocks that are too slow for something, and a rest that leaves too few frames.
     pico = ("rp2040", "rp", "node")
     taken(says(copy, script, M0, *pico, WSTAC_MHZ="48", WSTAC_REST="60"))
     taken(says(copy, script, M0, *pico, "usb", WSTAC_MHZ="72"))
     refused(says(copy, script, M0, *pico, "usb", WSTAC_MHZ="48"), 'WSTAC_MHZ is "48"', "RP2040-E16")
     refused(says(copy, script, M0, *pico, WSTAC_MHZ="24"), 'WSTAC_MHZ is "24", expected the MHz of the core, 120, 72 or 48')
-    refused(says(copy, script, M33, "rp2350", "rp", "node", WSTAC_MHZ="48"), 'WSTAC_MHZ is "48", which only a Pico has')
+    refused(says(copy, script, M33, "rp2350", "rp", "node", WSTAC_MHZ="48"), 'WSTAC_MHZ is "48", which only a Pico and an STM32U575 have')
+    u575 = ("u575", "stm32", "node")
+    taken(says(copy, script, M4F, *u575, WSTAC_MHZ="24"))
+    refused(says(copy, script, M4F, *u575, WSTAC_MHZ="48"), 'WSTAC_MHZ is "48", expected the MHz of the core, 72 or 24')
+    refused(says(copy, script, M4F, *u575, "usb"), "the feature usb")
+    refused(says(copy, script, M4F, "emulated", WSTAC_REST="60"), "WSTAC_REST needs an HM01B0")
     refused(says(copy, script, M0, *pico, WSTAC_REST="4"), 'WSTAC_REST is "4", expected whole seconds without light, 5 to 3600')
     refused(says(copy, script, M0, *pico, WSTAC_REST="0"), 'WSTAC_REST is "0", expected whole seconds without light, 5 to 3600')
     refused(says(copy, script, M0, *pico, WSTAC_MHZ="48", WSTAC_FPS="60"), 'WSTAC_MHZ is "48", too slow for WSTAC_FPS=60')
@@ -130,7 +136,7 @@ def main():
     refused(says(copy, script, M0, *pico, "motion", WSTAC_REST="60"), "WSTAC_REST leaves too few frames for the feature motion")
     # A board with an STM32H743 without its row.
     copy = package("h743")
-    refused(says(copy, script, M4F, "h743", "node"), "link.rs: H743 has no row for the program new_board of Cargo.toml", "step 2 of docs/BOARDS.md")
+    refused(says(copy, script, M4F, "h743", "stm32", "node"), "link.rs: STM32 has no row for the program new_board of Cargo.toml", "step 2 of docs/BOARDS.md")
     # Where a relative name starts is said of relative names alone.
     for name in "no.toml", "/no/such.toml":
         text = says(copy, script, M0, "emulated", WSTAC_CONFIG=name)

@@ -4,7 +4,7 @@
 //     node check.mjs WSTAC ONE FOUR EIGHT UF2 [TAKING COMPILED SENT]
 //
 // WSTAC is the command on the host. The others are the program, built for 1, 4 and 8 data wires: that for 8 has its line at USB,
-// and UF2 is its image. EIGHT.15, EIGHT.25 and EIGHT.60 are it at these frame rates, with a UART, and EIGHT.slow at 48 MHz, whose
+// and UF2 is its image. EIGHT.15, EIGHT.25 and EIGHT.60 are it at these frame rates, with a UART, EIGHT.72 at 72 MHz, and EIGHT.slow at 48 MHz, whose
 // sensor rests. TAKING, for 8 of them, has
 // the model COMPILED compiled in, learns textures, and takes models over the link: SENT is one. `ci/boards pico` installs what it
 // needs and builds the programs.
@@ -250,7 +250,8 @@ long('long events, 4 data wires', four);
 faulty('features, 4 data wires', four, 12, {}, [], []);
 faulty('features, 1 data wire', one, 6, {}, [], []);
 for (const fps of [15, 25, 60]) rate(fps, `${eight}.${fps}`);
-slow('48 MHz', host, `${eight}.slow`);
+slow('48 MHz', host, `${eight}.slow`, 48, false);
+slow('72 MHz with USB', host, `${eight}.72`, 72, true);
 rests('a slide after a rest', host, `${eight}.slow`, taking ? [30, 80, 150, 300] : [150], taking ? [0, 1, 2, 3] : [0]);
 deaf('no acknowledge at the end of a rest', host, `${eight}.slow`);
 slowBus('a bus of 100 kHz', eight);

@@ -1,23 +1,23 @@
-// A program for 48 MHz without USB, which lets its sensor rest after 5 seconds without light.
+// Programs for slower clocks; that for 48 MHz is without USB, and lets its sensor rest after 5 seconds without light.
 
 import { Board } from './machine.mjs';
 import { BACK, GONE, ofKind, same } from './host.mjs';
 import { FEATURES, request } from './wire.mjs';
 
-const MHZ = 48, REST = 5, FPS = 30;
+const REST = 5, FPS = 30;
 // One of so many frames is sent at rest, and the next one after the first light still comes late.
 const RESTS = 4;
 // The most frames that are lost of a touch, and if the sensor has to be set up again.
 const MOST_LOST = 2 * RESTS - 1, MOST_LOST_SET_UP = 40;
 // The high byte of a frame's lines, whose write begins a return.
 const LINES = 0x0340;
-// What has no clock, since nothing uses it.
-const UNUSED = ['I2C1', 'PIO1', 'PWM', 'RTC', 'SPI0', 'SPI1', 'UART1', 'USB'];
+// What has no clock, since nothing uses it, besides what has the line.
+const UNUSED = ['I2C1', 'PIO1', 'PWM', 'RTC', 'SPI0', 'SPI1', 'UART1'];
 // Less than this of the time, the core is awake while slides are answered.
 const MOST_AWAKE = 0.25;
 
 /** Every line is the host's at the slow clock, and the core sleeps in between. */
-export function slow(name, host, program) {
+export function slow(name, host, program, mhz, hasUsb) {
   const board = new Board(program, host.frames);
   board.requests.push(request(FEATURES, 1));
   const lines = host.ofLine(board.play(), '--features');
@@ -27,9 +27,9 @@ export function slow(name, host, program) {
   });
   if (host.told().length > 0) problems.push(`the host is told ${host.told()}`);
   const { clkSys, pllSys } = board.mcu;
-  if (clkSys !== MHZ * 1e6 || pllSys.frequency) problems.push(`the core has ${clkSys / 1e6} MHz, its PLL ${pllSys.frequency}`);
+  if (clkSys !== mhz * 1e6 || (!hasUsb && pllSys.frequency)) problems.push(`the core has ${clkSys / 1e6} MHz, its PLL ${pllSys.frequency}`);
   const [stopped, used] = [board.stopped(), [...board.unclocked]];
-  if (!same(stopped, UNUSED) || used.length > 0) problems.push(`without a clock are ${stopped}, and used are ${used}`);
+  if (!same(stopped, hasUsb ? UNUSED : [...UNUSED, 'USB']) || used.length > 0) problems.push(`without a clock are ${stopped}, and used are ${used}`);
   const awake = board.cycles / board.now / (clkSys / 1e9);
   if (!(awake < MOST_AWAKE)) problems.push(`the core is awake for ${(100 * awake).toFixed(1)} % of the time`);
   host.say(name, problems);

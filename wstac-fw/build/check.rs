@@ -3,14 +3,19 @@
 use std::env;
 use std::fs;
 
-use crate::link::H743;
+use crate::link::STM32;
 
 /// The chips: the feature, how names of its targets begin, and the target of its boards.
 const CHIPS: &[(&str, &str, &str)] = &[
     ("h743", "thumbv7em", "thumbv7em-none-eabihf"),
+    // Its Cortex-M33 runs code of a Cortex-M4F, with the DSP instructions that thumbv8m.main does without.
+    ("u575", "thumbv7em", "thumbv7em-none-eabihf"),
     ("rp2040", "thumbv6m", "thumbv6m-none-eabi"),
     ("rp2350", "thumbv8m.main", "thumbv8m.main-none-eabihf"),
 ];
+
+/// The chips with a choice of clocks: those of the core in MHz, the default first, and in words.
+const CLOCKS: &[(&str, &[u32], &str)] = &[("rp2040", &[120, 72, 48], "120, 72 or 48"), ("u575", &[72, 24], "72 or 24")];
 
 /// Returns whether a feature of this package is on.
 fn has(feature: &str) -> bool {
@@ -22,8 +27,12 @@ pub fn target() -> Result<(), String> {
     let chosen: Vec<_> = CHIPS.iter().filter(|(feature, ..)| has(feature)).collect();
     let target = env::var("TARGET").unwrap_or_default();
     match chosen[..] {
+        [] if has("stm32") => Err("the feature stm32 is no chip (expected h743 or u575, which turn it on)".to_owned()),
         [] if has("rp") => Err("the feature rp is no chip (expected rp2040 or rp2350, which turn it on)".to_owned()),
         [] => Ok(()),
+        [("u575", ..)] if has("usb") => {
+            Err("the feature usb is not for an STM32U575; help: --no-default-features leaves it out".to_owned())
+        }
         [(_, begins, _)] if target.starts_with(begins) => Ok(()),
         [(feature, _, expected)] => Err(format!(
             "the feature {feature} is for another processor (found --target {target}, expected --target {expected})"
@@ -63,10 +72,16 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
             text("WSTAC_FPS")
         ));
     };
-    let Some(mhz @ (48 | 72 | 120)) = number("WSTAC_MHZ", 120) else {
+    let (clocks, said) =
+        CLOCKS.iter().find(|(chip, ..)| has(chip)).map_or((&[120][..], ""), |(_, clocks, said)| (clocks, said));
+    let Some(mhz) = number("WSTAC_MHZ", clocks[0]).filter(|mhz| clocks.contains(mhz)) else {
+        let found = text("WSTAC_MHZ");
+        if said.is_empty() {
+            return Err(format!("WSTAC_MHZ is \"{found}\", which only a Pico and an STM32U575 have; help: unset it"));
+        }
+        let usual = clocks[0];
         return Err(format!(
-            "WSTAC_MHZ is \"{}\", expected the MHz of the core, 120, 72 or 48; help: without it, 120",
-            text("WSTAC_MHZ")
+            "WSTAC_MHZ is \"{found}\", expected the MHz of the core, {said}; help: without it, {usual}"
         ));
     };
     let Some(rest) = rest(&variable) else {
@@ -76,9 +91,6 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
             text("WSTAC_REST")
         ));
     };
-    if mhz != 120 && !has("rp2040") {
-        return Err(format!("WSTAC_MHZ is \"{mhz}\", which only a Pico has; help: unset it"));
-    }
     // RP2040-E16: events of USB get lost if the core's clock is not a tenth faster than USB's 48 MHz.
     if mhz == 48 && has("usb") {
         return Err(
@@ -90,13 +102,16 @@ pub fn numbers(variable: impl Fn(&str) -> Option<String>) -> Result<String, Stri
             "WSTAC_MHZ is \"48\", too slow for WSTAC_FPS={fps}; help: use 72, or at most 30 per second"
         ));
     }
+    if rest > 0 && has("emulated") {
+        return Err("WSTAC_REST needs an HM01B0; help: unset it".to_owned());
+    }
     if rest > 0 && has("motion") {
         return Err("WSTAC_REST leaves too few frames for the feature motion; help: leave one of them out".to_owned());
     }
     Ok(format!(
         "/// The frames per second of the sensors.
 pub const FPS: u32 = {fps};
-/// The clock of the core of an RP2040 in MHz; that of an RP2350 has 120.
+/// The clock of the core of an RP2040 or STM32U575 in MHz; that of an RP2350 has 120.
 pub const MHZ: u32 = {mhz};
 /// The seconds without light after which a board rests; 0 if it never does.
 pub const REST: u32 = {rest};
@@ -119,10 +134,10 @@ pub fn backtrack(frames: u8) -> Result<(), String> {
     Ok(())
 }
 
-/// Checks that every program for an STM32H743 says where its flash is.
+/// Checks that every program for an STM32 says where its flash is.
 pub fn rows() -> Result<(), String> {
     println!("cargo:rerun-if-changed=Cargo.toml");
-    if !has("h743") {
+    if !has("stm32") {
         return Ok(());
     }
     let manifest: toml::Table = fs::read_to_string("Cargo.toml")
@@ -134,9 +149,9 @@ pub fn rows() -> Result<(), String> {
         let name = program.get("name").and_then(toml::Value::as_str).unwrap_or_default();
         let required = program.get("required-features").and_then(toml::Value::as_array).into_iter().flatten();
         let is_built = required.filter_map(toml::Value::as_str).all(has);
-        if is_built && !H743.iter().any(|(known, ..)| *known == name) {
+        if is_built && !STM32.iter().any(|(known, ..)| *known == name) {
             return Err(format!(
-                "wstac-fw/build/link.rs: H743 has no row for the program {name} of Cargo.toml, expected where its flash \
+                "wstac-fw/build/link.rs: STM32 has no row for the program {name} of Cargo.toml, expected where its flash \
                  begins, and its KiB; help: step 2 of docs/BOARDS.md"
             ));
         }

@@ -118,7 +118,7 @@ mod kept {
     use core::panic::PanicInfo;
     use core::ptr::{addr_of, addr_of_mut};
 
-    #[cfg(feature = "h743")]
+    #[cfg(feature = "stm32")]
     use cortex_m::peripheral::SCB;
     use cortex_m_rt::{ExceptionFrame, exception};
 
@@ -218,7 +218,7 @@ mod kept {
         words.add(", called from 0x");
         words.add_number(frame.lr(), 16);
         // A Cortex-M0+ does not say what the fault was.
-        #[cfg(feature = "h743")]
+        #[cfg(feature = "stm32")]
         {
             words.add(", fault status 0x");
             // SAFETY: the register says what the fault was; reading it changes nothing.

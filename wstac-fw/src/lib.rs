@@ -4,14 +4,20 @@
 
 #[cfg(test)]
 extern crate std;
+#[cfg(feature = "node")]
+use defmt_rtt as _;
 
-#[cfg(any(feature = "h743", feature = "rp"))]
+#[cfg(any(feature = "stm32", feature = "rp"))]
 pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
+/// The former name of [`stm32`].
 #[cfg(feature = "h743")]
-pub mod h743;
+#[deprecated(since = "0.4.0", note = "use `stm32`")]
+pub mod h743 {
+    pub use crate::stm32::{Stm32 as H743, usart as usart3, *};
+}
 #[cfg(any(feature = "learn", test))]
 pub mod learner;
 #[cfg(feature = "node")]
@@ -49,6 +55,8 @@ pub mod keeper {
 pub mod setup;
 #[cfg(feature = "node")]
 pub mod stack;
+#[cfg(feature = "stm32")]
+pub mod stm32;
 pub mod stripes;
 pub mod textures;
 #[cfg(feature = "usb")]

@@ -1,5 +1,5 @@
 //! A serial line with queues. It sends bytes from a queue, and receives requests into one. The interrupt of a board's
-//! own peripheral moves them (`h743::usart`, `rp::uart`), or the task of its USB (`usb`).
+//! own peripheral moves them (`stm32::usart`, `rp::uart`), or the task of its USB (`usb`).
 //!
 //! Sending never waits. A message without room is left out, and its number in the sequence tells the host.
 

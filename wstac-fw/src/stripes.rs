@@ -2,7 +2,7 @@
 //! faults and recovers from them.
 //!
 //! [`Stripes`] knows only what [`Capture`] counts and the time, so tests drive it through every fault. The hardware's
-//! side is `dcmi` on the STM32H743 and `pio` on the RP2040 and RP2350, each the only owner of a DMA.
+//! side is `dcmi` on an STM32 and `pio` on the RP2040 and RP2350, each the only owner of a DMA.
 //!
 //! ```text
 //! frame          |--- stripe 0 --- stripe 1 --- … --- stripe n-1 ---|  blanking  |--- stripe 0 …
@@ -33,9 +33,9 @@ use core::mem;
 
 use crate::rest;
 
-#[cfg(any(feature = "h743", feature = "rp"))]
+#[cfg(any(feature = "stm32", feature = "rp"))]
 mod counts;
-#[cfg(feature = "h743")]
+#[cfg(feature = "stm32")]
 pub mod dcmi;
 #[cfg(feature = "rp")]
 pub mod pio;

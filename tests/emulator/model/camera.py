@@ -74,8 +74,10 @@ class Dma(Registers):
 class Dcmi(Registers):
     """The camera interface."""
 
+    BASE, IRQ = DCMI, DCMI_IRQ
+
     def __init__(self, dma, ports):
-        super().__init__(DCMI)
+        super().__init__(self.BASE)
         self.ports = ports
         self.dma, self.capturing, self.row, self.rest = dma, False, 0, b""
 
@@ -84,7 +86,7 @@ class Dcmi(Registers):
         self.capturing = False
 
     def irqs(self):
-        return {DCMI_IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
+        return {self.IRQ} if self.values.get(RIS, 0) & self.values.get(IER, 0) else set()
 
     def write(self, offset, value):
         if offset == ICR:

@@ -117,7 +117,7 @@ class Watchdog(Registers):
     """IWDG1, which resets the core when its key is not written in time."""
 
     BASE, KEY, PRESCALER, RELOAD = 0x5800_4800, 0x00, 0x04, 0x08
-    START, FEED = 0xCCCC, 0xAAAA
+    START, FEED, CAUSE = 0xCCCC, 0xAAAA, BY_WATCHDOG
     HZ = 32_000
 
     def __init__(self, machine, rcc, clock):
@@ -145,7 +145,7 @@ class Watchdog(Registers):
 
         def bite():
             if plan == self.plan and self.runs:
-                self.rcc.cause = BY_WATCHDOG
+                self.rcc.cause = self.CAUSE
                 self.machine.stalled_until = 0
                 self.machine.reset_wanted = True
 

@@ -20,7 +20,11 @@ def pin(name):
 
 
 class Wiring:
-    """A board: its pins, its clock, and where its program begins."""
+    """A board: its pins, its clock, and where its program begins. Its `chip` is an STM32H743 if it is `None`, and its core has
+    `clock_hertz`. `function` has the numbers of the camera interface's function at pins where it is not that of `None`.
+    """
+
+    chip, clock_hertz, function = None, 72_000_000, {None: DCMI}
 
     def __init__(self, data, line, lights, lit, hse, bypass, power=None, bootloader=False):
         self.data = [pin(name) for name in data.split()]
@@ -28,6 +32,10 @@ class Wiring:
         self.line, self.lights = pin(line), [pin(name) for name in lights.split()]
         self.lit, self.hse, self.bypass, self.bootloader = lit, hse, bypass, bootloader
         self.power = power and [pin(name) for name in power.split()]
+
+    def function_of(self, one):
+        """Returns the number of the camera interface's function at a pin."""
+        return self.function.get(one, self.function[None])
 
     def inputs(self):
         """Returns the pins of the camera interface."""
@@ -48,8 +56,10 @@ WEACT = Wiring("PC6 PC7 PE0 PE1 PE4 PD3 PE5 PE6", "PB10", "PE3 PB12", 1, 25_000_
 class Port(Registers):
     """A port. The sensor's bus is on two pins of port B."""
 
+    BASE = BASE
+
     def __init__(self, number, sensor, changed):
-        super().__init__(BASE + STEP * number)
+        super().__init__(self.BASE + STEP * number)
         self.number, self.sensor, self.changed = number, sensor, changed
 
     def read(self, offset):
@@ -98,7 +108,8 @@ class Ports:
 
     def __init__(self, wiring, sensor, rcc):
         self.wiring, self.sensor, self.rcc = wiring, sensor, rcc
-        self.ports = [Port(number, sensor, self._changed) for number in range(11)]
+        one = wiring.chip.Port if wiring.chip else Port
+        self.ports = [one(number, sensor, self._changed) for number in range(11)]
         sensor.is_on = self.sensor_is_on
 
     def has(self, pin_, function):
@@ -122,11 +133,11 @@ class Ports:
 
     def has_syncs(self):
         """Returns whether the camera interface has its clock and both syncs."""
-        return all(self.has(one, DCMI) for one in (self.wiring.vsync, self.wiring.href, self.wiring.pclk))
+        return all(self.has(one, self.wiring.function_of(one)) for one in (self.wiring.vsync, self.wiring.href, self.wiring.pclk))
 
     def mask(self):
         """Returns the bits of a byte that arrive at the camera interface."""
-        return sum(1 << bit for bit, one in enumerate(self.wiring.data) if self.has(one, DCMI))
+        return sum(1 << bit for bit, one in enumerate(self.wiring.data) if self.has(one, self.wiring.function_of(one)))
 
     def lit(self):
         """Returns which lights are lit."""

@@ -11,6 +11,8 @@ TURN = 1 << 16
 class Timer(Registers):
     """Counts cycles of the machine, which equal those of the timer's clock."""
 
+    IRQ = IRQ
+
     def __init__(self, machine):
         super().__init__(TIM2)
         self.machine, self.started, self.flags, self.plan = machine, None, 0, 0
@@ -22,7 +24,7 @@ class Timer(Registers):
         self.plan += 1
 
     def irqs(self):
-        return {IRQ} if self.flags & self.values.get(DIER, 0) else set()
+        return {self.IRQ} if self.flags & self.values.get(DIER, 0) else set()
 
     def read(self, offset):
         if offset == CNT:

@@ -13,8 +13,10 @@ class Usart(Registers):
     `storm_until`, another byte is there as soon as one was read: an interrupt that never rests.
     """
 
+    BASE, IRQ = USART3, IRQ
+
     def __init__(self, machine, cycles_per_clock, has_pin):
-        super().__init__(USART3)
+        super().__init__(self.BASE)
         self.has_pin = has_pin
         self.machine, self.cycles_per_clock = machine, cycles_per_clock
         self.sent, self.arrived, self.busy_until, self.speed = bytearray(), [], 0, 1
@@ -30,7 +32,7 @@ class Usart(Registers):
         self.arrived += data
 
     def irqs(self):
-        return {IRQ} if self._state() & self.values.get(CR1, 0) & (RXNE | TXE) else set()
+        return {self.IRQ} if self._state() & self.values.get(CR1, 0) & (RXNE | TXE) else set()
 
     def read(self, offset):
         if offset == ISR:

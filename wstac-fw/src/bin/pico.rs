@@ -2,9 +2,7 @@
 //! USB. The wiring is in `README.md`.
 #![no_std]
 #![no_main]
-#![allow(clippy::used_underscore_binding, reason = "by the macro around main alone")]
 
-use defmt_rtt as _;
 use embassy_executor::Spawner;
 use embassy_rp::gpio::{Level, Output};
 #[cfg(not(feature = "usb"))]

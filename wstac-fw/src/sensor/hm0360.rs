@@ -36,9 +36,9 @@
 //! | 0x310F | pixels of 8 bits |
 //! | 0x3112 | edge of PCLK |
 
+use super::hm01b0::HM01B0;
 use super::{
-    Addressing, CameraSensor, ExposurePart, QVGA, Run, Setting, Signals, Suspects, count, frame_lines, readout, runs,
-    set, six_frames, usual_exposure,
+    CameraSensor, Run, Setting, Signals, Suspects, count, frame_lines, readout, runs, set, six_frames, usual_exposure,
 };
 use crate::setup;
 
@@ -49,42 +49,26 @@ pub const HM0360: CameraSensor = hm0360::<{ setup::FPS }>();
 pub(super) const fn hm0360<const FPS: u32>() -> CameraSensor {
     CameraSensor {
         name: "HM0360",
-        address: 0x24,
-        addressing: Addressing::Word,
-        bank: None,
         identity: [set(0x0000, 0x03), set(0x0001, 0x60)],
-        reset: set(0x0103, 0x01),
         reset_ms: 10,
         once: &TUNING,
         settings: const { &[&table(frame_lines(LINES, FPS))] },
-        start: &START,
         switches: 0x2000,
         settle_ms: six_frames(FPS),
-        size: QVGA,
         readout: readout(CLOCKS * 4),
-        signals: Signals {
-            vsync_high_between_frames: false,
-            href_high_in_lines: true,
-            sample_at_rising_edge: false,
-            has_chroma: false,
-            luma_first: true,
-            border: 0,
-            early: 0,
-        },
+        signals: Signals { sample_at_rising_edge: false, border: 0, ..HM01B0.signals },
         suspects: Suspects { size: 0x0380, format: 0x310F, rate: 0x0300 },
         slower: Some([0x0A, 0x0B]),
-        clock: None,
-        exposure: &EXPOSURE,
-        lines: None,
         longest_exposure: frame_lines(LINES, FPS) - 4,
         pattern: &[],
+        // Its address, the size of its frames, and the registers of reset, start and exposure are those of the HM01B0.
+        ..HM01B0
     }
 }
 
 /// The pixel clocks of a line, and the lines of a frame in 1/30 s.
 const CLOCKS: u16 = 376;
 const LINES: u32 = 532;
-static EXPOSURE: [ExposurePart; 2] = [ExposurePart::byte(0x0202, true), ExposurePart::byte(0x0203, false)];
 
 /// Returns the settings of a frame of so many lines.
 const fn table(lines: u16) -> [Setting; 37] {
@@ -116,9 +100,6 @@ const fn table(lines: u16) -> [Setting; 37] {
         (0x020E, &[0x01, 0x00]), // digital gain 1
     ])
 }
-
-/// Settings take effect, and frames begin.
-static START: [Setting; 2] = [set(0x0104, 0x01), set(0x0100, 0x01)];
 
 /// Registers without a public meaning, as OpenMV sets them: the first one, and the values from it upwards. Those from
 /// 0x309E to 0x318C have the same values in Espressif's driver, where it has them.

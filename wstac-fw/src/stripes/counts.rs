@@ -113,15 +113,12 @@ impl Counts {
     }
 
     pub(super) fn set_trouble(&self, trouble: Trouble) {
-        let value = match trouble {
-            Trouble::Overrun => OVERRUN,
-            Trouble::MisplacedSync => MISPLACED_SYNC,
-        };
-        self.trouble.store(value, Ordering::Relaxed);
+        let is_misplaced = trouble == Trouble::MisplacedSync;
+        self.trouble.store(if is_misplaced { MISPLACED_SYNC } else { OVERRUN }, Ordering::Relaxed);
     }
 
     /// Returns the stripes complete since the restart, modulo 2^32.
-    #[cfg(feature = "h743")]
+    #[cfg(feature = "stm32")]
     pub(super) fn complete(&self) -> u32 {
         self.complete.load(Ordering::Acquire)
     }

@@ -1,6 +1,6 @@
-//! The camera interface (DCMI) of the STM32H743 and one stream of its DMA, as [`Capture`].
+//! The camera interface (DCMI) of an STM32 and one stream of its DMA, as [`Capture`].
 //!
-//! The DCMI captures frame after frame and drops every second byte if that is the chroma of YUYV. Stream 0 of DMA1
+//! The DCMI captures frame after frame and drops every second byte if that is the chroma of YUYV. The DMA's stream
 //! writes the rest into a ring of two stripes, round and round, and interrupts when a half is full. No whole frame is
 //! kept anywhere.
 //!
@@ -10,25 +10,27 @@
 //! For a self-test, it captures all bytes of whole frames round and round into the same ring, and counts lines and
 //! words.
 //!
-//! This is the only file that knows the DMA, and it has the only unsafe code of the capture. The ring is lent for ever,
-//! no other code holds it, and the DMA is given its exact length. The DMA may overwrite rows while they are read; then
-//! they are numbers, if wrong ones. [`Stripes::release`](super::Stripes::release) counts the stripes again after
-//! reading, and the frame is given up.
+//! Only this file and the chip's module `dma` know the DMA, and this one has the only unsafe code of the capture. The
+//! ring is lent for ever, no other code holds it, and the DMA is given its exact length. The DMA may overwrite rows
+//! while they are read; then they are numbers, if wrong ones. [`Stripes::release`](super::Stripes::release) counts the
+//! stripes again after reading, and the frame is given up.
 //!
-//! Register bits are those of the reference manual RM0433. The core keeps no copies of the ring's memory
-//! (`h743::start`), so it reads what the DMA wrote.
+//! Register bits are those of the reference manuals RM0433 and RM0456. The core keeps no copies of the ring's memory,
+//! so it reads what the DMA wrote.
 
 use core::slice;
 use core::sync::atomic::{Ordering, compiler_fence};
 
 use cortex_m::peripheral::SCB;
-use embassy_stm32::interrupt::typelevel::{self, Handler, Interrupt};
-use embassy_stm32::pac::dma::vals::{Dir, Pl, Size};
-use embassy_stm32::pac::{DCMI, DMA1, DMAMUX1, RCC};
+use embassy_stm32::interrupt::typelevel::{Binding, Handler, Interrupt};
+use embassy_stm32::pac::DCMI;
+use embassy_stm32::pac::dcmi::regs::Icr;
 use embassy_stm32::{Peri, peripherals, rcc};
 use embassy_time::Instant;
 use wstac_core::layout::FrameSize;
 
+pub(crate) use self::dma::Stream;
+use self::dma::{CameraInterrupt, DmaInterrupt};
 use super::counts::COUNTS;
 use super::{Capture, Ring, Ticks, Trouble, What};
 use crate::meanwhile;
@@ -36,18 +38,21 @@ use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
 
-/// The stream of DMA1 that is used. The channel of DMAMUX1 has the same number.
-const STREAM: usize = 0;
-/// DMAMUX1's number of the DCMI's requests.
-const REQUEST: u8 = 75;
+#[cfg_attr(feature = "h743", path = "dcmi/stream.rs")]
+#[cfg_attr(feature = "u575", path = "dcmi/gpdma.rs")]
+mod dma;
+
 /// CR bit 16: one of two bytes is captured (BSM = 01). The register crate does not name it.
 const EVERY_SECOND_BYTE: u32 = 1 << 16;
 /// CR bit 18: the second of them is captured (OEBS).
 const THE_SECOND: u32 = 1 << 18;
 
 /// The exceptions of its two interrupts.
-const DCMI_EXCEPTION: u32 = 16 + typelevel::DCMI::IRQ as u32;
-const DMA_EXCEPTION: u32 = 16 + typelevel::DMA1_STREAM0::IRQ as u32;
+const DCMI_EXCEPTION: u32 = 16 + CameraInterrupt::IRQ as u32;
+const DMA_EXCEPTION: u32 = 16 + DmaInterrupt::IRQ as u32;
+
+/// All flags of the DCMI.
+const FLAGS: Icr = Icr(0x1F);
 
 /// The number of times that the DMA is asked whether it has stopped.
 const PATIENCE: u32 = 1000;
@@ -57,15 +62,7 @@ pub struct DcmiInterrupts;
 
 // SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
 #[allow(unsafe_code)]
-impl Handler<typelevel::DCMI> for DcmiInterrupts {
-    unsafe fn on_interrupt() {
-        serve();
-    }
-}
-
-// SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
-#[allow(unsafe_code)]
-impl Handler<typelevel::DMA1_STREAM0> for DcmiInterrupts {
+impl<I: Interrupt> Handler<I> for DcmiInterrupts {
     unsafe fn on_interrupt() {
         serve();
     }
@@ -91,36 +88,30 @@ impl Dcmi {
     /// A stripe is `rows` rows of a frame. `WORDS` must be their number of words, which is checked.
     pub fn new<const WORDS: usize>(
         _dcmi: Peri<'static, peripherals::DCMI>,
-        _stream: Peri<'static, peripherals::DMA1_CH0>,
-        _interrupts: impl typelevel::Binding<typelevel::DCMI, DcmiInterrupts>
-        + typelevel::Binding<typelevel::DMA1_STREAM0, DcmiInterrupts>,
+        _stream: Peri<'static, Stream>,
+        _interrupts: impl Binding<CameraInterrupt, DcmiInterrupts> + Binding<DmaInterrupt, DcmiInterrupts>,
         ring: &'static mut Ring<WORDS>,
         size: FrameSize,
         rows: u16,
         signals: Signals,
     ) -> Option<Self> {
         let stripe_bytes = usize::from(size.width()) * usize::from(rows);
-        // The DMA counts words in 16 bits.
-        if stripe_bytes != 4 * WORDS || 2 * WORDS > usize::from(u16::MAX) || !size.height().is_multiple_of(rows) {
+        // The DMA counts words, or their bytes, in 16 bits.
+        if stripe_bytes != 4 * WORDS || 8 * WORDS > usize::from(u16::MAX) || !size.height().is_multiple_of(rows) {
             return None;
         }
         COUNTS.set_size(u32::from(size.height() / rows), WORDS as u32);
 
         rcc::enable_and_reset::<peripherals::DCMI>();
-        RCC.ahb1enr().modify(|w| w.set_dma1en(true));
-        let stream = DMA1.st(STREAM);
-        stream.cr().write(|w| w.set_en(false));
-        stream.par().write_value(DCMI.dr().as_ptr() as u32);
-        stream.m0ar().write_value(ring.as_mut_ptr() as u32);
-        DMAMUX1.ccr(STREAM).write(|w| w.set_dmareq_id(REQUEST));
+        dma::set_up(ring.as_mut_ptr() as u32);
 
-        typelevel::DCMI::unpend();
-        typelevel::DMA1_STREAM0::unpend();
+        CameraInterrupt::unpend();
+        DmaInterrupt::unpend();
         // SAFETY: the handlers are bound, and use only registers and atomics.
         #[allow(unsafe_code)]
         unsafe {
-            typelevel::DCMI::enable();
-            typelevel::DMA1_STREAM0::enable();
+            CameraInterrupt::enable();
+            DmaInterrupt::enable();
         }
         let size = [size.width(), size.height()];
         Some(Self { ring: ring.as_ptr().cast(), stripe_bytes, signals, size })
@@ -201,28 +192,13 @@ impl Camera for Dcmi {
         critical_section::with(|_| {
             self.stop();
             COUNTS.restart(probe);
-            let stream = DMA1.st(STREAM);
-            stream.cr().modify(|w| w.set_en(false));
             // This waits at most for the transfer of one word. If the DMA does not stop, nothing is captured: the
             // sensor seems silent, and each attempt to set it up ends in a restart.
-            if (0..PATIENCE).all(|_| stream.cr().read().en()) {
+            if !(0..PATIENCE).any(|_| dma::stop()) {
                 defmt::error!("the DMA does not stop");
                 return;
             }
-            DMA1.ifcr(0).write(|w| {
-                w.set_feif(STREAM, true);
-                w.set_dmeif(STREAM, true);
-                w.set_teif(STREAM, true);
-                w.set_htif(STREAM, true);
-                w.set_tcif(STREAM, true);
-            });
-            DCMI.icr().write(|w| {
-                w.set_frame_isc(true);
-                w.set_ovr_isc(true);
-                w.set_err_isc(true);
-                w.set_vsync_isc(true);
-                w.set_line_isc(true);
-            });
+            DCMI.icr().write_value(FLAGS);
             DCMI.cr().write(|w| {
                 w.set_vspol(self.signals.vsync_high_between_frames);
                 w.set_hspol(!self.signals.href_high_in_lines);
@@ -238,19 +214,7 @@ impl Camera for Dcmi {
                 w.set_vsync_ie(true);
                 w.set_line_ie(probe);
             });
-            stream.ndtr().write(|w| w.set_ndt(2 * COUNTS.words_per_stripe() as u16));
-            stream.cr().write(|w| {
-                w.set_dir(Dir::PERIPHERAL_TO_MEMORY);
-                w.set_psize(Size::BITS32);
-                w.set_msize(Size::BITS32);
-                w.set_minc(true);
-                w.set_circ(true);
-                w.set_pl(Pl::VERY_HIGH);
-                w.set_htie(true);
-                w.set_tcie(true);
-                w.set_teie(true);
-                w.set_en(true);
-            });
+            dma::start(2 * COUNTS.words_per_stripe());
             // The DMA comes first: the interface alone has room for only four words.
             DCMI.cr().modify(|w| w.set_enable(true));
             DCMI.cr().modify(|w| w.set_capture(true));
@@ -289,13 +253,7 @@ impl Camera for Dcmi {
 
 /// Counts complete stripes and takes note of faults.
 fn serve() {
-    let dma = DMA1.isr(0).read();
-    let (half, full, error) = (dma.htif(STREAM), dma.tcif(STREAM), dma.teif(STREAM));
-    DMA1.ifcr(0).write(|w| {
-        w.set_htif(STREAM, half);
-        w.set_tcif(STREAM, full);
-        w.set_teif(STREAM, error);
-    });
+    let (half, full, error) = dma::take_flags();
     let complete = COUNTS.add_stripes(u32::from(half) + u32::from(full));
 
     let camera = DCMI.ris().read();
@@ -334,7 +292,7 @@ fn serve() {
 
 /// Returns the words from the ring's beginning to where the DMA writes next.
 fn in_ring() -> u32 {
-    2 * COUNTS.words_per_stripe() - u32::from(DMA1.st(STREAM).ndtr().read().ndt())
+    2 * COUNTS.words_per_stripe() - dma::words_left()
 }
 
 /// Returns whether the ring has exactly this many whole stripes and not a word more.

@@ -1,4 +1,4 @@
-//! The sensor's bus: I2C1 of the STM32H743, its two lines as pins, and the lines that switch the sensor.
+//! The sensor's bus: I2C1, its two lines as pins, and the lines that switch the sensor.
 
 use embassy_stm32::gpio::{AnyPin, Level, Output, PinNumber, Speed};
 use embassy_stm32::i2c::{self, I2c, Master, SclPin, SdaPin};
@@ -11,6 +11,7 @@ use embassy_time::{Duration, Timer};
 use embedded_hal::i2c::{ErrorType, Operation};
 use wstac_core::wire::BusLines;
 
+use super::chip::MHZ;
 use crate::bus;
 use crate::node::Bus;
 
@@ -18,8 +19,8 @@ use crate::node::Bus;
 const PORTS: [Gpio; 8] = [GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH];
 /// The time that a sensor is held in reset, and the time until it answers.
 const RESET: Duration = Duration::from_millis(10);
-/// The cycles of half a clock: 6.7 µs at 72 MHz.
-const HALF: u32 = 480;
+/// The cycles of half a clock: 6.7 µs.
+const HALF: u32 = MHZ * 20 / 3;
 
 /// The bus.
 pub struct SensorBus {

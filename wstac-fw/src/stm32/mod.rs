@@ -1,54 +1,44 @@
-//! STM32H743: what its boards share. A board is a file in `src/bin` with its pins and its clock, and a row with its
-//! memories in `build/link.rs`.
+//! STM32 with a DCMI: what their boards share. A board is a file in `src/bin` with its pins and its clock, and a row
+//! with its memories in `build/link.rs`.
 //!
-//! The parts that no board chooses: the camera interface with stream 0 of DMA1, a clock for the sensor at PA8, the
-//! sensor's bus on I2C1, the line to the host on USART3. A pin of the wrong function does not compile.
+//! A chip is a module with its clocks and the peripherals that it uses: `h743` or `u575`.
+//!
+//! The parts that no board chooses: the camera interface with a stream of the chip's DMA, a clock for the sensor at
+//! PA8, the sensor's bus on I2C1, the line to the host on a USART of the chip. A pin of the wrong function does not
+//! compile.
 
 mod bus;
+#[cfg_attr(feature = "h743", path = "h743/mod.rs")]
+#[cfg_attr(feature = "u575", path = "u575/mod.rs")]
+mod chip;
 #[cfg(feature = "settings")]
 mod flash;
-mod start;
-mod thermometer;
 mod usart;
-#[cfg(feature = "usb")]
-mod usb;
 
 pub use bus::{SensorBus, SensorPower};
-pub use start::{Crystal, start};
-pub use thermometer::ChipThermometer;
-pub use usart::usart3;
+pub use chip::*;
+pub use usart::usart;
 
 use core::convert::Infallible;
 use core::mem::MaybeUninit;
 
-use embassy_executor::Spawner;
 use embassy_stm32::gpio::{AfType, AnyPin, Flex, Level, Output, Pull, Speed};
-use embassy_stm32::pac::{DBGMCU, RCC};
-use embassy_stm32::rcc::{Mco, Mco1Source, McoConfig};
-use embassy_stm32::usart::{RxPin, TxPin};
+use embassy_stm32::rcc::{Mco, McoConfig};
 use embassy_stm32::wdg::IndependentWatchdog;
 use embassy_stm32::{Peri, bind_interrupts, dcmi, peripherals, uid};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use wstac_core::layout::{FrameSize, Layout};
-use wstac_core::wire::Bootloader;
 
 #[cfg(feature = "settings")]
 use self::flash::{BoardFlash, SECTORS};
-use crate::link::{EnterBootloader, Link};
+use crate::link::Link;
 use crate::node::{self, Board, HANGS, Node, Watchdog};
-use crate::restart::restart;
-use crate::sensor::gc2145::GC2145;
-use crate::sensor::hm01b0::HM01B0;
-use crate::sensor::hm0360::HM0360;
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
-use crate::sensor::ov2640::OV2640;
-use crate::sensor::ov5640::OV5640;
-use crate::sensor::ov7670::OV7670;
-use crate::sensor::ov7690::OV7690;
-use crate::sensor::ov7692::OV7692;
-use crate::sensor::ov7725::OV7725;
-use crate::sensor::{CameraSensor, WHOLE_FPS};
+use crate::sensor::{
+    CameraSensor, WHOLE_FPS, gc2145::GC2145, hm01b0::HM01B0, hm0360::HM0360, ov2640::OV2640, ov5640::OV5640,
+    ov7670::OV7670, ov7690::OV7690, ov7692::OV7692, ov7725::OV7725,
+};
 use crate::serial::Serial;
 #[cfg(not(feature = "settings"))]
 use crate::settings_store::FixedSettings;
@@ -56,10 +46,14 @@ use crate::settings_store::FixedSettings;
 use crate::settings_store::KeptSettings;
 use crate::setup;
 use crate::stripes::Ring;
-use crate::stripes::dcmi::{Dcmi, DcmiInterrupts};
+use crate::stripes::dcmi::{Dcmi, DcmiInterrupts, Stream};
 
+/// The core's clock in MHz with which the camera interface takes the pixels of every sensor: 2.5 of its clocks for one.
+const ANY_SENSOR_MHZ: u32 = 60;
 /// The sensors that are looked for, in this order. All produce frames of one size.
-static SENSORS: &[CameraSensor] = if setup::FPS > WHOLE_FPS {
+static SENSORS: &[CameraSensor] = if MHZ < ANY_SENSOR_MHZ {
+    &[HM01B0]
+} else if setup::FPS > WHOLE_FPS {
     &[OV7690, OV7692, OV7725, HM0360, HM01B0]
 } else {
     &[OV7690, OV7692, OV7725, OV7670, OV2640, GC2145, OV5640, HM0360, HM01B0]
@@ -84,21 +78,30 @@ const WORDS: usize = WIDTH * ROWS as usize / 4;
 bind_interrupts!(
     /// The interrupts of the camera interface, its DMA and the serial line.
     pub struct Irqs {
+        #[cfg(feature = "h743")]
         DCMI => DcmiInterrupts;
+        #[cfg(feature = "h743")]
         DMA1_STREAM0 => DcmiInterrupts;
+        #[cfg(feature = "h743")]
         USART3 => usart::UsartInterrupts;
+        #[cfg(feature = "u575")]
+        DCMI_PSSI => DcmiInterrupts;
+        #[cfg(feature = "u575")]
+        GPDMA1_CHANNEL0 => DcmiInterrupts;
+        #[cfg(feature = "u575")]
+        USART1 => usart::UsartInterrupts;
     }
 );
 
-/// The parts of an STM32H743.
-pub struct H743;
+/// The parts of an STM32.
+pub struct Stm32;
 
-impl Board for H743 {
+impl Board for Stm32 {
     type Camera = Dcmi;
     type Bus = SensorBus;
     type Line = Serial;
     type Light = Light;
-    type Watchdog = IndependentWatchdog<'static, peripherals::IWDG1>;
+    type Watchdog = IndependentWatchdog<'static, WatchdogPart>;
     #[cfg(feature = "settings")]
     type SettingsStore = KeptSettings<BoardFlash>;
     #[cfg(not(feature = "settings"))]
@@ -106,7 +109,7 @@ impl Board for H743 {
     type Thermometer = ChipThermometer;
 }
 
-impl Watchdog for IndependentWatchdog<'_, peripherals::IWDG1> {
+impl Watchdog for IndependentWatchdog<'_, WatchdogPart> {
     fn pet(&mut self) {
         IndependentWatchdog::pet(self);
     }
@@ -119,9 +122,9 @@ pub struct Wiring {
     /// The camera interface.
     pub dcmi: Peri<'static, peripherals::DCMI>,
     /// The stream of the camera interface's words.
-    pub stream: Peri<'static, peripherals::DMA1_CH0>,
+    pub stream: Peri<'static, Stream>,
     /// The output of the sensor's clock, 24 MHz.
-    pub clock: (Peri<'static, peripherals::MCO1>, Peri<'static, peripherals::PA8>),
+    pub clock: (Peri<'static, ClockOutput>, Peri<'static, peripherals::PA8>),
     /// The sensor's bus.
     pub bus: SensorBus,
     /// The line to the host.
@@ -131,55 +134,9 @@ pub struct Wiring {
     /// The light that shows a fault.
     pub trouble: Light,
     /// The watchdog.
-    pub watchdog: Peri<'static, peripherals::IWDG1>,
+    pub watchdog: Peri<'static, WatchdogPart>,
     /// The flash, for settings.
     pub flash: Peri<'static, peripherals::FLASH>,
-}
-
-/// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a
-/// program.
-const MAGIC: *mut u32 = 0x2001_FFFC as *mut u32;
-const STAY: u32 = 0xB007_10AD;
-
-/// OpenMV's boot loader.
-pub const OPENMV_BOOTLOADER: EnterBootloader = (Bootloader::Dfu, || {
-    cortex_m::interrupt::disable();
-    // SAFETY: the memory is there, and nothing runs any more that uses it.
-    #[allow(unsafe_code)]
-    unsafe {
-        MAGIC.write_volatile(STAY);
-    }
-    cortex_m::asm::dsb();
-    restart()
-});
-
-/// Starts the line of a board with USB: that, or a UART without the feature `usb`. A host may start the boot loader
-/// over USB if the program can.
-pub fn line(
-    spawner: Spawner,
-    (otg, plus, minus): (
-        Peri<'static, peripherals::USB_OTG_FS>,
-        Peri<'static, peripherals::PA12>,
-        Peri<'static, peripherals::PA11>,
-    ),
-    bootloader: Option<EnterBootloader>,
-    (usart, transmit, receive, baud): (
-        Peri<'static, peripherals::USART3>,
-        Peri<'static, impl TxPin<peripherals::USART3>>,
-        Peri<'static, impl RxPin<peripherals::USART3>>,
-        u32,
-    ),
-) -> Serial {
-    #[cfg(feature = "usb")]
-    {
-        let _ = (usart, transmit, receive, baud);
-        usb::usb(otg, (plus, minus), spawner, bootloader)
-    }
-    #[cfg(not(feature = "usb"))]
-    {
-        let _ = (spawner, otg, plus, minus, bootloader);
-        usart3(usart, Irqs, transmit, receive, baud)
-    }
 }
 
 /// Answers for ever. `has_crystal` is what [`start`] returned.
@@ -187,13 +144,11 @@ pub fn line(
 /// # Panics
 /// Panics if the configuration does not fit the sensors' frames, or at a second call.
 pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
-    // It waits while a debugger halts the core.
-    DBGMCU.apb4fzr1().modify(|w| w.set_iwdg1(true));
+    stop_watchdog_in_debugger();
     let mut watchdog = IndependentWatchdog::new(wiring.watchdog, HANGS);
     watchdog.unleash();
-    let hung = RCC.rsr().read().iwdg1rstf();
-    RCC.rsr().modify(|w| w.set_rmvf(true));
-    let _clock = Mco::new(wiring.clock.0, wiring.clock.1, Mco1Source::PLL1_Q, McoConfig::default());
+    let hung = take_hung();
+    let _clock = Mco::new(wiring.clock.0, wiring.clock.1, SENSOR_CLOCK, McoConfig::default());
     let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring(), SIZE, ROWS, OV7690.signals) else {
         panic!("the ring does not fit the frames, or is more than the DMA counts");
     };
@@ -204,7 +159,7 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
     let store = cortex_m::singleton!(: FixedSettings = FixedSettings::new(LAYOUT));
     let line = cortex_m::singleton!(: Link<Serial, Light> = Link::new(wiring.line, wiring.trouble));
     let (Some(store), Some(line)) = (store, line) else { panic!("a board has one node") };
-    let node = Node::<H743, WIDTH, STRIPES> {
+    let node = Node::<Stm32, WIDTH, STRIPES> {
         sensors: SENSORS,
         store,
         camera,
@@ -212,7 +167,7 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
         line,
         events: wiring.events,
         watchdog,
-        thermometer: ChipThermometer::new(),
+        thermometer: thermometer(),
         hung,
         is_own_clock: !has_crystal,
         id: Some(chip_id()),
@@ -250,44 +205,29 @@ fn chip_id() -> [u32; 3] {
 /// The camera's pins, which are set up.
 pub struct CameraPins(());
 
-impl CameraPins {
-    /// Sets the pins up. Each has a pull-down, so that a wire that is off does not float.
-    #[expect(clippy::too_many_arguments, reason = "a pin each, and a pin of another function does not compile")]
-    pub fn new(
-        d0: Peri<'static, impl dcmi::D0Pin<peripherals::DCMI>>,
-        d1: Peri<'static, impl dcmi::D1Pin<peripherals::DCMI>>,
-        d2: Peri<'static, impl dcmi::D2Pin<peripherals::DCMI>>,
-        d3: Peri<'static, impl dcmi::D3Pin<peripherals::DCMI>>,
-        d4: Peri<'static, impl dcmi::D4Pin<peripherals::DCMI>>,
-        d5: Peri<'static, impl dcmi::D5Pin<peripherals::DCMI>>,
-        d6: Peri<'static, impl dcmi::D6Pin<peripherals::DCMI>>,
-        d7: Peri<'static, impl dcmi::D7Pin<peripherals::DCMI>>,
-        vsync: Peri<'static, impl dcmi::VSyncPin<peripherals::DCMI>>,
-        href: Peri<'static, impl dcmi::HSyncPin<peripherals::DCMI>>,
-        pclk: Peri<'static, impl dcmi::PixClkPin<peripherals::DCMI>>,
-    ) -> Self {
-        let pins: [(u8, Peri<'static, AnyPin>); 11] = [
-            (d0.af_num(), d0.into()),
-            (d1.af_num(), d1.into()),
-            (d2.af_num(), d2.into()),
-            (d3.af_num(), d3.into()),
-            (d4.af_num(), d4.into()),
-            (d5.af_num(), d5.into()),
-            (d6.af_num(), d6.into()),
-            (d7.af_num(), d7.into()),
-            (vsync.af_num(), vsync.into()),
-            (href.af_num(), href.into()),
-            (pclk.af_num(), pclk.into()),
-        ];
-        for (function, pin) in pins {
-            let mut pin = Flex::new(pin);
-            pin.set_as_af_unchecked(function, AfType::input(Pull::Down));
-            // A dropped pin would be disconnected.
-            core::mem::forget(pin);
+macro_rules! camera_pins {
+    ($($pin:ident: $function:ident),*) => {
+        impl CameraPins {
+            /// Sets the pins up. Each has a pull-down, so that a wire that is off does not float.
+            #[expect(clippy::too_many_arguments, reason = "a pin each, and a pin of another function does not compile")]
+            pub fn new($($pin: Peri<'static, impl dcmi::$function<peripherals::DCMI>>),*) -> Self {
+                let pins: [(u8, Peri<'static, AnyPin>); 11] = [$(($pin.af_num(), $pin.into())),*];
+                for (function, pin) in pins {
+                    let mut pin = Flex::new(pin);
+                    pin.set_as_af_unchecked(function, AfType::input(Pull::Down));
+                    // A dropped pin would be disconnected.
+                    core::mem::forget(pin);
+                }
+                Self(())
+            }
         }
-        Self(())
-    }
+    };
 }
+
+camera_pins!(
+    d0: D0Pin, d1: D1Pin, d2: D2Pin, d3: D3Pin, d4: D4Pin, d5: D5Pin, d6: D6Pin, d7: D7Pin, vsync: VSyncPin,
+    href: HSyncPin, pclk: PixClkPin
+);
 
 /// A light. It is lit when it is set high, whatever its pin needs for that.
 pub struct Light {

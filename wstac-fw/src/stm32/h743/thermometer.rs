@@ -32,34 +32,34 @@ enum AdcPhase {
     Measure,
 }
 
-impl ChipThermometer {
-    /// Starts the ADC, which nobody else may use.
-    pub(super) fn new() -> Self {
-        RCC.ahb4enr().modify(|w| w.set_adc3en(true));
-        // The clock is there two cycles of the bus later.
-        let _ = RCC.ahb4enr().read();
-        cortex_m::asm::dsb();
-        // A quarter of the bus clock of at most 100 MHz.
-        ADC3_COMMON.ccr().modify(|w| {
-            w.set_ckmode(Ckmode::SYNC_DIV4);
-            w.set_vsenseen(true);
-        });
-        ADC3.cr().modify(|w| {
-            w.set_deeppwd(false);
-            w.set_advregen(true);
-            w.set_boost(Boost::LT25);
-        });
-        cortex_m::asm::delay(SUPPLY);
-        ADC3.cr().modify(|w| {
-            w.set_adcaldif(Adcaldif::SINGLE_ENDED);
-            w.set_adcal(true);
-        });
-        // SAFETY: the chip has its own numbers there, in memory that is only read.
-        #[allow(unsafe_code)]
-        let at = unsafe { [AT_30.read_volatile(), AT_110.read_volatile()] };
-        Self { at, step: AdcPhase::Calibrate }
-    }
+/// Starts the ADC, which nobody else may use.
+pub(crate) fn thermometer() -> ChipThermometer {
+    RCC.ahb4enr().modify(|w| w.set_adc3en(true));
+    // The clock is there two cycles of the bus later.
+    let _ = RCC.ahb4enr().read();
+    cortex_m::asm::dsb();
+    // A quarter of the bus clock of at most 100 MHz.
+    ADC3_COMMON.ccr().modify(|w| {
+        w.set_ckmode(Ckmode::SYNC_DIV4);
+        w.set_vsenseen(true);
+    });
+    ADC3.cr().modify(|w| {
+        w.set_deeppwd(false);
+        w.set_advregen(true);
+        w.set_boost(Boost::LT25);
+    });
+    cortex_m::asm::delay(SUPPLY);
+    ADC3.cr().modify(|w| {
+        w.set_adcaldif(Adcaldif::SINGLE_ENDED);
+        w.set_adcal(true);
+    });
+    // SAFETY: the chip has its own numbers there, in memory that is only read.
+    #[allow(unsafe_code)]
+    let at = unsafe { [AT_30.read_volatile(), AT_110.read_volatile()] };
+    ChipThermometer { at, step: AdcPhase::Calibrate }
+}
 
+impl ChipThermometer {
     /// Returns the temperature of a number in tenths of a degree; `None` if the factory has left no numbers, or if no
     /// chip is as hot or cold.
     fn of(&self, number: u16) -> Option<i16> {
