@@ -20,11 +20,9 @@ mod sensor;
 pub mod status;
 pub mod types;
 
-use std::ffi::{OsStr, c_char};
+use std::ffi::c_char;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
-use wstac_host::source::Source;
-use wstac_host::source::open::{OpenOptions, SourceKind};
 
 use self::options::{WstacFrames, WstacOptions};
 use self::record::WstacRecord;
@@ -305,10 +303,3 @@ pub extern "C" fn wstac_version() -> *const c_char {
 
 #[cfg(test)]
 mod tests;
-
-/// The kinds of sources that this library has besides files, one per line.
-const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
-
-fn open_source(name: &OsStr, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
-    wstac_host::source::open::open(name, options, SOURCE_KINDS)
-}

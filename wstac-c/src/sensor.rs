@@ -8,7 +8,6 @@ use wstac_host::session::{Poll, Session, SessionBuilder};
 use wstac_host::source::{Frame, LossReason, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 
-use crate::open_source;
 use crate::options::Options;
 use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
 use crate::status::{Failure, WstacStatus, c_string, failed, failed_by};
@@ -30,7 +29,8 @@ pub struct SensorSession {
 
 impl SensorSession {
     pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
-        let source = open_source(source, &options.open).map_err(|error| failed_by(WstacStatus::Source, &error))?;
+        let source =
+            wstac::open_source(source, &options.open).map_err(|error| failed_by(WstacStatus::Source, &error))?;
         let config = config_of(source.info(), options.config.clone());
         let config = config.map_err(|error| failed_by(WstacStatus::Config, &error))?;
         let info = source.info().clone();
