@@ -44,7 +44,7 @@ def product(texts: dict[str, str]) -> dict[str, str]:
     of_rooms = {
         file: text
         for file, text in texts.items()
-        if file.startswith("wstac-") and not is_test(file) and file not in tests and not file.startswith(WRITTEN_BY_TOOLS)
+        if file.startswith(("wstac-", "wstac/")) and not is_test(file) and file not in tests and not file.startswith(WRITTEN_BY_TOOLS)
     }
     return {file: INLINE_TESTS.sub("", text) if file.endswith(".rs") else text for file, text in of_rooms.items()}
 

@@ -27,14 +27,14 @@ REFERENCE = {
     "wstac-python/wstac/__init__.py": Path("api/python/wstac.html"),
     "wstac-python/wstac/mujoco.py": Path("api/python/wstac/mujoco.html"),
 }
-CRATE = re.compile(r"^wstac-([a-z]+)/src/lib\.rs$")
+CRATE = re.compile(r"^(wstac(?:-[a-z]+)?)/src/lib\.rs$")
 IMAGE = re.compile(r"(!\[[^\]]*\])\(([^()\s]+)\)")
 
 
 def reference(file: str) -> Path | None:
     """Returns where the reference of a library is in the book, by the file that stands for it."""
     if crate := CRATE.match(file):
-        return Path(f"api/rust/wstac_{crate[1]}/index.html")
+        return Path(f"api/rust/{crate[1].replace('-', '_')}/index.html")
     return REFERENCE.get(file)
 
 

@@ -17,7 +17,7 @@ from pathlib import Path
 from common import AS_ROOT, ROOT, TARGET, CleanRoot, demo_is_that_of_the_readme, fail, folder, run, say, wstac
 
 MANIFESTS = ("Cargo.toml", "wstac-fw/Cargo.toml", "wstac-fw/capi/Cargo.toml", "wstac-node/Cargo.toml", "wstac-python/Cargo.toml")
-CRATES = ("core", "host", "linux", "scene", "train", "plot", "setup", "serve", "tradeoff", "cli")
+CRATES = ("wstac", *(f"wstac-{name}" for name in ("core", "host", "linux", "scene", "train", "plot", "setup", "serve", "tradeoff", "cli")))
 
 
 def oldest_rust() -> str:
@@ -35,9 +35,9 @@ def crates(rust: str) -> None:
     """Packages the crates, each built from what is in it."""
     options = run("ci/tool", "oldest").split()
     # Git may say that a file was changed; that is no fault of the package.
-    named = [option for crate in CRATES for option in ("-p", f"wstac-{crate}")]
+    named = [option for crate in CRATES for option in ("-p", crate)]
     run("cargo", *options, "package", "--quiet", "--locked", "--allow-dirty", *named, quiet=True, why="cargo package failed")
-    for crate in sorted((TARGET / "package").glob("wstac-*.crate")):
+    for crate in sorted((TARGET / "package").glob("*.crate")):
         with tarfile.open(crate) as archive:
             # What is needed to pass it on, and not to build it.
             if not any(name.endswith("/LICENSE-MIT") for name in archive.getnames()):
@@ -49,7 +49,7 @@ def publishing() -> None:
     """Asks cargo whether it would publish all crates, in their order; nothing is uploaded."""
     dry = ("cargo", "publish", "--workspace", "--dry-run", "--no-verify", "--locked", "--allow-dirty")
     said = subprocess.run(dry, check=False, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    ready = re.findall(r"Uploading wstac-([a-z]+) ", said.stdout)
+    ready = re.findall(r"Uploading (wstac[a-z-]*) ", said.stdout)
     if said.returncode or not set(CRATES) <= set(ready):
         fail(f"cargo publish --dry-run would publish {', '.join(ready) or 'nothing'}, expected {', '.join(CRATES)}:\n{said.stdout}")
     say(f"package: cargo would publish {', '.join(ready)}")

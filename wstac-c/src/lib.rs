@@ -23,7 +23,6 @@ pub mod types;
 use std::ffi::c_char;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::ptr;
-use wstac_host::source::open::SourceKind;
 
 use self::options::{WstacFrames, WstacOptions};
 use self::record::WstacRecord;
@@ -304,6 +303,3 @@ pub extern "C" fn wstac_version() -> *const c_char {
 
 #[cfg(test)]
 mod tests;
-
-/// The kinds of sources that this library has besides files, one per line.
-const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];

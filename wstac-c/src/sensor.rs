@@ -9,7 +9,6 @@ use wstac_host::source::open::open;
 use wstac_host::source::{Frame, LossReason, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 
-use crate::SOURCE_KINDS;
 use crate::options::Options;
 use crate::record::{Given, WSTAC_MOST_RECORDS, WstacRecord};
 use crate::status::{Failure, WstacStatus, c_string, failed, failed_by};
@@ -31,7 +30,7 @@ pub struct SensorSession {
 
 impl SensorSession {
     pub(super) fn open(source: &OsStr, options: &Options) -> Result<Self, Failure> {
-        let source = open(source, &options.open, SOURCE_KINDS);
+        let source = wstac::open_source(source, &options.open);
         let source = source.map_err(|error| failed_by(WstacStatus::Source, &error))?;
         let config = config_of(source.info(), options.config.clone());
         let config = config.map_err(|error| failed_by(WstacStatus::Config, &error))?;

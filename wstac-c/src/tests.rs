@@ -318,6 +318,7 @@ fn a_call_at_the_end_of_a_thread_is_a_status() {
 /// Names of files need not be UTF-8.
 #[test]
 fn names_of_files_are_bytes() {
+    use std::ffi::OsStr;
     use std::os::unix::ffi::OsStrExt;
     let name = OsStr::from_bytes(b"wstac-caf\xe9.y4m");
     let path = std::env::temp_dir().join(name);

@@ -11,7 +11,7 @@ use wstac_host::model_file::ModelFile;
 use wstac_host::output::{FrameFeatures, Output, OutputOptions, ReadoutUsed};
 use wstac_host::session::sums::FrameSums;
 use wstac_host::session::{Observer, Processor};
-use wstac_host::source::open::{OpenOptions, SourceKind, open};
+use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{SourceEvent, config_of};
 use wstac_host::station::{Station, Turn};
 use wstac_host::texture::Textures;
@@ -21,9 +21,6 @@ use crate::arguments::{Arguments, NamedSource};
 use crate::note;
 use crate::publisher::PublisherHandle;
 use crate::records::locked;
-
-/// The kinds of sources besides files.
-const KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
 
 /// A source of frames that is ready for reading.
 pub(crate) struct FrameSource {
@@ -41,7 +38,7 @@ impl FrameSource {
         let NamedSource { name, source: source_name, recorded } = named;
         // The newest frame of a camera is worth more than those before it.
         let options = OpenOptions { sensor: recorded.clone(), ..arguments.camera.clone() };
-        let source = open(source_name, &options, KINDS)?;
+        let source = wstac::open_source(source_name, &options)?;
         let info = source.info().clone();
         let given = arguments.config.as_deref().map(Config::read).transpose()?;
         let config = config_of(&info, given)?;

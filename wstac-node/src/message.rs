@@ -146,11 +146,11 @@ mod tests {
     use super::*;
     use wstac_host::output::OutputOptions;
     use wstac_host::session::Session;
-    use wstac_host::source::open::{OpenOptions, open};
+    use wstac_host::source::open::OpenOptions;
 
     #[test]
     fn a_topic_is_the_kind_of_its_payload() {
-        let source = open("scene:Saw3@150", &OpenOptions::default(), &[&wstac_scene::source::Scenes]).unwrap();
+        let source = wstac::open_source("scene:Saw3@150", &OpenOptions::default()).unwrap();
         let mut wanted = OutputOptions::default();
         (wanted.features, wanted.motion) = (true, true);
         let session = Session::builder(source).outputs(wanted).build().unwrap();

@@ -15,15 +15,12 @@ mod source;
 mod stream;
 mod train;
 
-use std::ffi::OsStr;
 use std::fmt::Display;
 
 use pyo3::exceptions::PyValueError;
 use pyo3::types::{PyAnyMethods, PyString, PyStringMethods};
 use pyo3::{Bound, PyErr, PyResult, Python, create_exception};
 use wstac_host::error::ErrorKind;
-use wstac_host::source::Source;
-use wstac_host::source::open::{OpenOptions, SourceKind};
 use wstac_host::visible;
 
 create_exception!(
@@ -107,11 +104,4 @@ mod _wstac {
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name")]
     const __version__: &str = env!("CARGO_PKG_VERSION");
-}
-
-/// The kinds of sources that this library has besides files, one per line.
-const SOURCE_KINDS: &[&dyn SourceKind] = &[&wstac_linux::source::Cameras, &wstac_scene::source::Scenes];
-
-fn open(name: &OsStr, options: &OpenOptions) -> Result<Box<dyn Source>, wstac_host::error::Error> {
-    wstac_host::source::open::open(name, options, SOURCE_KINDS)
 }

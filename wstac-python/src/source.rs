@@ -34,7 +34,7 @@ use crate::model::{Model, textures};
 use crate::outputs::{Frames, Gathered, ReadFailure, objects, shaped};
 use crate::pipeline::whole_frame;
 use crate::stream::{self, Rate};
-use crate::{open, refused, waiting};
+use crate::{refused, waiting};
 
 /// The options that Python requests of a source. `None` requests nothing.
 #[derive(FromPyObject)]
@@ -166,7 +166,7 @@ pub(crate) fn open_source(py: Python<'_>, spec: OsString, options: SourceOptions
         return Err(refused(format_args!("{}: is no board; leave baud out", spec.display())));
     }
     let open_options = options.open()?;
-    let source = waiting(py, || open(&spec, &open_options))?;
+    let source = waiting(py, || wstac::open_source(&spec, &open_options))?;
     Source::new(source, &options, features, options.paced && !wstac_linux::source::is_camera(spec))
 }
 

@@ -156,6 +156,25 @@ fn every_line_is_that_of_run() {
     }
 }
 
+#[test]
+fn a_file_of_what_a_board_sent_is_a_source() {
+    let examples = concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/examples");
+    let model = ModelFile::open(Path::new("builtin:svm")).unwrap();
+    let sent = board::sent(&format!("scene:{examples}/board.toml"), &[model], true, false).frames.concat();
+    let makes = "cargo run -p wstac-tests --example board_bytes scene:wstac-host/examples/board.toml builtin:svm";
+    assert!(std::fs::read(format!("{examples}/board.bin")).unwrap() == sent, "board.bin has other bytes than {makes}");
+    let folder = Folder::new("monitor-file");
+    let shown = "event at frame 35: slide, speed 150.1 ± 1.7 mm/s, direction 90° ± 0.1°, by the edge, texture Saw3";
+    // Of any name, with what a chip says when it starts, and from the middle of a message on.
+    let noise = [b"boot: \xFF\x01\x80 115200 8N1\r\n", &sent[..]].concat();
+    for bytes in [&sent, &noise, &sent[7..]] {
+        let out = good(&["run", path(&folder.file("capture", bytes))]);
+        assert!(out.starts_with(shown), "{out}");
+    }
+    let refused = refusal(&["run", path(&folder.file("capture", &sent[..30]))]);
+    assert!(refused.contains("expected /dev/videoN"), "{refused}");
+}
+
 /// Returns a record without times: those of a live board are of its own clock.
 fn timeless(line: impl AsRef<str>) -> Value {
     let mut record: Value = serde_json::from_str(line.as_ref()).unwrap();

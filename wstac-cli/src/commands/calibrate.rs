@@ -35,7 +35,7 @@ use wstac_setup::gains::{self, GainsWatch};
 pub(super) struct Arguments {
     /// A camera, a recording or a scene, as for wstac run, or a board
     ///
-    /// A board is a serial device or tcp:HOST:PORT, as for wstac run, or board:FILE with bytes that a board sent.
+    /// A board is a serial device or tcp:HOST:PORT, as for wstac run, or a file with bytes that a board sent.
     /// It sends pictures slowly, as told below.
     source: OsString,
 

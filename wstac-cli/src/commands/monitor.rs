@@ -70,7 +70,7 @@ const HELP: &str = r#"Output:
 
 To record what a board sends:
   stty -F /dev/ttyACM0 raw 115200; cat /dev/ttyACM0 > board.bin
-  wstac monitor board.bin
+  wstac run board.bin
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {

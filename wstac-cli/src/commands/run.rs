@@ -160,8 +160,8 @@ const HELP: &str = r#"Sources:
   FILE.mp4         a video that ffmpeg decodes, also .mkv, .mov and others
   FILE.mcap        a recording of wstac record
   FOLDER           PNG or JPEG files of one size
-  /dev/ttyACM0     a board at a serial device; also tcp:HOST:PORT, and
-                   board:FILE with the bytes that a board sent
+  /dev/ttyACM0     a board at a serial device; also tcp:HOST:PORT, and a
+                   file with the bytes that a board sent
   NAME=SOURCE      any of these with a name, to read several at once
   wstac help sources describes each, and how faults are handled.
 

@@ -32,7 +32,7 @@ use wstac_linux::source::is_camera;
 pub(super) struct Arguments {
     /// Source of wstac run, or board
     ///
-    /// A board is a serial device or tcp:HOST:PORT, as for wstac run, or board:FILE with bytes that a board sent.
+    /// A board is a serial device or tcp:HOST:PORT, as for wstac run, or a file with bytes that a board sent.
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 

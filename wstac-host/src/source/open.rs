@@ -86,9 +86,10 @@ const FILES: &str = match (cfg!(feature = "mcap"), cfg!(feature = "png"), cfg!(f
     (false, false, true) => "a .y4m or video file, a folder of JPEGs, or -",
     (false, false, false) => "a .y4m or video file or -",
 };
-/// The starts of names of sources that other crates open, and the kinds of source that open them.
-const OTHER_CRATES: [(&str, &str); 2] =
-    [("scene:", "wstac_scene::source::Scenes"), ("/dev/video", "wstac_linux::source::Cameras")];
+/// The starts of names of sources that other crates open, the kinds of source that open them, and the features of the
+/// crate `wstac` that have these.
+const OTHER_CRATES: [(&str, &str, &str); 2] =
+    [("scene:", "wstac_scene::source::Scenes", "scene"), ("/dev/video", "wstac_linux::source::Cameras", "camera")];
 /// The first bytes of an MCAP file.
 const MCAP_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// The message about options that only a camera has.
@@ -161,8 +162,11 @@ fn open_file(name: &OsStr, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> 
     };
     let is_missing = |start: &str| !kinds.iter().any(|kind| kind.expected().starts_with(start));
     let starts = |start: &str| name.as_encoded_bytes().starts_with(start.as_bytes());
-    if let Some((_, kind)) = OTHER_CRATES.iter().find(|(start, _)| starts(start) && is_missing(start)) {
-        let message = format!("this program opens no such source: it must pass the kind {kind} to open");
+    if let Some((_, kind, feature)) = OTHER_CRATES.iter().find(|(start, ..)| starts(start) && is_missing(start)) {
+        let message = format!(
+            "this program opens no such source: it needs the feature {feature} of the crate wstac, or must pass the kind \
+             {kind} to open"
+        );
         return Err(refused(ErrorKind::Unsupported, &message));
     }
     let kind = match path.metadata() {

@@ -1,12 +1,9 @@
 //! Stops a machine when a part that is held begins to slip.
 //!
-//!     cargo run -p wstac-cli --example slip_stop SOURCE
-use wstac_host::error::{Error, ErrorKind};
-use wstac_host::output::Output;
-use wstac_host::session::Session;
-use wstac_host::source::open::{OpenOptions, open};
-use wstac_linux::source::Cameras;
-use wstac_scene::source::Scenes;
+//!     cargo run -p wstac --example slip_stop SOURCE                              # a file or a scene
+//!     cargo run -p wstac --features camera --example slip_stop /dev/video0
+use wstac::error::{Error, ErrorKind};
+use wstac::output::Output;
 
 /// Put the call that stops your machine here.
 fn stop() {
@@ -16,8 +13,7 @@ fn stop() {
 fn main() -> Result<(), Error> {
     let spec = std::env::args_os().nth(1);
     let spec = spec.ok_or_else(|| Error::new(ErrorKind::Usage, "slip_stop", "wrong arguments, expected SOURCE"))?;
-    let source = open(&spec, &OpenOptions::default(), &[&Cameras, &Scenes])?;
-    for output in Session::builder(source).build()? {
+    for output in wstac::open(&spec)? {
         match output? {
             // A part was pressed on and held, and moves now.
             Output::Slip(slip) => {

@@ -1,7 +1,7 @@
 //! Reads two sensors at once, each in its own thread, and prints their events.
 //!
-//!     cargo run --release -p wstac-cli --example two_cameras                            # two simulated sensors
-//!     cargo run --release -p wstac-cli --example two_cameras /dev/video0 /dev/video2
+//!     cargo run --release -p wstac --example two_cameras      # two simulated sensors
+//!     cargo run --release -p wstac --features camera --example two_cameras /dev/video0 /dev/video2
 //!
 //! Each thread opens its own source, so trouble with one camera does not stop the other. The threads share the texture
 //! models, which are only read.
@@ -11,15 +11,13 @@ use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-use wstac_host::error::{Error, ErrorKind};
-use wstac_host::json::{angle, rounded};
-use wstac_host::model_file::ModelFile;
-use wstac_host::output::Output;
-use wstac_host::session::{Poll, Session};
-use wstac_host::source::FramePolicy;
-use wstac_host::source::open::{OpenOptions, open};
-use wstac_linux::source::Cameras;
-use wstac_scene::source::Scenes;
+use wstac::error::{Error, ErrorKind};
+use wstac::json::{angle, rounded};
+use wstac::model_file::ModelFile;
+use wstac::output::Output;
+use wstac::session::{Poll, Session};
+use wstac::source::FramePolicy;
+use wstac::source::open::OpenOptions;
 
 fn main() -> Result<(), Error> {
     let given: Vec<OsString> = std::env::args_os().skip(1).collect();
@@ -58,7 +56,7 @@ fn main() -> Result<(), Error> {
 fn read(spec: &OsStr, models: &[ModelFile], stop: &AtomicBool) -> Result<(), Error> {
     // If this program is slower than the camera, older frames are skipped and counted as lost.
     let options = OpenOptions { delivery: FramePolicy::Newest, ..OpenOptions::default() };
-    let source = open(spec, &options, &[&Cameras, &Scenes])?;
+    let source = wstac::open_source(spec, &options)?;
     let mut session = Session::builder(source).models(models.to_vec()).build()?;
     // `poll` returns at least once per second, so that the loop checks `stop`. A camera that was unplugged is an
     // `Output::Fault` and not an error: the session waits for it.
