@@ -20,7 +20,11 @@ def pin(name):
 
 
 class Wiring:
-    """A board: its pins, its clock, and where its program begins."""
+    """A board: its pins, its clock, and where its program begins.
+
+    `data` has D0 to D7, `line` the line's sending pin, `lights` those of events and of trouble, which are lit while they are `lit`;
+    `hse` has the crystal's hertz, `bypass` whether that is a clock from outside, and `power` the sensor's power-down and reset.
+    """
 
     def __init__(self, data, line, lights, lit, hse, bypass, power=None, bootloader=False):
         self.data = [pin(name) for name in data.split()]
