@@ -18,7 +18,6 @@ import plots
 import scenes
 import speed_law
 from report import (
-    Interval,
     all_of,
     at_least,
     fixed,

@@ -338,7 +338,7 @@ speed within 1, 2 sd, % | direction | missed goals |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 impl Tally {
-    /// Returns the cells of a row of the page, with intervals and goals, of which objects.txt has those of the mix. What misses
+    /// Returns the cells of a row of the page, with intervals and goals; objects.txt has those of the mix. What misses
     /// its goal is bold.
     fn page(&self, Row { goal, kind, .. }: &Row) -> String {
         let missed = self.missed(goal);
