@@ -41,8 +41,6 @@ struct Said {
     delay: f64,
     /// Error of the speed as a fraction, and of the direction in degrees.
     errors: [f64; 2],
-    /// Whether each is within one standard deviation.
-    within: [bool; 2],
 }
 
 /// The live answers during a touch.
@@ -88,8 +86,7 @@ fn said(velocity: Velocity, slide: &Slide, speed: f64, delay: f64) -> Said {
     let off = (f64::from(velocity.mm_s) / speed - 1.0).abs();
     let turned = f64::from(velocity.degrees) - slide.direction_deg;
     let degrees = ((turned + 180.0).rem_euclid(360.0) - 180.0).abs();
-    let within = [off * speed <= f64::from(velocity.mm_s_sd), degrees <= f64::from(velocity.degrees_sd)];
-    Said { delay, errors: [off, degrees], within }
+    Said { delay, errors: [off, degrees] }
 }
 
 /// Frames that are lost by chance, one by one or in runs.
@@ -343,31 +340,26 @@ fn columns(said: &[&Said]) -> String {
         let errors = said.iter().map(|said| said.errors[number]).collect();
         percentile(errors, fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
     };
-    let within = |number: usize| share(said.iter().filter(|said| said.within[number]).count(), said.len());
     format!(
-        "{} | {} | {} | {} | {} | {} | {}",
+        "{} | {} | {} | {} | {}",
         of(0, 0.5, 100.0),
         of(0, 0.95, 100.0),
         of(1, 0.5, 1.0),
         of(1, 0.95, 1.0),
         share(said.iter().filter(|said| said.errors[0] > 0.1).count(), said.len()),
-        within(0),
-        within(1),
     )
 }
 
-const COLUMNS: &str = "speed error, %: median | p95 | direction error, °: median | p95 | wrong, % | \
-    speed within 1 sd, % | direction";
+const COLUMNS: &str = "speed error, %: median | p95 | direction error, °: median | p95 | wrong, %";
 
 /// A table of the first answers of slides.
 fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
-    let _ = writeln!(page, "| first velocity: {property} | slides | in time (goal: all), % | {COLUMNS} |");
-    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |");
+    let _ = writeln!(page, "| first velocity: {property} | in time (goal: all), % | {COLUMNS} |");
+    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- |");
     for (name, slides) in rows {
         let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
         let in_time = first.iter().filter(|said| said.delay <= 3.0).count();
-        let _ =
-            writeln!(page, "| {name} | {} | {} | {} |", slides.len(), interval(in_time, slides.len()), columns(&first));
+        let _ = writeln!(page, "| {name} | {} | {} |", interval(in_time, slides.len()), columns(&first));
     }
     page.push('\n');
 }

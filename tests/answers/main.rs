@@ -27,7 +27,6 @@ const OTHERS: u64 = 1000;
 /// The slide of a touch, and its motion.
 struct Case<'a> {
     slide: &'a Slide,
-    unit: u32,
     motion: Option<Motion>,
 }
 
@@ -63,9 +62,8 @@ impl Result {
         result
     }
 
-    /// Returns the cells of a row: the reliable part, errors of speed and direction, and the parts within one
-    /// deviation.
-    fn cells(&self) -> [String; 7] {
+    /// Returns the cells of a row: the reliable part, and errors of speed and direction.
+    fn cells(&self) -> [String; 5] {
         let of = |numbers: &[f64], fraction, unit: f64| {
             percentile(numbers.to_vec(), fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
         };
@@ -75,27 +73,23 @@ impl Result {
             of(&self.speed, 0.95, 100.0),
             of(&self.degrees, 0.5, 1.0),
             of(&self.degrees, 0.95, 1.0),
-            share(self.within[0], self.reliable),
-            share(self.within[1], self.reliable),
         ]
     }
 
     /// Returns a row of a table.
     fn row(&self, name: &str) -> String {
         let wrong = self.speed.iter().filter(|error| **error > 0.1).count();
-        let cells = self.cells();
-        let (errors, within) = cells.split_at(5);
-        format!("| {name} | {} | {} | {wrong} | {} |", self.count, errors.join(" | "), within.join(" | "))
+        format!("| {name} | {} | {wrong} |", self.cells().join(" | "))
     }
 }
 
 const HEAD: &str = "\
-slides | reliable, % | speed error, %: median | p95 | direction error, °: median | p95 | wrong | speed within 1 sd, % | direction |
-| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |";
+reliable, % | speed error, %: median | p95 | direction error, °: median | p95 | wrong |
+| --- | --- | --- | --- | --- | --- | --- |";
 
 /// Returns the slides of answered touches.
 fn cases(answered: &[Answered]) -> Vec<Case<'_>> {
-    let case = |one| Some(Case { slide: Answered::slide(one)?, unit: one.unit, motion: one.motion });
+    let case = |one| Some(Case { slide: Answered::slide(one)?, motion: one.motion });
     answered.iter().filter_map(case).collect()
 }
 
@@ -121,8 +115,11 @@ pub(crate) fn share(count: usize, of: usize) -> String {
     if of == 0 { "–".into() } else { format!("{:.1}", 100.0 * count as f64 / of as f64) }
 }
 
-/// Returns a share in percent with Wilson's interval of 95 %.
+/// Returns a share in percent with Wilson's interval of 95 %, or without it if nothing is counted.
 pub(crate) fn interval(count: usize, of: usize) -> String {
+    if count == 0 {
+        return share(count, of);
+    }
     let [low, high] = wilson(count as u32, of as u32);
     let share = count as f64 / of.max(1) as f64;
     format!("{:.1} ({:.1}…{:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
@@ -244,17 +241,6 @@ fn motion(page: &mut String) {
     let bounds = [10.0, 15.0, 20.0, 40.0, 60.0, 100.0, 200.0, 300.0, 400.0, 500.0, 600.0];
     let bounds: Vec<[f64; 2]> = bounds.windows(2).map(|pair| [pair[0], pair[1]]).collect();
     table(page, "speed, mm/s", &cases, speed, &bounds);
-    let angles = [[0.0, 15.0], [15.0, 30.0], [30.0, 45.0]].map(|[low, high]| {
-        let turned = |case: &Case<'_>| case.slide.direction_deg % 90.0;
-        let angle = |case: &Case<'_>| turned(case).min(90.0 - turned(case));
-        let result = Result::new(cases.iter().filter(|case| (low..high).contains(&angle(case))));
-        percentile(result.speed, 0.95).map_or("–".into(), |error| format!("{:.2}", 100.0 * error))
-    });
-    let _ = writeln!(
-        page,
-        "At 0 to 15, 15 to 30 and 30 to 45° from the nearer axis, the speed error's p95 is {} %.",
-        angles.join(", ")
-    );
     let specimens = wstac_scene::specimen::Specimen::ALL.map(|specimen| {
         let same = |case: &&Case<'_>| {
             let own = case.slide.specimen;
@@ -269,12 +255,8 @@ fn motion(page: &mut String) {
     let ([specimen, of_specimen], [length, of_length]) = (least(&specimens), least(&lengths));
     let _ = writeln!(
         page,
-        "The least reliable specimen is {specimen} with {of_specimen} %, the least reliable length {length} with {of_length} %."
+        "The least reliable specimen is {specimen} with {of_specimen} %, the least reliable length {length} with {of_length} %.\n"
     );
-    let mut units: Vec<u32> = cases.iter().map(|case| case.unit).collect();
-    units.sort_unstable();
-    units.dedup();
-    let _ = writeln!(page, "These slides are of {} sensors.\n", units.len());
 }
 
 /// Writes the table of conditions under which motion is hard to know.

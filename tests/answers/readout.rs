@@ -39,8 +39,8 @@ const WHOLE: usize = 4;
 /// The motion of a touch with a known readout and with an unknown one; `None` without an event.
 type Motions = Option<[Motion; 2]>;
 
-/// Returns the slide of a number, its sensor, and the motion of its first event before each camera.
-fn answer(number: u64) -> (Slide, u32, [Motions; CAMERAS.len()]) {
+/// Returns the slide of a number, and the motion of its first event before each camera.
+fn answer(number: u64) -> (Slide, [Motions; CAMERAS.len()]) {
     let script = script(Kind::Readout, number);
     let slide = *script.touches[0].slide().expect("all touches are slides");
     let layout = Layout::paper(script.sensor.size).expect("the size is that of the layout");
@@ -84,7 +84,7 @@ fn answer(number: u64) -> (Slide, u32, [Motions; CAMERAS.len()]) {
             *motions = motions.or(found);
         }
     }
-    (slide, script.light.unit, answers.map(|(.., motions)| motions))
+    (slide, answers.map(|(.., motions)| motions))
 }
 
 /// Writes the tables of readouts.
@@ -92,9 +92,8 @@ pub(crate) fn table(page: &mut String) {
     page.push_str(include_str!("readout.txt"));
     let answered = each(SLIDES, answer);
     let cases = |known: usize, camera: usize| {
-        let case = |(slide, unit, motions): &'_ (Slide, u32, [Motions; CAMERAS.len()])| {
-            (*slide, *unit, motions[camera].map(|both| both[known]))
-        };
+        let case =
+            |(slide, motions): &'_ (Slide, [Motions; CAMERAS.len()])| (*slide, motions[camera].map(|both| both[known]));
         answered.iter().map(case).collect::<Vec<_>>()
     };
     let of_known = [cases_of(&cases, 0), cases_of(&cases, 1)];
@@ -144,8 +143,8 @@ fn wrong(result: &Result) -> usize {
     result.speed.iter().zip(&result.degrees).filter(|(speed, degrees)| **speed > 0.1 || **degrees > 10.0).count()
 }
 
-/// A slide, its sensor, and its motion before a camera.
-type Found = (Slide, u32, Option<Motion>);
+/// A slide, and its motion before a camera.
+type Found = (Slide, Option<Motion>);
 
 fn cases_of(cases: &impl Fn(usize, usize) -> Vec<Found>, known: usize) -> Vec<Vec<Found>> {
     (0..CAMERAS.len()).map(|camera| cases(known, camera)).collect()
@@ -153,7 +152,7 @@ fn cases_of(cases: &impl Fn(usize, usize) -> Vec<Found>, known: usize) -> Vec<Ve
 
 /// Returns the cases of some slides.
 fn of<'a>(found: &'a [Found], is_in: &dyn Fn(&Slide) -> bool) -> Vec<Case<'a>> {
-    let case = |(slide, unit, motion): &'a Found| Case { slide, unit: *unit, motion: *motion };
+    let case = |(slide, motion): &'a Found| Case { slide, motion: *motion };
     found.iter().filter(|(slide, ..)| is_in(slide)).map(case).collect()
 }
 

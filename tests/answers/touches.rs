@@ -61,8 +61,6 @@ pub(crate) enum Kind {
 #[derive(Clone, Debug)]
 pub(crate) struct Answered {
     pub touch: Touch,
-    /// Sensor unit.
-    pub unit: u32,
     /// Number of events.
     pub events: usize,
     /// Motion by the default estimator; `None` without an event.
@@ -161,7 +159,7 @@ fn answer(kind: Kind, number: u64) -> Answered {
             motion = motion.or_else(|| Some(by_default(&event, config)));
         }
     }
-    Answered { touch: script.touches[0], unit: script.light.unit, events, motion }
+    Answered { touch: script.touches[0], events, motion }
 }
 
 /// Returns the motion of an event by the default estimator.

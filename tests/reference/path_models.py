@@ -327,9 +327,8 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         f"Its projection has {DIMENSIONS} dimensions,"
         " and was trained on 20000 slides of 1000 random textures and 1000 sensors:"
         " three patterns, depths of 1 to 6 mm, periods of 2 to 16 mm.",
-        "The ten new textures are those of docs/ANSWERS.md; none of them was trained.",
+        "The ten new textures are those of docs/ANSWERS.md.",
         "Ten random textures are other ones for every sensor, and may be nearly alike.",
-        "All slides of a model have one unseen sensor.",
         "The paper's ten specimens are not learned, but may be near those that are:",
     )
     return f"""# Texture models of the path

@@ -141,20 +141,18 @@ def page(results: Results, how: str) -> str:
         "Every slide on this page is simulated, and says nothing about a real sensor.",
     )
     protocol = paragraph(
-        "The protocol is the paper's: 100 slides of each of ten specimens, of which 90 % train a model and 10 % test it.",
+        "The protocol is the paper's: 100 slides of each specimen, of which 90 % train a model and 10 % test it.",
         f"Here it is repeated {len(next(iter(results.paper.values())))} times with new slides and a new split.",
         "Intervals are Student intervals of the mean over the repeats.",
-        "Slides differ only by chance: their start within a frame, a gain of the light, rubbing, and the camera's noise.",
-        "All slides are at 150 mm/s in one direction, which the paper does not state.",
+        "Slides differ only by chance.",
+        "All slides are at 150 mm/s in one direction.",
     )
     fitted = paragraph(
-        "The scale of the simulator's noise was fitted to one cell, with other slides and splits than here"
-        " (`tests/reference/calibrate.py noise`); nothing was fitted to the other cells.",
+        "The scale of the simulator's noise was fitted to one cell, with other slides and splits (`tests/reference/calibrate.py noise`).",
     )
     unscaled = paragraph(
-        "The paper says only \"Linear-SVM\".",
-        "Here it is scikit-learn's `SVC(kernel=\"linear\", C=1)` behind a `StandardScaler`, with which the noise was fitted.",
-        "With the same noise, three other readings (without the features of frames without light, without a scaler,"
+        "The noise was fitted with the linear SVM above.",
+        "With the same noise, three other readings of the paper's \"Linear-SVM\" (without the features of frames without light, without a scaler,"
         f" and the one-vs-rest `LinearSVC` without a scaler){others(results.paper, list(dict.fromkeys(name for _, name in results.paper))[3:])}.",
         "The scaler makes the noise of frames without light as large as the signal of other frames: do not scale your own model.",
     )
@@ -183,7 +181,7 @@ def page(results: Results, how: str) -> str:
 def fair_section(found: dict[tuple[str, str, str], list[float]]) -> str:
     """Describes the tests with new speeds, runs and sensors."""
     said = paragraph(
-        "A sensor in use slides at other speeds, or has another gain of its light after it is mounted again (a *run*).",
+        "A sensor in use slides at other speeds, or has another gain after it is mounted again (a *run*).",
         "These tests have eleven speeds, 100 to 200 mm/s, in four directions, and ten runs of one sensor with gains of 1 ± 0.2.",
         "Training leaves out two speeds and two runs, drawn anew in every repeat, and 10 % of the rest.",
         "The last test is a run of another sensor, whose whiskers have other gains.",

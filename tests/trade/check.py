@@ -74,9 +74,8 @@ def parameters_table(rows):
         if model(row) == "path-svm" and len(other) <= 1:
             named.append((other[0] if other else "none", row))
     named += [(model(row), row) for row in rows if setting(row) == default and model(row) != "path-svm"]
-    named += [(f"law published, {model(row)}", row) for row in rows if setting(row) == published]
-    # Of early models, those of 20 frames stand for those of 30 to 60, and of trees over time the shipped ones: trade.csv has all.
-    named = [(name, row) for name, row in named if not re.search(r"-[3-6]0f$|(?:forest|boosted)-\w", name)]
+    # Of models over time, the best one stands for all: trade.csv has them.
+    named += [(f"law published, {model(row)}", row) for row in rows if setting(row) == published and model(row) in ("no model", "svm")]
     lines = [
         "From GREY, stride 1, fixed ln, law wave, path-svm, counted on a Cortex-M4F:", "",
         "| ablation | specimen accuracy, % (95 % interval) | speed error, % | instructions per frame | instructions per event | flash, bytes |",
@@ -100,7 +99,7 @@ def points_table(wstac):
             header, claim = [line.split(",") for line in Path(folder, "claim.csv").read_text().splitlines()]
             price = json.loads(Path(folder, "price.json").read_text())[core]
         row = dict(zip(header, claim, strict=True))
-        about = re.search(r"^model +([^:\n]+)(?:: (.+))?$", said, re.MULTILINE)
+        about = re.search(r"^model +([^:\n]+)", said, re.MULTILINE)
 
         share = "{:.1f} ({:.1f}…{:.1f})".format(*(float(row[f"specimen{end}"]) for end in ("", "_low", "_high")))
         frame, event = price["features"] + price["trigger"], price["texture"] + price["law"]
@@ -110,12 +109,10 @@ def points_table(wstac):
             "decided by": by,
             "format, stride, logarithm, law": f"{row['format']}, {row['stride']}, {row['ln']}, {row['law']}",
             "model": about[1],
-            "what it is": about[2] or "–",
             "specimen accuracy, % (95 % interval)": share,
             "speed error, 100 to 200 mm/s, mean; 95th percentile, %": f"{row['speed_error']}; {row['speed_error_p95']}",
             "objects reliable and right, %": row["objects"],
             "frames from first touch to answer": row["latency"],
-            "core": f"Cortex-{core}",
             "instructions per frame": f"{frame:,}",
             "instructions per event": f"{event:,}",
             "flash; RAM, bytes": f"{price['flash']:,}; {price['ram']:,}",

@@ -87,27 +87,21 @@ fn of_texture(textures: &Textures, number: u64) -> Option<(f64, bool)> {
 /// Writes the section of the page.
 pub(crate) fn section(page: &mut String) {
     page.push_str(include_str!("../at_once.txt"));
-    let _ = writeln!(
-        page,
-        "| touch | after, s: median/p95 | reliable/wrong, % | within 1/2 sd, %: speed, direction |\n| --- | --- | --- | --- |"
-    );
+    let _ = writeln!(page, "| touch | after, s: median/p95 | reliable/wrong, % |\n| --- | --- | --- |");
     let (mut early, mut reliable) = (0, 0);
     for row in ROWS.iter().filter(|row| row.kind != Kind::Mix || HARD.contains(&row.fault)) {
         let answered = each(SLIDES, |number| answer(row, SPEEDS, number, true));
         let tally = Tally::new(&answered);
         let after: Vec<f64> = answered.iter().filter_map(|one: &Answered| one.after).collect();
         let second = |fraction| percentile(after.clone(), fraction).map_or("–".into(), |time| format!("{time:.2}"));
-        let within = |of: usize| tally.within[of].map(|count| share(count, tally.reliable)).join("/");
         let _ = writeln!(
             page,
-            "| {} | {}/{} | {}/{} | {}, {} |",
+            "| {} | {}/{} | {}/{} |",
             row.touch,
             second(0.5),
             second(0.95),
             share(tally.reliable, tally.count),
             share(tally.wrong, tally.count),
-            within(0),
-            within(1),
         );
         (early, reliable) = (early + after.len(), reliable + tally.reliable);
     }

@@ -251,28 +251,31 @@ impl Tally {
         missed
     }
 
-    /// Returns the cells of a row of the page, with intervals and goals. What misses its goal is bold.
-    fn page(&self, goal: &Goal) -> String {
+    /// Returns the cells of a row of the page, with intervals and goals; objects.txt has those of the mix. What misses
+    /// its goal is bold.
+    fn page(&self, Row { goal, kind, .. }: &Row) -> String {
         let missed = self.missed(goal);
+        let has_own = *kind != Kind::Mix;
         let bold = |column: &str, cell: String| if missed.contains(&column) { format!("**{cell}**") } else { cell };
         let of = |column: &str, count: usize| {
             let [low, high] = wilson(count as u32, self.count as u32).map(|limit| 100.0 * limit);
-            format!("{} ({low:.1}…{high:.1})", bold(column, share(count, self.count)))
+            let share = bold(column, share(count, self.count));
+            if count == 0 { share } else { format!("{share} ({low:.1}…{high:.1})") }
         };
         let error = |of: usize, column: &str| {
             let found = [0.5, 0.95].map(|fraction| self.error(of, fraction).map(|error| format!("{error:.2}")));
             let [Some(median), Some(high)] = found else { return bold(column, "–".into()) };
-            let most = goal.errors.map_or_else(String::new, |most| format!(" ≤{}/{}", most[of][0], most[of][1]));
-            bold(column, format!("{median}/{high}")) + &most
+            let most = goal.errors.filter(|_| has_own).map(|most| format!(" ≤{}/{}", most[of][0], most[of][1]));
+            bold(column, format!("{median}/{high}")) + &most.unwrap_or_default()
         };
         let within =
             |of: usize, column: &str| bold(column, self.within[of].map(|count| share(count, self.reliable)).join("/"));
         format!(
-            "{}{} | {} ≤{} | {} | {} | {}, {} |",
+            "{}{} | {}{} | {} | {} | {}, {} |",
             of("reliable", self.reliable),
-            goal.reliable.map_or_else(String::new, |least| format!(" ≥{least}")),
+            goal.reliable.filter(|_| has_own).map_or_else(String::new, |least| format!(" ≥{least}")),
             of("wrong", self.wrong),
-            goal.wrong,
+            if has_own { format!(" ≤{}", goal.wrong) } else { String::new() },
             error(0, "speed"),
             error(1, "direction"),
             within(0, "speed sd"),
@@ -296,7 +299,7 @@ pub(crate) fn section(page: &mut String) {
     for row in ROWS.iter().chain([&EVEN]) {
         let answered = each(SLIDES, |number| answer(row, SPEEDS, number, false));
         if row.kind != Kind::Even {
-            let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered).page(&row.goal));
+            let _ = writeln!(page, "| {} | {}", row.touch, Tally::new(&answered).page(row));
         }
         extents::rows(&mut others, row.touch, row.kind, &answered);
     }

@@ -80,11 +80,8 @@ pub(crate) fn section() -> String {
         let told = each(500, |number| of_scene(&textures, &draw(kind, Fault::None, [30.0, 300.0], number).script));
         format!("{name} {}", interval(told.iter().flatten().count(), told.len()))
     });
-    let _ = writeln!(
-        page,
-        "\nOf 500 objects of each kind at 30 to 300 mm/s, so many have a period, in percent: {}.",
-        of_objects.join(", ")
-    );
+    let _ =
+        writeln!(page, "\nOf 500 objects of each kind, so many have a period, in percent: {}.", of_objects.join(", "));
     page
 }
 
@@ -92,8 +89,7 @@ const HEAD: &str = "
 ### Periods of textures
 
 Textures of all patterns with periods of 3 to 10 mm, from 60 to 120 mm long, in any direction, 600 in each row.
-Events are those with the shipped model.
-Right is within 5 % (goal at 30 to 50 mm/s: 56 %).
+Right is within 5 %.
 
 | speed | told, % | right, % of all | wrong, % of all | within 1/2 sd, % of told |
 | --- | ---: | ---: | ---: | ---: |

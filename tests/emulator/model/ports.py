@@ -20,8 +20,12 @@ def pin(name):
 
 
 class Wiring:
-    """A board: its pins, its clock, and where its program begins. Its `chip` is an STM32H743 if it is `None`, and its core has
-    `clock_hertz`. `function` has the numbers of the camera interface's function at pins where it is not that of `None`.
+    """A board: its pins, its clock, and where its program begins.
+
+    `data` has D0 to D7, `line` the line's sending pin, `lights` those of events and of trouble, which are lit while
+    they are `lit`; `hse` has the crystal's hertz, `bypass` whether that is a clock from outside, and `power` the
+    sensor's power-down and reset. Its `chip` is an STM32H743 if it is `None`, and its core has `clock_hertz`.
+    `function` has the numbers of the camera interface's function at pins where it is not that of `None`.
     """
 
     chip, clock_hertz, function = None, 72_000_000, {None: DCMI}
