@@ -39,7 +39,7 @@ TENS = 10
 SHOTS = 5
 DIMENSIONS = 8
 """Slides of each new texture that are learned, and dimensions of an embedding."""
-REJECTED = {"path": 0.01, "taxel_path": 0.015}
+REJECTED = {"path": 0.01, "taxel_path": 0.0125}
 """Part of the slides held out that may be taken for unknown."""
 MOST_BYTES = {"svm": 64_000, "forest": 64_000, "boosted": 100_000}
 
