@@ -37,9 +37,9 @@ NEW_SENSORS = 40
 TENS = 10
 """Sensors of new textures, and sensors that each have ten random textures of their own."""
 SHOTS = 5
-DIMENSIONS = 12
+DIMENSIONS = 8
 """Slides of each new texture that are learned, and dimensions of an embedding."""
-REJECTED = {"path": 0.01, "taxel_path": 0.02}
+REJECTED = {"path": 0.01, "taxel_path": 0.0125}
 """Part of the slides held out that may be taken for unknown."""
 MOST_BYTES = {"svm": 64_000, "forest": 64_000, "boosted": 100_000}
 

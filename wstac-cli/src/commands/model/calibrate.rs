@@ -42,7 +42,8 @@ pub(super) struct Arguments {
 
     /// Textures that the projection tells apart: by default, those of TRAIN
     ///
-    /// Many other textures make an embedding, from which wstac model learn makes models of new textures.
+    /// Many other textures make an embedding, from which wstac model learn makes models of new textures. If the data
+    /// set has the array sensor, differences between sensors are taken out first.
     #[arg(long, value_name = "DATA.npz")]
     projection: Option<PathBuf>,
 
@@ -125,7 +126,8 @@ fn calibrated(arguments: &Arguments) -> Result<Calibrated, Error> {
         let about = about.display().to_string();
         move |message: String| Error::new(ErrorKind::Data, about, message)
     };
-    let textures = arguments.projection.as_ref().map(|path| LabeledSamples::read(&model, path)).transpose()?;
+    let textures =
+        arguments.projection.as_ref().map(|path| LabeledSamples::read_for_one_sensor(&model, path)).transpose()?;
     let projection = if settings.dimensions > 0 && model.labels().len() > 1 {
         let (from, about) = textures
             .as_ref()

@@ -5,8 +5,9 @@
 
 mod factor;
 mod lda;
+mod sensors;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use wstac_core::model::Model;
@@ -47,7 +48,27 @@ impl LabeledSamples {
     /// # Errors
     /// The data set cannot be read, or has no labels.
     pub fn read(model: &Model, path: &Path) -> Result<Self, Error> {
-        Self::read_where(model, path, |_| true)
+        Ok(Self::read_where(model, path, |_| true)?.0)
+    }
+
+    /// Reads samples that tell how textures differ on one sensor, as [`LabeledSamples::read`] does.
+    ///
+    /// If the data set has the array `sensor`, what a sensor adds to the samples of all textures is taken from them:
+    /// textures that are learned on a sensor are named on the same one.
+    ///
+    /// # Errors
+    /// The data set cannot be read, or has no labels.
+    pub fn read_for_one_sensor(model: &Model, path: &Path) -> Result<Self, Error> {
+        let (mut samples, rows) = Self::read_where(model, path, |_| true)?;
+        if let Some(mut sensors) = eval::beside(path, "sensor", eval::array_of(model.input()))? {
+            let mut rows = rows.iter();
+            sensors.retain(|_| rows.next() == Some(&true));
+            let names: BTreeSet<&String> = sensors.iter().collect();
+            let numbers: BTreeMap<&String, usize> = names.into_iter().zip(0..).collect();
+            let sensors: Vec<usize> = sensors.iter().filter_map(|sensor| numbers.get(sensor).copied()).collect();
+            sensors::remove(&mut samples, &sensors);
+        }
+        Ok(samples)
     }
 
     /// Reads the samples for training and those for tests, by the array `split` of a data set, as
@@ -62,11 +83,11 @@ impl LabeledSamples {
             Error::new(ErrorKind::Data, path.display(), message)
         })?;
         let of = |side: &str| Self::read_where(model, path, |row| split.get(row).is_some_and(|found| found == side));
-        Ok([of("train")?, of("test")?])
+        Ok([of("train")?.0, of("test")?.0])
     }
 
-    /// Reads the samples of some rows.
-    fn read_where(model: &Model, path: &Path, is_wanted: impl Fn(usize) -> bool) -> Result<Self, Error> {
+    /// Reads the samples of some rows, and returns which rows of the data set they are.
+    fn read_where(model: &Model, path: &Path, is_wanted: impl Fn(usize) -> bool) -> Result<(Self, Vec<bool>), Error> {
         let (mut numbers, truth) = eval::labeled(model, path)?;
         let Some(truth) = truth else {
             let message = "has no labels, expected the array y, y_specimen, y_pattern or y_depth";
@@ -79,7 +100,7 @@ impl LabeledSamples {
         let (mut of_labels, mut of_numbers) = (rows.iter(), rows.iter());
         labels.retain(|_| of_labels.next() == Some(&true));
         numbers.retain(|_| of_numbers.next() == Some(&true));
-        Ok(Self { numbers, labels, names })
+        Ok((Self { numbers, labels, names }, rows))
     }
 
     /// Returns the samples of recordings that a model of this input takes, with their specimens.
@@ -273,16 +294,26 @@ pub fn calibrate_with(
         let name = model.labels().get(class).map_or_else(String::new, |label| label.to_string());
         return Err(format!("no sample of class {name}, expected some of every class"));
     }
-    let distance = |numbers: &Vec<i16>| {
+    let mut distances: Vec<Vec<f64>> = vec![Vec::new(); classes];
+    for numbers in &held_out.numbers {
         let class = usize::from(model.classify(&padded(numbers)));
-        projection.place(numbers).iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+        let place = projection.place(numbers);
+        distances[class].push(place.iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum());
+    }
+    let limit = |mut distances: Vec<f64>| {
+        distances.sort_by(f64::total_cmp);
+        let place = ((1.0 - settings.rejected) * distances.len() as f64).ceil() as usize;
+        let threshold = distances[place.clamp(1, distances.len()) - 1];
+        (threshold * UNIT * UNIT).ceil().min(f64::from(u32::MAX)) as u32
     };
-    let mut distances: Vec<f64> = held_out.numbers.iter().map(distance).collect();
-    distances.sort_by(f64::total_cmp);
-    let place = ((1.0 - settings.rejected) * distances.len() as f64).ceil() as usize;
-    let threshold = distances[place.clamp(1, distances.len()) - 1];
+    // Samples of some classes differ more than those of others. A few samples do not tell how much.
+    let are_enough = distances.iter().all(|own| own.len() as f64 * settings.rejected >= 1.0);
+    let limits = if are_enough {
+        Limits::Own(distances.into_iter().map(limit).collect())
+    } else {
+        Limits::Common(limit(distances.concat()))
+    };
     let dimensions = projection.biases.len();
-    let limits = Limits::Common((threshold * UNIT * UNIT).ceil().min(f64::from(u32::MAX)) as u32);
     let known = KnownRegion { projection, means: &means, limits };
     finished(&plain, part(factor, Some(&known)), dimensions, &held_out)
 }

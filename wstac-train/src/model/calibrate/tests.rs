@@ -129,20 +129,38 @@ fn a_file_says_the_distance_of_its_projection() {
     let means = [0, 1, 2, 3].map(mean);
     let distance = |numbers: &Vec<i16>| {
         let class = usize::from(model.classify(&padded(numbers)));
-        projection.place(numbers).iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
+        (class, projection.place(numbers).iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum::<f64>())
     };
-    let mut sorted: Vec<f64> = held_out.numbers.iter().map(distance).collect();
-    sorted.sort_by(f64::total_cmp);
-    let bound = sorted[1959];
+    let mut sorted = [const { Vec::new() }; 4];
+    for (class, distance) in held_out.numbers.iter().map(distance) {
+        sorted[class].push(distance);
+    }
+    let bounds = sorted.map(|mut own| {
+        own.sort_by(f64::total_cmp);
+        own[(0.98 * own.len() as f64).ceil() as usize - 1]
+    });
+    assert!(bounds.iter().any(|bound| (bound / bounds[0] - 1.0).abs() > 0.05), "each class has its own: {bounds:?}");
     let mut checked = 0;
     for numbers in &samples(9, 4, 3000).numbers {
-        let distance = distance(numbers);
+        let (class, distance) = distance(numbers);
+        let bound = bounds[class];
         if (distance / bound - 1.0).abs() > 0.01 {
             assert_eq!(model.classification(&padded(numbers)).known, Some(distance < bound), "{distance} {bound}");
             checked += 1;
         }
     }
     assert!(checked > 2900);
+    // Of 12 samples, 2 % are none: one bound is for all classes.
+    let few = samples(2, 4, 48);
+    let found = calibrate_with(&words, Some(&projection), &trained, &few, Settings::default()).unwrap();
+    let model = Model::from_words(&found.words).unwrap();
+    let most = few.numbers.iter().map(|numbers| distance(numbers).1).fold(0.0, f64::max);
+    for numbers in &samples(9, 4, 3000).numbers {
+        let distance = distance(numbers).1;
+        if (distance / most - 1.0).abs() > 0.01 {
+            assert_eq!(model.classification(&padded(numbers)).known, Some(distance < most), "{distance} {most}");
+        }
+    }
 }
 
 #[test]
