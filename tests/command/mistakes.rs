@@ -47,19 +47,16 @@ fn help_about_a_word_names_what_has_it() {
 fn files_of_another_kind_say_what_to_do_with_them() {
     let folder = Folder::new("files-of-another-kind");
     let path = |file: &std::path::Path| file.to_str().unwrap().to_owned();
-    let sent = path(&folder.file("board.bin", board::sent("scene:Saw3@150", &[], true, false).frames.concat()));
     let other = path(&folder.file("notes.txt", "not a source"));
     let onnx = path(&folder.file("forest.onnx", "not a model file"));
     for (arguments, expected) in [
-        (&["run", &sent][..], &*format!("; help: it has bytes of a board, which are read as board:{sent}\n")),
-        (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind; expected /dev/video"),
+        (&["run", &other][..], "notes.txt\": its name and first bytes are not of a known kind; expected /dev/video"),
         (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
     ] {
         let done = run(arguments);
         assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
         assert!(said(&done).contains(expected), "{arguments:?}: {}", said(&done));
     }
-    assert!(good(&["run", &format!("board:{sent}")]).contains("event at frame "));
 }
 
 #[test]

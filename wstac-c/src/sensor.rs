@@ -5,7 +5,6 @@ use std::ffi::{CString, OsStr};
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions, ReadoutUsed};
 use wstac_host::session::{Poll, Session, SessionBuilder};
-use wstac_host::source::open::open;
 use wstac_host::source::{Frame, LossReason, SourceEvent, StreamInfo, config_of};
 use wstac_host::texture::Textures;
 

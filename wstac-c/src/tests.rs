@@ -1,4 +1,4 @@
-use std::ffi::{CStr, OsStr};
+use std::ffi::CStr;
 use std::time::{Duration, SystemTime};
 
 use wstac_host::config::Config;

@@ -1,15 +1,12 @@
 //! The arguments of every command that reads a source.
 
 use std::ffi::OsStr;
-use std::fs::File;
-use std::io::Read;
 use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileTypeExt;
 use std::path::{Path, PathBuf};
 
 use wstac_core::green::ycbcr::{QuantizationRange, YcbcrMatrix};
 use wstac_core::rate::FrameRate;
-use wstac_core::wire::{Decoder, LONGEST, Message};
 
 use super::output::note;
 use super::values::one_of;
@@ -96,20 +93,15 @@ impl SourceArguments {
         Ok((source, info))
     }
 
-    /// Adds the option that names a sensor to the error of a recording of several, and how to read the bytes of a board
-    /// to that of their file.
+    /// Adds the option that names a sensor to the error of a recording of several.
     fn with_advice(&self, source: &OsStr, error: Error) -> Error {
-        let advice = match error.kind() {
-            ErrorKind::Usage if self.sensor.is_none() => {
-                recorded_sensors(source).unwrap_or_default().first().map(|first| format!(": --sensor {first}"))
+        if error.kind() != ErrorKind::Usage || self.sensor.is_some() {
+            return error;
+        }
+        match recorded_sensors(source).unwrap_or_default().first() {
+            Some(first) => {
+                Error::new(error.kind(), error.subject(), format_args!("{}: --sensor {first}", error.message()))
             }
-            ErrorKind::Unsupported if has_bytes_of_board(Path::new(source)) => {
-                Some(format!("; help: it has bytes of a board, which are read as board:{}", source.display()))
-            }
-            _ => None,
-        };
-        match advice {
-            Some(advice) => Error::new(error.kind(), error.subject(), format_args!("{}{advice}", error.message())),
             None => error,
         }
     }
@@ -179,18 +171,6 @@ impl SourceArguments {
         Ok(scene.truth().first().map(Truth::start_frame))
     }
 }
-
-/// Returns whether a file begins with messages of a board.
-fn has_bytes_of_board(path: &Path) -> bool {
-    let (mut start, mut decoder) = (Vec::new(), Decoder::<LONGEST>::new());
-    let mut read = |file: File| file.take(BYTES_OF_BOARD).read_to_end(&mut start);
-    path.is_file()
-        && File::open(path).is_ok_and(|file| read(file).is_ok())
-        && start.iter().any(|byte| matches!(decoder.push::<Message<'_>>(*byte), Some(Ok(_))))
-}
-
-/// Bytes at the start of a file in which a board has sent a message.
-const BYTES_OF_BOARD: u64 = 4 * LONGEST as u64;
 
 /// Opens the models of `--model`; `None` without the option. `none` alone is no model.
 pub(super) fn open_models(given: &[PathBuf]) -> Result<Option<Vec<ModelFile>>, Error> {

@@ -10,7 +10,7 @@ use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use wstac_core::wire::{Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
+use wstac_core::wire::{DecodeError, Decoder, Hello, LONGEST, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
 
 use super::board::fault_in_words;
 use super::port::Got;
