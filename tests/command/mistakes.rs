@@ -1,9 +1,7 @@
 //! Tests what the command says after common mistakes: it names what was probably meant.
 
-use wstac_tests::command::{good, run, said};
+use wstac_tests::command::{run, said};
 use wstac_tests::folder::Folder;
-
-use crate::monitor::board;
 
 #[test]
 fn a_command_with_a_typo_is_suggested() {
