@@ -39,8 +39,8 @@ TENS = 10
 SHOTS = 5
 DIMENSIONS = 8
 """Slides of each new texture that are learned, and dimensions of an embedding."""
-REJECTED = {"path": 0.01, "taxel_path": 0.0125}
-"""Part of the slides held out that may be taken for unknown."""
+REJECTED = 0.01
+"""Part of the slides held out and named right that may be taken for unknown."""
 MOST_BYTES = {"svm": 64_000, "forest": 64_000, "boosted": 100_000}
 
 
@@ -188,7 +188,7 @@ def judged(wanted: Input, candidate: Candidate, sets: Sets, folder: Path, keep: 
         alike = trained(wanted, candidate, sets, path)
     calibrated = path.with_suffix(".calibrated.wsm")
     calibrate = ["model", "calibrate", str(path), str(sets.train.path), str(sets.held.path), "-o", str(calibrated)]
-    run_wstac([*calibrate, "--force", "--rejected", str(REJECTED[wanted.name])])
+    run_wstac([*calibrate, "--force", "--rejected", str(REJECTED)])
     calibrated.replace(path)
     found = evaluated(path, sets.test)
     named = (np.array(found["predictions"]) == sets.test.arrays["y_specimen"]) & sets.test.measured

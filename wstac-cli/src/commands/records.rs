@@ -207,7 +207,7 @@ impl<'a> Records<'a> {
                 self.line = visible::line(&self.line).into_owned();
             }
             Form::Csv if self.table.has(output) => {
-                let line = serde_json::to_value(&line);
+                let line = serde_json::to_value(line);
                 let line = line.map_err(|error| Error::with_cause(ErrorKind::Io, "standard output", error))?;
                 self.line = self.table.row(sensor, &line, time_s);
             }

@@ -56,6 +56,8 @@ struct ModelParts<'a> {
 }
 
 impl<'a> ModelParts<'a> {
+    // Else a model is copied on its way, which takes 200 bytes of stack.
+    #[inline(always)]
     const fn new(words: &'a [u32], header: Header) -> Result<Self, ModelError> {
         let calibration = attempt!(Calibration::new(words, &header));
         Ok(Self { labels: Labels::new(words, &header), header, calibration })

@@ -295,10 +295,15 @@ pub fn calibrate_with(
         return Err(format!("no sample of class {name}, expected some of every class"));
     }
     let mut distances: Vec<Vec<f64>> = vec![Vec::new(); classes];
-    for numbers in &held_out.numbers {
-        let class = usize::from(model.classify(&padded(numbers)));
-        let place = projection.place(numbers);
-        distances[class].push(place.iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum());
+    // A wrong answer tells nothing about slides of its class.
+    let right = |(numbers, label): &(&Vec<i16>, &u16)| u16::from(model.classify(&padded(numbers))) == **label;
+    for (numbers, &class) in held_out.numbers.iter().zip(&held_out.labels).filter(right) {
+        let mean = &means[usize::from(class)];
+        let distance = projection.place(numbers).iter().zip(mean).map(|(a, b)| (a - b).powi(2)).sum();
+        distances[usize::from(class)].push(distance);
+    }
+    if distances.iter().all(Vec::is_empty) {
+        return Err("has no sample whose answer is right, expected slides of the model's classes".into());
     }
     let limit = |mut distances: Vec<f64>| {
         distances.sort_by(f64::total_cmp);

@@ -131,8 +131,12 @@ fn a_file_says_the_distance_of_its_projection() {
         let class = usize::from(model.classify(&padded(numbers)));
         (class, projection.place(numbers).iter().zip(&means[class]).map(|(a, b)| (a - b).powi(2)).sum::<f64>())
     };
+    let right = |samples: &LabeledSamples| -> Vec<(usize, f64)> {
+        let all = samples.numbers.iter().map(distance).zip(&samples.labels);
+        all.filter(|((class, _), label)| *class == usize::from(**label)).map(|(found, _)| found).collect()
+    };
     let mut sorted = [const { Vec::new() }; 4];
-    for (class, distance) in held_out.numbers.iter().map(distance) {
+    for (class, distance) in right(&held_out) {
         sorted[class].push(distance);
     }
     let bounds = sorted.map(|mut own| {
@@ -154,7 +158,7 @@ fn a_file_says_the_distance_of_its_projection() {
     let few = samples(2, 4, 48);
     let found = calibrate_with(&words, Some(&projection), &trained, &few, Settings::default()).unwrap();
     let model = Model::from_words(&found.words).unwrap();
-    let most = few.numbers.iter().map(|numbers| distance(numbers).1).fold(0.0, f64::max);
+    let most = right(&few).into_iter().map(|(_, distance)| distance).fold(0.0, f64::max);
     for numbers in &samples(9, 4, 3000).numbers {
         let distance = distance(numbers).1;
         if (distance / most - 1.0).abs() > 0.01 {

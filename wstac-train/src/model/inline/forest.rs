@@ -190,7 +190,8 @@ fn one_group(
     let mut text =
         head(&format!("group_{group}"), writer.bases, &format!(", votes: &mut [u32; {}]", count.words), gives);
     let words: Vec<String> = (0..count.words).map(|word| format!("v{word}")).collect();
-    let (kept, won) = (words.join(", "), count.majority(all));
+    let kept = words.join(", ");
+    let won = if count.is_packed() { count.majority(all) } else { String::new() };
     if count.is_packed() {
         let _ = writeln!(text, "    let [mut {}] = *votes;", words.join(", mut "));
     }
