@@ -327,7 +327,7 @@ def page(models: list[Judged], sets: Sets, new: dict[tuple[str, str], Learned]) 
         f"Its projection has {DIMENSIONS} dimensions,"
         " and was trained on 20000 slides of 1000 random textures and 1000 sensors:"
         " three patterns, depths of 1 to 6 mm, periods of 2 to 16 mm.",
-        "The ten new textures are those of docs/ANSWERS.md.",
+        "The ten new textures are those of docs/ANSWERS.md; all slides of a model have one unseen sensor.",
         "Ten random textures are other ones for every sensor, and may be nearly alike.",
         "The paper's ten specimens are not learned, but may be near those that are:",
     )

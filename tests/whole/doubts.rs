@@ -129,7 +129,7 @@ fn a_speed_that_a_model_does_not_know_is_a_reason() {
     let [path, over_time] = [(50, 300), (100, 200)].map(|(slowest, fastest)| KnownSpeeds::new(slowest, fastest));
     for (scene, model, expected) in [
         ("Saw3@150", "builtin:path-svm", None),
-        ("Saw3@305", "builtin:path-svm", None),
+        ("Sin4@305", "builtin:path-svm", None),
         ("Saw3@400", "builtin:path-svm", path),
         ("Sin4@40,45deg", "builtin:path-svm", path),
         ("Saw3@150", "builtin:svm", None),

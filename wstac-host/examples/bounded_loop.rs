@@ -20,7 +20,7 @@ const DEADLINE: Duration = Duration::from_millis(10);
 fn main() {
     if let Err(error) = run() {
         eprintln!("{error}");
-        process::exit(2);
+        process::exit(if error.kind() == ErrorKind::Usage { 2 } else { 1 });
     }
 }
 

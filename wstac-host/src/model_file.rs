@@ -167,7 +167,9 @@ impl ModelFile {
 
 /// Returns the message about a file that is no model file. One of a trainer is imported first.
 fn not_a_model(name: &str) -> String {
-    let is_of_trainer = [".onnx", ".ubj", ".json"].iter().any(|ending| name.ends_with(ending));
+    let is_of_trainer = ["onnx", "ubj", "json"]
+        .iter()
+        .any(|ending| Path::new(name).extension().is_some_and(|extension| extension.eq_ignore_ascii_case(ending)));
     let made = Path::new(name).with_extension("wsm");
     let help = format!("; help: wstac model import {name} -o {}", made.display());
     format!("{}{}", ModelError::Magic, if is_of_trainer { &help } else { "" })

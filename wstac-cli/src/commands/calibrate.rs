@@ -35,8 +35,7 @@ use wstac_setup::gains::{self, GainsWatch};
 pub(super) struct Arguments {
     /// A camera, a recording or a scene, as for wstac run, or a board
     ///
-    /// A board is a serial device or tcp:HOST:PORT, as for wstac run, or a file with bytes that a board sent.
-    /// It sends pictures slowly, as told below.
+    /// A board is a serial device or tcp:HOST:PORT, or a file with bytes that a board sent. It sends pictures slowly.
     source: OsString,
 
     /// The configuration file to write, for --config; with --crosstalk or --gains, the one to change

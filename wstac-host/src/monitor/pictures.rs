@@ -6,6 +6,7 @@
 use std::collections::VecDeque;
 use std::ffi::OsStr;
 use std::io::Read;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::FileTypeExt;
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -25,7 +26,7 @@ const HELLO: Duration = Duration::from_secs(5);
 /// The largest number of bytes of a picture: an end counts no more parts.
 const LARGEST: usize = PICTURE_PART * u16::MAX as usize;
 /// The start of a name that stands for a board's bytes, and not for a recording.
-const PREFIX: &str = "board:";
+const PREFIX: &[u8] = b"board:";
 
 /// The bytes at the start of a file among which a board's have a whole message.
 const SEARCHED: u64 = 32 * LONGEST as u64;
@@ -37,15 +38,14 @@ const SERIAL: [&str; 4] = ["/dev/tty", "/dev/serial/", "/dev/pts/", "/dev/rfcomm
 ///
 /// The name is `board:` and a port, `tcp:HOST:PORT`, a serial device, or a file of bytes that a board sent.
 pub fn port_of(name: &OsStr) -> Option<&OsStr> {
-    let text = name.to_str()?;
-    if let Some(port) = text.strip_prefix(PREFIX) {
-        return Some(OsStr::new(port));
+    if let Some(port) = name.as_bytes().strip_prefix(PREFIX) {
+        return Some(OsStr::from_bytes(port));
     }
     // Devices often have names such as /dev/serial/by-id/usb-…, which are links. One that is missing has only its name.
     let path = std::fs::canonicalize(name).unwrap_or_else(|_| name.into());
     let is_device = std::fs::metadata(&path).map_or(true, |metadata| metadata.file_type().is_char_device());
     let is_serial = is_device && SERIAL.iter().any(|start| path.to_string_lossy().starts_with(start));
-    (text.starts_with("tcp:") || is_serial || has_message(&path)).then_some(name)
+    (name.as_bytes().starts_with(b"tcp:") || is_serial || has_message(&path)).then_some(name)
 }
 
 /// Returns whether a path is that of a file, and a message of a board is at its start.

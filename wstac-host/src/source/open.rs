@@ -202,7 +202,9 @@ fn open_file(name: &OsStr, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> 
     let why = match extension.to_str() {
         Some("toml") => "a scene's file is scene:FILE.toml; ",
         Some("png" | "jpg" | "jpeg") => "a picture is read with all of its folder, so name that; ",
-        _ if kind.is_file() => "its name and first bytes are not of a known kind; ",
+        _ if kind.is_file() => {
+            "its name and first bytes are not of a known kind (wstac run board:FILE reads what a board sent); "
+        }
         _ => "",
     };
     Err(none_of_these(ErrorKind::Unsupported, why))

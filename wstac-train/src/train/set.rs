@@ -29,8 +29,6 @@ pub struct LabeledSlide {
     pub is_test: Option<bool>,
 }
 
-impl LabeledSlide {}
-
 /// Labeled slides of one or more sources.
 #[derive(Clone, Debug, Default)]
 pub struct TrainingSet {

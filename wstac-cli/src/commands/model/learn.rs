@@ -17,9 +17,9 @@ use super::super::signals::{Ending, finishing};
 /// Make a model of new textures from a few slides of each
 ///
 /// Five slides of each texture are enough with a base that was trained on many textures: builtin:embedding (ten sums)
-/// or builtin:taxel-embedding (25 taxels, which tells textures apart better). The model names only the new textures.
-/// From three slides of each on, it also says how sure an answer is and what is unknown. Then learn prints how many
-/// slides are called unknown by a model of all textures but their own.
+/// or builtin:taxel-embedding (25 taxels, which tells textures apart better). The model names only the new textures,
+/// on the sensor that the slides are of. From three slides of each on, it also says how sure an answer is and what is
+/// unknown. Then learn prints how many slides are called unknown by a model of all textures but their own.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
     /// The calibrated model to start from: builtin:embedding, builtin:taxel-embedding or a file

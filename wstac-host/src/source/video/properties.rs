@@ -239,7 +239,7 @@ pub(super) fn probe(subject: &str, path: &Path) -> Result<Stated, Error> {
         Some(line) if line.starts_with(NOT_LISTED) => {
             "is a list of other files, or none of the formats of videos; expected a video"
         }
-        Some(line) => &format!("ffmpeg cannot read it: {}, so it has no frames", line.trim_start_matches(&name)),
+        Some(line) => &format!("ffmpeg cannot read it: {}, so no frame can be read", line.trim_start_matches(&name)),
     };
     Err(Error::new(ErrorKind::Format, subject, why))
 }
