@@ -21,7 +21,9 @@ pub(super) fn remove(samples: &mut LabeledSamples, sensors: &[usize]) {
         added = means(numbers, sensors, &textures, &labels);
     }
     let mut counts = vec![0_usize; added.len()];
-    sensors.iter().for_each(|&sensor| counts[sensor] += 1);
+    for &sensor in sensors {
+        counts[sensor] += 1;
+    }
     for (sample, &sensor) in numbers.iter_mut().zip(sensors).filter(|(_, sensor)| counts[**sensor] >= FEWEST_SLIDES) {
         for (x, added) in sample.iter_mut().zip(&added[sensor]) {
             // A conversion of a real number saturates.
