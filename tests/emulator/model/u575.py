@@ -39,7 +39,7 @@ CR3, VOSR, SVMSR, DBPR, REGSEL, DBP = 0x08, 0x0C, 0x3C, 0x28, 1 << 1, 1
 
 class Rcc(Registers):
     """Oscillators are ready when they are on. `has_hse` is whether the crystal works, which corrects the MSIS if it is on before
-    (RM0456, 11.4.2).
+    (RM0456, 11.4.2). LSESYSEN has no effect before it is ready.
     """
 
     def __init__(self, core):
@@ -60,6 +60,8 @@ class Rcc(Registers):
             value = self.cause
         if offset == BDCR and not (self.values.get(AHB3ENR, 0) & PWREN and self.pwr.values.get(DBPR, 0) & DBP):
             return
+        if offset == BDCR and not self.read(BDCR) & LSERDY:
+            value &= ~LSESYSEN
         if offset == CR and value & MSIPLLEN and not self.read(BDCR) & LSESYSRDY:
             raise ValueError("the MSI is to follow a crystal that is not ready")
         super().write(offset, value)

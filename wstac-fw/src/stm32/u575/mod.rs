@@ -50,12 +50,14 @@ fn has_lse() -> bool {
     RCC.bdcr().modify(|w| {
         w.set_lsedrv(Lsedrv::MEDIUM_HIGH);
         w.set_lseon(true);
-        // The clock's correction needs it.
-        w.set_lsesysen(true);
     });
     (0..LSE_LOOKS).any(|_| {
         cortex_m::asm::delay(LSE_CYCLES);
         let state = RCC.bdcr().read();
+        if state.lserdy() && !state.lsesysen() {
+            // The clock's correction needs it. It may be set only for a crystal that runs.
+            RCC.bdcr().modify(|w| w.set_lsesysen(true));
+        }
         state.lserdy() && state.lsesysrdy()
     })
 }
