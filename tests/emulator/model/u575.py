@@ -275,7 +275,8 @@ class Flash(Registers):
 
     def _read(self, uc, _, address, *__):
         word = address // self.WORD * self.WORD
-        if word not in self.torn or word in self.icache.copies:
+        # A second error is not noticed before the first one's flag is cleared.
+        if word not in self.torn or word in self.icache.copies or self.values.get(self.ECCR, 0) & 3 << 30:
             return
         if self.icache.is_on():
             self.icache.copies.add(word)
