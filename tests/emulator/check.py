@@ -732,6 +732,14 @@ class Check:
         lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
         self.say(name, [] if lines[:5] == self.features[:5] else [f"features are {lines}"])
 
+    def linear(self, name):
+        """The package has no regulator that switches: the board runs on the linear one."""
+        board = self.board(self.host.frames[:5])
+        board.rcc.pwr.has_smps = False
+        board.line.receive(request(FEATURES, 1))
+        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
+        self.say(name, [] if lines[:5] == self.features[:5] else [f"features are {lines}"])
+
     def slow_bus(self, name, sensor=Ov7725, fps=30, readout_ms=READOUT_MS):
         """The sensor's bus has 100 kHz: the core waits for three registers after each frame, and loses none."""
         clip, frames = self.host.rendered(SCENE.read_text(), f"a slow bus at {fps} frames per second", readout_ms, fps)
@@ -1219,6 +1227,7 @@ def check_u575(host, elf):
         check.plain(sensor, sensor.__name__)
     check.settings("settings")
     check.damaged("damaged words of the flash")
+    check.linear("no regulator that switches")
     slow = Check(host, f"{elf}.u575.24", NUCLEO_U575_SLOW)
     slow.plain(Hm01b0, "24 MHz")
     words, _ = cost(slow.elf, host.frames, Hm01b0, NUCLEO_U575_SLOW)

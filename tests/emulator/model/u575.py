@@ -128,11 +128,13 @@ class Rcc(Registers):
 
 
 class Pwr(Registers):
-    """The supply has what is requested. It may be lowered only for a clock of the core that the lower range has."""
+    """The supply has what is requested. It may be lowered only for a clock of the core that the lower range has.
+    `has_smps` is whether the package has the regulator that switches.
+    """
 
     def __init__(self, rcc):
         super().__init__(PWR)
-        self.rcc = rcc
+        self.rcc, self.has_smps = rcc, True
         rcc.pwr = self
 
     def range(self):
@@ -155,7 +157,7 @@ class Pwr(Registers):
         if offset == VOSR:
             value |= 1 << 15 | (value >> 18 & 1) << 14
         if offset == SVMSR:
-            value |= self.values.get(CR3, 0) & REGSEL | 1 << 26 | 1 << 27
+            value |= self.values.get(CR3, 0) & REGSEL * self.has_smps | 1 << 26 | 1 << 27
         return value
 
 
