@@ -27,7 +27,8 @@ REMOVE_FLAGS, BY_WATCHDOG = 1 << 23, 1 << 29
 # Bits of RCC_CR: an oscillator or PLL, and its ready flag: MSIS, MSIK, HSI, HSI48, HSE and the PLLs.
 READY = ((0, 2), (4, 5), (8, 10), (12, 13), (16, 17), (24, 25), (26, 27), (28, 29))
 MSIS_HERTZ = (48e6, 24e6, 16e6, 12e6, 4e6, 2e6, 1.33e6, 1e6, 3.072e6, 1.536e6, 1.024e6, 768e3, 400e3, 200e3, 133e3, 100e3)
-LSE_HERTZ = 32_768
+# The multiples of the crystal at the first range of each four, which the others divide by 2, 3 and 4.
+LSE_HERTZ, FOLLOWED = 32_768, (1465, 122, 94, 12)
 SW_MSIS, SW_PLL1, MCO_MSIS = 0, 3, 2
 # The highest clock of a supply range: 4, 3, 2 and 1 (VOS 0 to 3). Above 55 MHz the booster must run.
 RANGES, BOOSTED = (25e6, 55e6, 110e6, 160e6), 55e6
@@ -87,8 +88,9 @@ class Rcc(Registers):
         """Returns the clock of the MSIS, which is a multiple of the crystal's if it follows it."""
         control = self.values.get(CR, 0)
         range_ = self.values.get(ICSCR1, 0) >> 28 if self.values.get(ICSCR1, 0) & MSIRGSEL else 4
-        hertz = MSIS_HERTZ[range_]
-        return hertz // LSE_HERTZ * LSE_HERTZ if control & MSIPLLEN else hertz
+        if control & MSIPLLEN:
+            return LSE_HERTZ * FOLLOWED[range_ >> 2] // ((range_ & 3) + 1)
+        return MSIS_HERTZ[range_]
 
     def _vco(self):
         config, divide = self.values.get(PLL1CFGR, 0), self.values.get(PLL1DIVR, 0)
