@@ -466,6 +466,11 @@ class Check:
         events = of_kind(self.host.of_line(after_power(board, self.host.frames).run()), "event")
         if events != expected or not events or events == self.events:
             problems.append(f"events are {events}, expected {expected}")
+        # Settings without their error correction are not used, and the board starts.
+        damaged = after_power(board)
+        damaged.flash.tear(range(BANK2 + 0x8_0000, BANK2 + 0x8_0100, 32 if self.wiring.chip is None else 16))
+        if in_use(damaged) != (compiled_in, 0):
+            problems.append(f"of damaged settings, {in_use(damaged)} is used")
         # A reset at some of the writes of four bytes, eight of which are a word, or four of an STM32U575.
         left = set()
         writes = 8 if self.wiring.chip is None else 4
@@ -723,14 +728,6 @@ class Check:
         if not any({back, back + 1} <= sent for back in range(begins, begins + 8)):
             problems.append("the sensor is not back 7 frames after the touch")
         self.say(name, problems)
-
-    def damaged(self, name):
-        """Settings of which a reset left a word without its error correction are not used, and the board starts."""
-        board = self.board(self.host.frames[:5])
-        board.flash.tear(range(BANK2 + 0x8_0000, BANK2 + 0x8_0100, 16))
-        board.line.receive(request(FEATURES, 1))
-        lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
-        self.say(name, [] if lines[:5] == self.features[:5] else [f"features are {lines}"])
 
     def linear(self, name):
         """The package has no regulator that switches: the board runs on the linear one."""
@@ -1226,7 +1223,6 @@ def check_u575(host, elf):
     for sensor in (Ov7670, Hm0360, Hm01b0):
         check.plain(sensor, sensor.__name__)
     check.settings("settings")
-    check.damaged("damaged words of the flash")
     check.linear("no regulator that switches")
     slow = Check(host, f"{elf}.u575.24", NUCLEO_U575_SLOW)
     slow.plain(Hm01b0, "24 MHz")
