@@ -205,14 +205,14 @@ def fault_lines(board):
 class Check:
     """Runs cases and counts failures."""
 
-    def __init__(self, host, elf, wiring=NUCLEO):
-        self.host, self.elf, self.wiring, self.failures = host, elf, wiring, 0
+    def __init__(self, host, elf, wiring=NUCLEO, sensor=Ov7725):
+        self.host, self.elf, self.wiring, self.sensor, self.failures = host, elf, wiring, sensor, 0
         self.events = of_kind(host.of_clip(), "event")
         self.features = of_kind(host.of_clip("--features"), "features")
 
-    def board(self, frames, sensor=Ov7725, faults=(), elf=None):
+    def board(self, frames, sensor=None, faults=(), elf=None):
         """Returns the board with a clip of these frames."""
-        return Board(elf or self.elf, frames, sensor, faults, self.wiring)
+        return Board(elf or self.elf, frames, sensor or self.sensor, faults, self.wiring)
 
     def say(self, name, problems):
         """Prints one line per case."""
@@ -436,7 +436,7 @@ class Check:
             (answer,) = [content for content in asked(board, request(SETTINGS), IN_USE) if content[0] == IN_USE]
             return answer[1:-1], answer[-1]
 
-        def after_power(board, clip=(), sensor=Ov7725):
+        def after_power(board, clip=(), sensor=None):
             """Returns the board after it was without power."""
             again = self.board(clip, sensor)
             self.carry(board, again)
@@ -462,10 +462,18 @@ class Check:
         toml = self.host.folder / "layout.toml"
         layout = f"[layout]\nframe = [{WIDTH}, {HEIGHT}]\ntaxel = [24, 28]\ncorners = {corners}\n"
         toml.write_text(CONFIG.read_text() + layout)
-        expected = of_kind(self.host.of_clip("--config", toml), "event")
+        expected = of_kind(self.host.of_clip("--config", toml, readout_ms=board.sensor.readout_ms()), "event")
         events = of_kind(self.host.of_line(after_power(board, self.host.frames).run()), "event")
         if events != expected or not events or events == self.events:
             problems.append(f"events are {events}, expected {expected}")
+        # Settings without their error correction are not used, and the board starts.
+        damaged = after_power(board)
+        if self.wiring.chip is not None:
+            # The flag of an error that was corrected before.
+            damaged.flash.values[damaged.flash.ECCR] = 1 << 30
+        damaged.flash.tear(range(BANK2 + 0x8_0000, BANK2 + 0x8_0100, 32 if self.wiring.chip is None else 16))
+        if in_use(damaged) != (compiled_in, 0):
+            problems.append(f"of damaged settings, {in_use(damaged)} is used")
         # A reset at some of the writes of four bytes, eight of which are a word, or four of an STM32U575.
         left = set()
         writes = 8 if self.wiring.chip is None else 4
@@ -479,13 +487,14 @@ class Check:
                 problems.append(f"after a reset at write {cut}, {found} is used")
         if left != {True, False}:
             problems.append("a reset shows the old settings only, or the new ones: this shows less than it should")
-        # An exposure is bounded by the sensor that is there, of another one by that one.
-        exposed = lambda lines: compiled_in[:-1] + bytes([1]) + as_varint(lines)
-        (answer,) = [content for content in asked(board, request(SET, *exposed(501)), ANSWER) if content[0] == ANSWER]
-        asked(board, request(SET, *exposed(500)), ANSWER, 0)
-        found = answer[1:], in_use(board), in_use(after_power(board, sensor=Gc2145))
-        if found != (bytes([1, 2]) + as_varint(501) + as_varint(500), (exposed(500), 1), (exposed(399), 1)):
-            problems.append(f"exposures are answered and used as {found}")
+        if self.sensor is Ov7725:
+            # An exposure is bounded by the sensor that is there, of another one by that one.
+            exposed = lambda lines: compiled_in[:-1] + bytes([1]) + as_varint(lines)
+            (answer,) = [content for content in asked(board, request(SET, *exposed(501)), ANSWER) if content[0] == ANSWER]
+            asked(board, request(SET, *exposed(500)), ANSWER, 0)
+            found = answer[1:], in_use(board), in_use(after_power(board, sensor=Gc2145))
+            if found != (bytes([1, 2]) + as_varint(501) + as_varint(500), (exposed(500), 1), (exposed(399), 1)):
+                problems.append(f"exposures are answered and used as {found}")
         asked(board, request(FORGET), ANSWER, 0)
         if in_use(board) != (compiled_in, 0):
             problems.append("settings are not forgotten")
@@ -724,10 +733,10 @@ class Check:
             problems.append("the sensor is not back 7 frames after the touch")
         self.say(name, problems)
 
-    def damaged(self, name):
-        """Settings of which a reset left a word without its error correction are not used, and the board starts."""
+    def linear(self, name):
+        """The package has no regulator that switches: the board runs on the linear one."""
         board = self.board(self.host.frames[:5])
-        board.flash.tear(range(BANK2 + 0x8_0000, BANK2 + 0x8_0100, 16))
+        board.rcc.pwr.has_smps = False
         board.line.receive(request(FEATURES, 1))
         lines = of_kind(self.host.of_line(board.run(), "--features"), "features")
         self.say(name, [] if lines[:5] == self.features[:5] else [f"features are {lines}"])
@@ -1218,9 +1227,10 @@ def check_u575(host, elf):
     for sensor in (Ov7670, Hm0360, Hm01b0):
         check.plain(sensor, sensor.__name__)
     check.settings("settings")
-    check.damaged("damaged words of the flash")
-    slow = Check(host, f"{elf}.u575.24", NUCLEO_U575_SLOW)
+    check.linear("no regulator that switches")
+    slow = Check(host, f"{elf}.u575.24", NUCLEO_U575_SLOW, Hm01b0)
     slow.plain(Hm01b0, "24 MHz")
+    slow.settings("settings at 24 MHz")
     words, _ = cost(slow.elf, host.frames, Hm01b0, NUCLEO_U575_SLOW)
     print(words)
     return check.failures + slow.failures

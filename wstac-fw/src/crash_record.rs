@@ -203,6 +203,11 @@ mod kept {
     #[allow(unsafe_code)]
     #[exception]
     unsafe fn DefaultHandler(number: i16) -> ! {
+        restart_unhandled(number)
+    }
+
+    /// Keeps the number of an interrupt as the reason and restarts.
+    pub(crate) fn restart_unhandled(number: i16) -> ! {
         let mut words = kept().without_text();
         words.add("an interrupt without a handler: ");
         words.add_number(u32::from(number.unsigned_abs()), 10);
@@ -228,6 +233,8 @@ mod kept {
     }
 }
 
+#[cfg(all(feature = "u575", feature = "settings"))]
+pub(crate) use kept::restart_unhandled;
 #[cfg(feature = "node")]
 pub use kept::{begin, erase, kept};
 

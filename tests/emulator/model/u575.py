@@ -27,7 +27,8 @@ REMOVE_FLAGS, BY_WATCHDOG = 1 << 23, 1 << 29
 # Bits of RCC_CR: an oscillator or PLL, and its ready flag: MSIS, MSIK, HSI, HSI48, HSE and the PLLs.
 READY = ((0, 2), (4, 5), (8, 10), (12, 13), (16, 17), (24, 25), (26, 27), (28, 29))
 MSIS_HERTZ = (48e6, 24e6, 16e6, 12e6, 4e6, 2e6, 1.33e6, 1e6, 3.072e6, 1.536e6, 1.024e6, 768e3, 400e3, 200e3, 133e3, 100e3)
-LSE_HERTZ = 32_768
+# The multiples of the crystal at the first range of each four, which the others divide by 2, 3 and 4.
+LSE_HERTZ, FOLLOWED = 32_768, (1465, 122, 94, 12)
 SW_MSIS, SW_PLL1, MCO_MSIS = 0, 3, 2
 # The highest clock of a supply range: 4, 3, 2 and 1 (VOS 0 to 3). Above 55 MHz the booster must run.
 RANGES, BOOSTED = (25e6, 55e6, 110e6, 160e6), 55e6
@@ -39,7 +40,7 @@ CR3, VOSR, SVMSR, DBPR, REGSEL, DBP = 0x08, 0x0C, 0x3C, 0x28, 1 << 1, 1
 
 class Rcc(Registers):
     """Oscillators are ready when they are on. `has_hse` is whether the crystal works, which corrects the MSIS if it is on before
-    (RM0456, 11.4.2).
+    (RM0456, 11.4.2). LSESYSEN has no effect before it is ready.
     """
 
     def __init__(self, core):
@@ -60,6 +61,8 @@ class Rcc(Registers):
             value = self.cause
         if offset == BDCR and not (self.values.get(AHB3ENR, 0) & PWREN and self.pwr.values.get(DBPR, 0) & DBP):
             return
+        if offset == BDCR and not self.read(BDCR) & LSERDY:
+            value &= ~LSESYSEN
         if offset == CR and value & MSIPLLEN and not self.read(BDCR) & LSESYSRDY:
             raise ValueError("the MSI is to follow a crystal that is not ready")
         super().write(offset, value)
@@ -85,8 +88,9 @@ class Rcc(Registers):
         """Returns the clock of the MSIS, which is a multiple of the crystal's if it follows it."""
         control = self.values.get(CR, 0)
         range_ = self.values.get(ICSCR1, 0) >> 28 if self.values.get(ICSCR1, 0) & MSIRGSEL else 4
-        hertz = MSIS_HERTZ[range_]
-        return hertz // LSE_HERTZ * LSE_HERTZ if control & MSIPLLEN else hertz
+        if control & MSIPLLEN:
+            return LSE_HERTZ * FOLLOWED[range_ >> 2] // ((range_ & 3) + 1)
+        return MSIS_HERTZ[range_]
 
     def _vco(self):
         config, divide = self.values.get(PLL1CFGR, 0), self.values.get(PLL1DIVR, 0)
@@ -126,11 +130,13 @@ class Rcc(Registers):
 
 
 class Pwr(Registers):
-    """The supply has what is requested. It may be lowered only for a clock of the core that the lower range has."""
+    """The supply has what is requested. It may be lowered only for a clock of the core that the lower range has.
+    `has_smps` is whether the package has the regulator that switches.
+    """
 
     def __init__(self, rcc):
         super().__init__(PWR)
-        self.rcc = rcc
+        self.rcc, self.has_smps = rcc, True
         rcc.pwr = self
 
     def range(self):
@@ -153,7 +159,7 @@ class Pwr(Registers):
         if offset == VOSR:
             value |= 1 << 15 | (value >> 18 & 1) << 14
         if offset == SVMSR:
-            value |= self.values.get(CR3, 0) & REGSEL | 1 << 26 | 1 << 27
+            value |= self.values.get(CR3, 0) & REGSEL * self.has_smps | 1 << 26 | 1 << 27
         return value
 
 
@@ -273,7 +279,8 @@ class Flash(Registers):
 
     def _read(self, uc, _, address, *__):
         word = address // self.WORD * self.WORD
-        if word not in self.torn or word in self.icache.copies:
+        # A second error is not noticed before the first one's flag is cleared.
+        if word not in self.torn or word in self.icache.copies or self.values.get(self.ECCR, 0) & 3 << 30:
             return
         if self.icache.is_on():
             self.icache.copies.add(word)

@@ -4,6 +4,7 @@ use wstac_core::features::Floor;
 use wstac_core::law::{Answer, AnyLaw, ByCoherence, ByEdges};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::Model;
+use wstac_core::model::speeds::KnownSpeeds;
 use wstac_core::paper::sample::Sample;
 use wstac_core::paper::speed::SpeedConfig;
 use wstac_core::paper::trigger::Event;
@@ -52,6 +53,7 @@ entries! {
     text_length(text: &Text<'_>) -> usize { if text.is_empty() { 0 } else { text.len() } }
     answers(event: &Event<'_>, config: &SpeedConfig) -> Answers<'static> { Answers::new(event, config) }
     answers_of(event: &Event<'_>, answer: &Answer) -> Answers<'static> { Answers::of(event, answer) }
+    exclude(speeds: KnownSpeeds, velocity: Option<Velocity>) -> bool { speeds.exclude(velocity) }
     last_frame(answers: &Answers<'_>) -> u64 { answers.last_frame() }
     has_texture(answers: &Answers<'_>) -> bool { answers.has_texture() }
     velocity_of_answers(answers: &Answers<'_>) -> Option<Velocity> { answers.velocity() }

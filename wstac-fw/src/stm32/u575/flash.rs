@@ -10,10 +10,13 @@ use embassy_stm32::flash::FLASH_BASE;
 use embassy_stm32::pac::pwr::vals::Vos;
 use embassy_stm32::pac::{FLASH, ICACHE, PWR};
 
-use crate::restart::restart;
+use crate::crash_record::restart_unhandled;
 
 /// The bytes of a page.
 pub(crate) const SECTOR: usize = 0x2000;
+
+/// The number that the processor gives to this interrupt.
+const NMI: i16 = -14;
 
 /// Whether a damaged word was read.
 static IS_DAMAGED: AtomicBool = AtomicBool::new(false);
@@ -22,9 +25,9 @@ static IS_DAMAGED: AtomicBool = AtomicBool::new(false);
 #[exception]
 unsafe fn NonMaskableInt() {
     if !FLASH.eccr().read().eccd() {
-        restart();
+        restart_unhandled(NMI);
     }
-    FLASH.eccr().modify(|w| w.set_eccd(true));
+    clear_errors();
     IS_DAMAGED.store(true, Ordering::Relaxed);
 }
 
@@ -47,8 +50,17 @@ fn forget_copies() {
     while ICACHE.sr().read().busyf() {}
 }
 
+/// Clears both flags by writing 1: the flash notices no error while one of them is set.
+fn clear_errors() {
+    FLASH.eccr().modify(|w| {
+        w.set_eccc(true);
+        w.set_eccd(true);
+    });
+}
+
 /// Reads bytes of one word, or zeros if the word's error correction does not fit it. Returns whether it does.
 pub(crate) fn read_word(at: usize, bytes: &mut [u8]) -> bool {
+    clear_errors();
     IS_DAMAGED.store(false, Ordering::Relaxed);
     for (place, address) in bytes.iter_mut().zip(FLASH_BASE + at..) {
         // SAFETY: the addresses are in the flash, which is memory of bytes, as the caller has checked.
@@ -57,7 +69,7 @@ pub(crate) fn read_word(at: usize, bytes: &mut [u8]) -> bool {
         *place = byte;
     }
     cortex_m::asm::dsb();
-    let is_damaged = IS_DAMAGED.load(Ordering::Relaxed);
+    let is_damaged = FLASH.eccr().read().eccd() || IS_DAMAGED.load(Ordering::Relaxed);
     if is_damaged {
         // A copy would be read without an interrupt.
         forget_copies();

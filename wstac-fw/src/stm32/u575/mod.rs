@@ -29,6 +29,8 @@ const RANGE: VoltageScale = if MHZ == 24 { VoltageScale::RANGE4 } else { Voltage
 /// The cycles between two looks at the crystal, and their number: 2 seconds at 4 MHz, which it may take.
 const LSE_CYCLES: u32 = 4000;
 const LSE_LOOKS: u32 = 2000;
+/// The looks at the regulator that switches, one each 10 µs: 1 ms, of which it takes a small part.
+const SMPS_LOOKS: u32 = 100;
 
 /// Starts the chip. Returns its peripherals, and whether the board's crystal of 32,768 Hz corrects its clock.
 pub fn start() -> (Peripherals, bool) {
@@ -36,11 +38,21 @@ pub fn start() -> (Peripherals, bool) {
     // In range 4, 24 MHz need a wait state, and `init` raises the clock first.
     FLASH.acr().modify(|w| w.set_latency(1));
     let peripherals = embassy_stm32::init(clocks(has_crystal));
-    // The regulator that switches takes half of the current of the linear one.
-    PWR.cr3().modify(|w| w.set_regsel(Regsel::SMPS));
-    while PWR.svmsr().read().regs() != Regsel::SMPS {}
+    switch_regulator();
     ICACHE.cr().modify(|w| w.set_en(true));
     (peripherals, has_crystal)
+}
+
+/// Takes the regulator that switches, which needs half of the current of the linear one. Some packages have no such one.
+fn switch_regulator() {
+    PWR.cr3().modify(|w| w.set_regsel(Regsel::SMPS));
+    let is_switched = (0..SMPS_LOOKS).any(|_| {
+        cortex_m::asm::delay(10 * MHZ);
+        PWR.svmsr().read().regs() == Regsel::SMPS
+    });
+    if !is_switched {
+        PWR.cr3().modify(|w| w.set_regsel(Regsel::LDO));
+    }
 }
 
 /// Switches the crystal on, and returns whether it runs.
@@ -50,12 +62,14 @@ fn has_lse() -> bool {
     RCC.bdcr().modify(|w| {
         w.set_lsedrv(Lsedrv::MEDIUM_HIGH);
         w.set_lseon(true);
-        // The clock's correction needs it.
-        w.set_lsesysen(true);
     });
     (0..LSE_LOOKS).any(|_| {
         cortex_m::asm::delay(LSE_CYCLES);
         let state = RCC.bdcr().read();
+        if state.lserdy() && !state.lsesysen() {
+            // The clock's correction needs it. It may be set only for a crystal that runs.
+            RCC.bdcr().modify(|w| w.set_lsesysen(true));
+        }
         state.lserdy() && state.lsesysrdy()
     })
 }
