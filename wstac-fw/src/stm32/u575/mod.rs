@@ -43,7 +43,7 @@ pub fn start() -> (Peripherals, bool) {
     (peripherals, has_crystal)
 }
 
-/// Takes the regulator that switches, which needs half of the current of the linear one. Some packages have no such one.
+/// Takes the regulator that switches, which needs half of the current of the linear one. Some packages have none.
 fn switch_regulator() {
     PWR.cr3().modify(|w| w.set_regsel(Regsel::SMPS));
     let is_switched = (0..SMPS_LOOKS).any(|_| {
