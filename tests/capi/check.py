@@ -55,7 +55,7 @@ PLANAR = ["NV12", "YU12"]
 SIZE = (100, 80)
 # The budget of a call's stack on a Cortex-M4F, in bytes. docs/C.md has the same numbers, and what was measured.
 PAGE = ROOT / "docs/C.md"
-STACK = {"init": 5120, "push": 1024, "motion": 2048, "motion_by_edges": 1024, "speed": 384, "direction": 640, "sample": 256, "model_init": 512, "classify": 1024, "link_event": 1536, "link_receive": 128}
+STACK = {"init": 5120, "push": 1024, "motion": 2048, "motion_by_edges": 1024, "speed": 384, "direction": 640, "sample": 256, "model_init": 640, "classify": 1024, "link_event": 1536, "link_receive": 128}
 SLIDES = """
 seed = 5
 gap = 100

@@ -221,25 +221,13 @@ impl<'a> Model<'a> {
     /// Returns a [`ModelError`] that says what is wrong with the file.
     pub const fn from_words(words: &'a [u32]) -> Result<Self, ModelError> {
         let header = attempt!(Header::read(words));
-        match header.kind {
-            file::ONE_AGAINST_REST | file::ONE_AGAINST_ONE => match LinearSvm::from_words(words) {
-                Ok(model) => Ok(Self::LinearSvm(model)),
-                Err(error) => Err(error),
-            },
-            file::FOREST => match Forest::from_words(words) {
-                Ok(model) => Ok(Self::Forest(model)),
-                Err(error) => Err(error),
-            },
-            file::BOOSTED => match Boosted::from_words(words) {
-                Ok(model) => Ok(Self::Boosted(model)),
-                Err(error) => Err(error),
-            },
-            file::NETWORK => match Network::from_words(words) {
-                Ok(model) => Ok(Self::Network(model)),
-                Err(error) => Err(error),
-            },
-            _ => Err(ModelError::Header { half: 6, found: header.kind }),
-        }
+        Ok(match header.kind {
+            file::ONE_AGAINST_REST | file::ONE_AGAINST_ONE => Self::LinearSvm(attempt!(LinearSvm::from_words(words))),
+            file::FOREST => Self::Forest(attempt!(Forest::from_words(words))),
+            file::BOOSTED => Self::Boosted(attempt!(Boosted::from_words(words))),
+            file::NETWORK => Self::Network(attempt!(Network::from_words(words))),
+            _ => return Err(ModelError::Header { half: 6, found: header.kind }),
+        })
     }
 
     const fn parts(&self) -> &ModelParts<'a> {
