@@ -48,7 +48,7 @@ fn files_of_another_kind_say_what_to_do_with_them() {
     let other = path(&folder.file("notes.txt", "not a source"));
     let onnx = path(&folder.file("forest.onnx", "not a model file"));
     for (arguments, expected) in [
-        (&["run", &other][..], "notes.txt\": its name and first bytes are not of a known kind; expected /dev/video"),
+        (&["run", &other][..], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),
         (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
     ] {
         let done = run(arguments);
