@@ -289,7 +289,7 @@ class Clips:
         nothing.write_text("nothing\n")
         self.says(f"{nothing}: ffmpeg cannot read it: ", nothing)
         nothing.write_bytes(b"")
-        self.says(", so it has no frames\n", nothing)
+        self.says(", so no frame can be read\n", nothing)
         begun = self.make(*X264, "-movflags", "+faststart", to="begun.mp4")
         begun.write_bytes(begun.read_bytes().split(b"mdat")[0] + b"mdat" + bytes(99))
         self.says(f"{begun}: no frame can be decoded: ", begun)
