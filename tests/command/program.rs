@@ -116,15 +116,6 @@ fn a_stream_that_ends_inside_an_event_says_how_far_it_got() {
 }
 
 #[test]
-fn samples_are_ten_lists_of_seventy() {
-    let lines = output(&["run", "scene:Saw3@150", "--json", "--samples"]);
-    let event: serde_json::Value = serde_json::from_str(&lines[0]).unwrap();
-    let sample = event["sample"].as_array().unwrap();
-    assert_eq!(sample.len(), 10);
-    assert!(sample.iter().all(|feature| feature.as_array().unwrap().len() == 70));
-}
-
-#[test]
 fn a_source_error_is_told_even_if_nobody_reads_the_output() {
     let mut child = start(&["run", "-", "--json"]);
     drop(child.stdout.take());

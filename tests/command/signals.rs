@@ -366,20 +366,3 @@ fn a_full_output_is_an_error_of_every_command() {
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
 }
-
-/// A limit of frames is exact, also if a gap reaches beyond it.
-#[test]
-fn a_limit_of_frames_is_exact() {
-    let folder = Folder::new("signals-frames");
-    let text = "specimen = \"Saw3\"\nspeed = 150\nseed = 2\n[sensor]\nsize = [40, 40]\ndropped = 0.5\n";
-    let scene = folder.scene("s.toml", text);
-    let file = folder.0.join("a.mcap");
-    for limit in (60..80).step_by(3) {
-        let limit = limit.to_string();
-        let text = good(&["run", &scene, "--json", "--frames", &limit]);
-        assert!(text.contains(&format!(r#""kind":"end","frames":{limit},"#)), "{limit}: {text}");
-        good(&["record", &scene, "-o", file.to_str().unwrap(), "--force", "--frames", &limit]);
-        let text = good(&["run", file.to_str().unwrap(), "--json"]);
-        assert!(text.contains(&format!(r#""kind":"end","frames":{limit},"#)), "{limit}: {text}");
-    }
-}

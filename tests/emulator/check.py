@@ -8,8 +8,8 @@ WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPEN
 of the WeAct MiniSTM32H743. TAKING takes linear models of the path over the link (feature `models`), and SENT is such a
 model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. ELF.15,
 ELF.25 and ELF.60 are ELF at these frame rates, and ELF.rest lets its sensor rest after 5 seconds without light.
-ELF.u575 is the program of the Nucleo-U575ZI-Q, and ELF.u575.24 that for 24 MHz. The last OTHER learns textures
-(feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
+ELF.u575 is the program of the Nucleo-U575ZI-Q, and ELF.u575.24 that for 24 MHz. Needs the packages of requirements.txt
+(`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -37,24 +37,13 @@ from model.u575 import NUCLEO_U575, NUCLEO_U575_SLOW
 SCENE = Path(__file__).parents[1] / "firmware" / "two_slides.toml"
 # The configuration of a program that is built without one.
 CONFIG = Path(__file__).parents[2] / "wstac-fw" / "wstac.toml"
-# A press, five slides of a texture that no model knows by its name, and then one more of it and one of a specimen.
-NEW = "specimen = \"Saw3\"\nperiod = 12"
-LESSON = "kind = \"press\"", *(
-    f'kind = "slide"\n{NEW}\nspeed = {speed}\ndirection = {direction}'
-    for speed, direction in ((150, 90), (120, 200), (200, 315), (170, 20), (135, 260))
-)
-AFTERWARDS = (
-    f'kind = "slide"\n{NEW}\nspeed = 160\ndirection = 140',
-    'kind = "slide"\nspecimen = "Sin2"\nspeed = 150\ndirection = 180',
-)
 # Requests from the host, as frames: begin, version, sequence, message, value, checksum, end. `wstac monitor` sends the
 # same.
 HELLO, FEATURES, SAMPLES, KEEP_EVENTS, ACKNOWLEDGE, PICTURE, TIME, SETTINGS, SET, FORGET = 0, 1, 2, 4, 5, 6, 7, 8, 9, 10
-TEXTURES, LEARN, STOP_LEARNING, FORGET_TEXTURE = 11, 12, 13, 14
 MODEL, SEND_MODEL, MODEL_PIECE, FORGET_MODEL = 15, 16, 17, 18
 # Messages from the board, by their numbers.
 EVENT, PICTURE_PART, PICTURE_END, BOARD_TIME, IN_USE = 3, 13, 14, 15, 16
-ANSWER, LEARNING, LEARNED, BOARD_MODEL = 17, 18, 19, 20
+ANSWER, BOARD_MODEL = 17, 20
 BANK2, BANK2_SIZE = 0x0810_0000, 0x10_0000
 ROWS = 8  # of a stripe
 # Of the OV7725: 240 rows, each of two lines of 784 pixels, at two clocks of 24 MHz per pixel.
@@ -500,87 +489,12 @@ class Check:
             problems.append("settings are not forgotten")
         self.say(name, problems[:5])
 
-    def learn(self, name, elf, model):
-        """A texture is learned from five slides while a host watches. After that, and after a reset, a slide of it has
-        its name, and a slide of another texture is what the host says. A reset in the middle leaves it learned or not.
-        """
-        problems, texture = [], b"carpet"
-        sensor = f"[sensor]\nsize = [{WIDTH}, {HEIGHT}]\n"
-        scene = lambda touches, seed: f"lead_in = 30\ngap = 64\nseed = {seed}\n{sensor}" + "".join(
-            f"[[touch]]\n{touch}\n" for touch in touches
-        )
-        named = bytes([len(texture)]) + texture
-        _, lesson = self.host.rendered(scene(LESSON, 0), "lesson")
-        clip, afterwards = self.host.rendered(scene(AFTERWARDS, 7), "afterwards")
-        dark = afterwards[:25]
-
-        def after_power(board, frames):
-            """Returns the board with its flash after it was without power."""
-            again = self.board(frames, elf=elf)
-            self.carry(board, again)
-            return again
-
-        def taught(cut_after=None):
-            """Returns the board after the lesson, in which the board may be reset at a write of four bytes."""
-            board = self.board(lesson, elf=elf)
-            board.flash.cut_after = cut_after
-            board.camera.faults[5] = lambda: board.line.receive(request(LEARN, *named))
-            # A host that watches asks for the state.
-            for frame in range(100, len(lesson), 100):
-                board.camera.faults[frame] = lambda: board.line.receive(request(TEXTURES))
-            board.run()
-            return board
-
-        def events_of(board):
-            """Returns the events of the clip afterwards, and the names of the learned textures."""
-            board.camera.faults[20] = lambda: board.line.receive(request(TEXTURES))
-            sent = bytes(board.run())
-            (told,) = [content[1:] for content in contents(sent) if content[0] == LEARNED]
-            return of_kind(self.host.of_line(sent), "event"), told
-
-        board = taught()
-        told = [content[1:] for content in contents(bytes(board.line.sent)) if content[0] == LEARNING]
-        # Begun, not taken because it is no slide, four slides taken, and learned.
-        steps = [b"\0\5\0", b"\0\5\2\0", *(bytes([number, 5, 1]) for number in range(1, 5)), b"\5\5\3"]
-        if told != [named + step for step in steps]:
-            problems.append(f"the board tells {told}")
-        words = board.flash.words
-        plain = of_kind(self.host.of_file(clip, "--model", model), "event")
-        first = json.loads(plain[0])
-        first["texture"] = {
-            "specimen": None, "pattern": None, "depth_mm": None, "class": texture.decode(),
-            "confidence": None, "known": True,
-        }  # fmt: skip
-        expected = [json.dumps(first, separators=(",", ":")), plain[1]]
-        all_of = lambda *names: b"".join(b"\1" + name for name in names) + bytes(9 - len(names))
-        events, names = events_of(after_power(board, afterwards))
-        if [json.loads(event) for event in events] != [json.loads(event) for event in expected] or len(events) != 2:
-            problems.append(f"events are {events}, expected {expected}")
-        if names != all_of(named):
-            problems.append(f"the learned textures are {names}")
-        # In the middle of the writes.
-        _, names = events_of(after_power(taught(4 * words), dark))
-        if names not in (all_of(named), all_of()):
-            problems.append(f"after a reset in the middle, {names} are learned")
-        # It can be forgotten, which takes a new start.
-        forgets = after_power(board, [])
-        forgets.machine.run(lambda: forgets.camera.frame is not None)
-        forgets.line.receive(request(FORGET_TEXTURE, *named))
-        until = forgets.machine.now + 30 * FRAME
-        forgets.machine.run(lambda: forgets.machine.now > until)
-        starts = [content for content in contents(bytes(forgets.line.sent)) if content[0] == 0]
-        _, names = events_of(after_power(forgets, dark))
-        if names != all_of() or len(starts) != 2:
-            problems.append(f"after it was forgotten, {names} are learned, and {len(starts)} starts are told")
-        self.say(name, problems)
-
     def models(self, name, elf, model):
         """A model that is sent while events are answered is used after the start that follows, and the answers are then
-        those of the host with it. A reset in the middle leaves none. A model of another kind is refused.
+        those of the host with it. A reset in the middle leaves none.
         """
         problems, file = [], Path(model).read_bytes()
         sent_model = [*as_varint(len(file)), *as_varint(int.from_bytes(file[4:8], "little"))]
-        wants = bytes([1, *sent_model])
         clip = self.host.frames
 
         def states(board):
@@ -596,31 +510,22 @@ class Check:
                     found.append((in_use, rest[0], step[:-2] if step[-2:] == bytes([1, 2]) else step))
             return found
 
-        def sending(frames, cut_after=None, data=file, begin=sent_model, old=None):
+        def sending(frames, cut_after=None):
             """Returns the board after a model was sent while these frames came. The board may be reset at a write of
-            four bytes. Every tenth piece is sent twice, and every eleventh is lost at first.
+            four bytes.
             """
             board = self.board(frames, elf=elf)
-            if old:
-                self.carry(old, board)
             board.flash.cut_after = cut_after
-            tries = {}
 
             def go_on():
                 step = (states(board) or [(0, 0, b"")])[-1][2]
                 if step[:1] != b"\1":
                     if not step or step == b"\0":
-                        board.line.receive(request(SEND_MODEL, *begin))
+                        board.line.receive(request(SEND_MODEL, *sent_model))
                     return
-                at = varint(step, 1 + len(begin))[0]
-                tries[at] = tries.get(at, 0) + 1
-                piece = data[at : at + 160]
-                frame = request(MODEL_PIECE, *as_varint(at), *as_varint(len(piece)), *piece)
-                if at // 160 % 11 == 10 and tries[at] == 1:
-                    frame = frame[:20] + b"\x55" + frame[21:]
-                board.line.receive(frame)
-                if at // 160 % 10 == 9 and tries[at] == 1:
-                    board.machine.at(board.machine.now + FRAME // 2, lambda: board.line.receive(frame))
+                at = varint(step, 1 + len(sent_model))[0]
+                piece = file[at : at + 160]
+                board.line.receive(request(MODEL_PIECE, *as_varint(at), *as_varint(len(piece)), *piece))
 
             for frame in range(5, len(frames)):
                 board.camera.faults[frame] = go_on
@@ -658,17 +563,9 @@ class Check:
             _, state = after_power(sending(clip[:40] * 6, cut), clip[:12])
             if state not in ((None, 0), (checksum, 1)):
                 problems.append(f"after a reset at write {cut} of {8 * words}, {state} is used")
-        # Of another kind: refused at its end, and the one before stays.
-        other = bytearray(file)
-        other[12] = 3
-        other[4:8] = zlib.crc32(other[8:]).to_bytes(4, "little")
-        foreign = [*as_varint(len(other)), *as_varint(int.from_bytes(other[4:8], "little"))]
-        refused = sending(clip[:40] * 6, None, bytes(other), foreign, board)
-        if states(refused)[-1] != (checksum, 1, bytes([4, 2, 0])):
-            problems.append(f"a model of another kind is answered by {states(refused)[-1]}")
         # It can be forgotten.
         forgets = self.board(clip[:60], elf=elf)
-        self.carry(refused, forgets)
+        self.carry(board, forgets)
         forgets.camera.faults[20] = lambda: forgets.line.receive(request(FORGET_MODEL))
         forgets.run()
         events, state = after_power(forgets)
@@ -1087,7 +984,6 @@ def main():
         for at in range(0, len(other), 3):
             config, model, other_elf = other[at : at + 3]
             check.other(other_elf, config, model)
-        check.learn("learning", other_elf, model)
         check.models("models over the link", taking, to_send)
         check.samples()
         check.status("state of the board")

@@ -192,11 +192,6 @@ class XGBoost(Imported):
                     model.save_model(path)
                     self.assertEqual(warning in self.imported(path)[1], expected, (method, missing, ending))
 
-    def test_categorical_splits_are_refused(self):
-        saved = self.one_split(-1.0)
-        saved["learner"]["gradient_booster"]["model"]["trees"][0]["split_type"] = [1, 0, 0]
-        self.refused(self.written(saved), "trees[0].split_type[0] is categorical")
-
 
 class Forests(Imported):
     """Tests scikit-learn's forests through ONNX."""
@@ -268,10 +263,13 @@ class Forests(Imported):
                 options = {} if isinstance(model, LinearSVC) else {"options": {"zipmap": zipmap}}
                 self.linear(f"{type(model).__name__}, {y.dtype}", model, y, count=300, weights=["int16"], **options)
 
-    def test_what_stands_before_is_refused_by_name(self):
-        for before, says in [(Normalizer(), "node Normalizer before"), (MinMaxScaler(clip=True), "node Clip before")]:
-            model = make_pipeline(before, LogisticRegression()).fit(self.X, self.y)
-            self.refused(self.onnx(model), says)
+    def test_what_is_not_understood_is_refused_by_name(self):
+        for model, says in [
+            (make_pipeline(Normalizer(), LogisticRegression()), "node Normalizer before"),
+            (make_pipeline(MinMaxScaler(clip=True), LogisticRegression()), "node Clip before"),
+            (SVC(kernel="rbf"), "kernel_type RBF"),
+        ]:
+            self.refused(self.onnx(model.fit(self.X, self.y)), says)
 
     def test_weights_and_samples_at_their_limits(self):
         """Tests sums that 32 bits could not hold: every product has the largest size."""

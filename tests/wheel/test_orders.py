@@ -53,7 +53,10 @@ def test_close_ends_a_recording_as_a_whole(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_told_before_the_next_recording(tmp_path: Path) -> None:
-    stream = wstac.open(SCENE, size=(400, 400))
+    scene = tmp_path / "late.toml"
+    # Whenever the writer notices that the disk is full, nothing touches the sensor yet.
+    scene.write_text('specimen = "Saw3"\nspeed = 150\nlead_in = 100000\n[sensor]\nsize = [400, 400]\n')
+    stream = wstac.open(f"scene:{scene}")
     frames = stream.frames()
     stream.start_recording(tmp_path / "a.mcap")
     least, most = resource.getrlimit(resource.RLIMIT_FSIZE)

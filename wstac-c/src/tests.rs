@@ -17,21 +17,7 @@ fn said(handle: *const Wstac) -> String {
 
 /// A handle of frames of 10 × 10 GREY.
 fn frames() -> *mut Wstac {
-    let description = WstacFrames {
-        width: 10,
-        height: 10,
-        format: c"GREY".as_ptr(),
-        bytes_per_row: 0,
-        fps_numerator: 0,
-        fps_denominator: 0,
-        bt709: 0,
-        full_range: 0,
-    };
-    let mut handle = ptr::null_mut();
-    // SAFETY: all are there.
-    let status = unsafe { wstac_open_frames(&raw const description, ptr::null(), &raw mut handle) };
-    assert_eq!(status, WstacStatus::Ok, "{}", said(ptr::null()));
-    handle
+    opened(&described(10, 10, c"GREY", 0), ptr::null()).unwrap()
 }
 
 /// Returns the text that a record points to.
@@ -51,16 +37,7 @@ fn next(session: &mut Session, given: &mut Given) -> Option<WstacRecord> {
 /// Returns a session of 10 × 10 GREY at 25 frames per second, after a press of 20 frames in front of a camera that
 /// knows the time.
 fn pressed(config: &str) -> Session {
-    let description = WstacFrames {
-        width: 10,
-        height: 10,
-        format: c"GREY".as_ptr(),
-        bytes_per_row: 0,
-        fps_numerator: 25,
-        fps_denominator: 1,
-        bt709: 0,
-        full_range: 0,
-    };
+    let description = WstacFrames { fps_numerator: 25, fps_denominator: 1, ..described(10, 10, c"GREY", 0) };
     // SAFETY: the format is a string that stays.
     let info = unsafe { description.info() }.unwrap();
     let builder = Session::of_frames(info).config(Config::parse(config).unwrap());

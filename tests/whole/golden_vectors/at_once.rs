@@ -4,7 +4,6 @@ use serde::Deserialize;
 use wstac_core::green::gray::Gray;
 use wstac_core::law::{Answer, ByWave};
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, TriggerConfig};
-use wstac_core::params::TAXELS;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
@@ -13,17 +12,8 @@ use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::motion::Contact;
 use wstac_core::touch::taxel_ring::TaxelRing;
 
-use super::case::{Cases, directory, read};
+use super::case::{Cases, Frames, directory, each, read};
 use super::wave::{DARK, WaveOf, check_velocity, config, layout, word};
-
-/// Frames of a stream.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Frames {
-    Lost(()),
-    Dark(u32),
-    One([u32; TAXELS]),
-}
 
 /// The frame of an answer, the first frame of its sample, the number of its frames, and what it says.
 type AnswerOf = (u64, u64, u8, WaveOf);
@@ -33,7 +23,7 @@ type AnswerOf = (u64, u64, u8, WaveOf);
 struct AtOnceCase {
     name: String,
     readout_ms: Option<f32>,
-    frames: Vec<Frames>,
+    frames: Vec<Frames<u32>>,
     answers: Vec<AnswerOf>,
     ends: Vec<ContactEnd>,
     incomplete: Vec<InterruptedSample>,
@@ -55,12 +45,7 @@ impl AtOnceCase {
         let trigger = TriggerConfig::default().one_event_per_touch();
         let mut pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>().build().unwrap();
         let (law, mut at_once, mut said) = (ByWave(config), AtOnce::new(config), Said::default());
-        let frames = self.frames.iter().flat_map(|frames| match frames {
-            Frames::Lost(()) => vec![None],
-            Frames::Dark(count) => vec![Some([DARK; TAXELS]); *count as usize],
-            Frames::One(sums) => vec![Some(*sums)],
-        });
-        for sums in frames {
+        for sums in each(&self.frames, DARK) {
             let update = match &sums {
                 Some(sums) => pipeline.push_taxels(sums),
                 None => pipeline.push_lost(1),

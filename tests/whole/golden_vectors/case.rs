@@ -13,6 +13,7 @@ use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::baseline_policy::TrackingBaseline;
 use wstac_core::paper::speed::{Law, SpeedConfig, ThresholdOn};
 use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, Rule, TriggerConfig};
+use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 
@@ -159,6 +160,25 @@ impl From<IncompleteOf> for InterruptedSample {
     fn from(other: IncompleteOf) -> Self {
         Self::new(other.frame, other.frames)
     }
+}
+
+/// Frames of a stream of taxels.
+#[derive(Deserialize)]
+#[serde(untagged)]
+pub(super) enum Frames<T> {
+    Lost(()),
+    /// So many dark frames.
+    Dark(usize),
+    One([T; TAXELS]),
+}
+
+/// Returns each frame of a stream, whose dark taxels have this number; `None` is a lost frame.
+pub(super) fn each<T: Copy>(frames: &[Frames<T>], dark: T) -> impl Iterator<Item = Option<[T; TAXELS]>> {
+    frames.iter().flat_map(move |frames| match frames {
+        Frames::Lost(()) => vec![None],
+        Frames::Dark(count) => vec![Some([dark; TAXELS]); *count],
+        Frames::One(taxels) => vec![Some(*taxels)],
+    })
 }
 
 /// A file of vectors.

@@ -1,13 +1,11 @@
 //! Tests calibrated models: the class, the probabilities, and whether a sample is known.
 
-use std::fs;
-
 use serde::Deserialize;
 use wstac_core::model::Model;
 use wstac_core::model::calibration::CONFIDENCE_ONE;
 use wstac_core::model::file::INPUTS;
 
-use super::case::{Cases, directory};
+use super::case::{Cases, directory, read};
 
 #[derive(Deserialize)]
 struct Case {
@@ -26,8 +24,7 @@ struct Answer {
 
 #[test]
 fn confidence_and_known_are_those_of_the_reference() {
-    let text = fs::read_to_string(directory().join("known.json")).unwrap();
-    let Cases::<Case> { cases } = serde_json::from_str(&text).unwrap();
+    let Cases::<Case> { cases } = read(&directory().join("known.json"));
     assert_eq!(cases.len(), 9);
     let (mut between, mut told) = (0, [0; 2]);
     for (number, case) in cases.iter().enumerate() {

@@ -1,30 +1,20 @@
 //! Tests the slips of the reference's streams: when each comes, and when something is held.
 
 use serde::Deserialize;
-use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::touch::slip::SlipDetector;
 
-use super::case::{Cases, directory, read};
+use super::case::{Cases, Frames, directory, each, read};
 
 /// Level of a dark frame.
 const DARK: u16 = 300;
-
-/// Frames of a stream.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Frames {
-    Lost(()),
-    Dark(u32),
-    One([u16; TAXELS]),
-}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SlipCase {
     name: String,
     fps: FrameRate,
-    frames: Vec<Frames>,
+    frames: Vec<Frames<u16>>,
     /// The frames of the alarm, of the onset and of the hold's begin, and the strength.
     slips: Vec<(u64, u64, u64, f32)>,
     /// The frames from which something is held since another frame, or nothing is.
@@ -38,12 +28,7 @@ fn every_slip_is_that_of_the_reference() {
     for case in &cases {
         let name = &case.name;
         let (mut detector, mut slips, mut holds) = (SlipDetector::new(case.fps), vec![], vec![(0, None)]);
-        let frames = case.frames.iter().flat_map(|frames| match frames {
-            Frames::Lost(()) => vec![None],
-            Frames::Dark(count) => vec![Some([DARK; TAXELS]); *count as usize],
-            Frames::One(taxels) => vec![Some(*taxels)],
-        });
-        for (number, taxels) in (0..).zip(frames) {
+        for (number, taxels) in (0..).zip(each(&case.frames, DARK)) {
             let Some(taxels) = taxels else { continue };
             slips.extend(detector.push_taxels(number, &taxels));
             let held = detector.held_since_frame();

@@ -98,8 +98,6 @@ fn quoted(text: &str) -> Cow<'_, str> {
 
 #[cfg(test)]
 mod tests {
-    use serde_json::json;
-
     use super::*;
 
     #[test]
@@ -120,26 +118,11 @@ mod tests {
     }
 
     #[test]
-    fn lengths_have_the_names_of_c_and_python() {
+    fn columns_keep_their_order() {
         let head = Table::Events.head(false);
-        assert!(
-            head.contains(",basis,place_mm,place_sd_mm,width_mm,width_sd_mm,contacts,acceleration_mm_s2,"),
-            "{head}"
-        );
-    }
-
-    #[test]
-    fn absent_fields_are_empty_cells() {
-        let line = json!({"frame": 3, "time_ns": null, "f": [0.5, 1, 2, 3, 4, 5, 6, 7, 8, -9.25]});
-        assert_eq!(Table::Features.row(None, &line, Some(0.100_04)), "3,,0.1,,,0.5,1,2,3,4,5,6,7,8,-9.25");
-        assert_eq!(
-            Table::Features.head(false),
-            "frame,time_ns,time_s,stamp,stamp_within_ms,r1,r2,r3,r4,r5,c1,c2,c3,c4,c5\n"
-        );
-        assert_eq!(Table::Motion.row(Some("left"), &json!({"speed": {"mm_s": 150.0}}), None), "left,,,,,,,150.0,,,,");
-        for table in [Table::Events, Table::Features, Table::Motion] {
-            let cells = table.row(Some("a,b"), &json!({}), None).replace("\"a,b\"", "ab").split(',').count();
-            assert_eq!(table.head(true).split(',').count(), cells);
-        }
+        let lengths = ",basis,place_mm,place_sd_mm,width_mm,width_sd_mm,contacts,acceleration_mm_s2,";
+        assert!(head.contains(lengths), "{head}");
+        let features = "frame,time_ns,time_s,stamp,stamp_within_ms,r1,r2,r3,r4,r5,c1,c2,c3,c4,c5\n";
+        assert_eq!(Table::Features.head(false), features);
     }
 }

@@ -80,28 +80,6 @@ fn there_is_one_job_at_a_time_and_no_baseline_in_a_recording() {
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 }
 
-#[test]
-fn orders_that_are_none_are_answered_and_change_nothing() {
-    let folder = tempdir().unwrap();
-    let tools = Tools { record_to: Some(folder.path().to_owned()), ..Tools::default() };
-    let served = Served::new(None, &Config::default(), tools);
-    let mut page = served.page();
-    for (text, part) in [
-        (r#"order 9 {"order":"record"}"#, "there is no sensor 9"),
-        (r#"order 0 {"order":"record","file":"/tmp/a.mcap"}"#, "unknown field `file`"),
-        (r#"order 0 {"order":"record","labels":{"speed":"-3"}}"#, "label speed is \"-3\", expected mm/s such as 150"),
-        (r#"order 0 {"order":"record","labels":{"direction":"12.5"}}"#, "expected whole degrees"),
-        (r#"order 0 {"order":"record","labels":{"name":"../a"}}"#, "label \"name\" is not known"),
-        ("order 0 rm", "the order is not known"),
-        (r#"order 0 ["record"]"#, "the order is not known"),
-        ("order x", "the order has no sensor"),
-    ] {
-        let why = page.refusal_of(text);
-        assert!(why.contains(part), "{text}: {why}");
-    }
-    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
-}
-
 /// A message that is longer than any order ends the connection, and nothing else.
 #[test]
 fn long_messages_are_not_read() {

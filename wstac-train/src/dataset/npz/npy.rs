@@ -83,24 +83,3 @@ pub(super) fn header(dtype: Dtype, shape: &[usize]) -> Vec<u8> {
     header.extend(format!("{text:0$}\n", padded - 1).into_bytes());
     header
 }
-
-#[cfg(test)]
-mod tests {
-    use super::Dtype;
-
-    #[test]
-    fn headers_are_as_numpy_writes_them_and_end_at_64() {
-        let header = super::header(Dtype::Int16, &[3, 10, 70]);
-        let text = "{'descr': '<i2', 'fortran_order': False, 'shape': (3, 10, 70), }";
-        assert_eq!(header[..10], *b"\x93NUMPY\x01\x00\x76\x00");
-        assert_eq!(header[10..], *format!("{text:117}\n").as_bytes());
-        for (shape, said) in [(&[][..], "()"), (&[5], "(5,)"), (&[12_345, 10], "(12345, 10)")] {
-            for dtype in [Dtype::Int64, Dtype::Uint64, Dtype::Float64, Dtype::Unicode(123_456)] {
-                let header = super::header(dtype, shape);
-                assert!(header.len().is_multiple_of(64) && header.ends_with(b"\n"));
-                assert_eq!(u16::from_le_bytes([header[8], header[9]]) as usize, header.len() - 10);
-                assert!(String::from_utf8_lossy(&header[10..]).contains(&format!("'shape': {said}, ")));
-            }
-        }
-    }
-}
