@@ -17,7 +17,7 @@ use wstac_core::rate::FrameRate;
 use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::monitor::pictures::port_of;
+use wstac_host::monitor::port::port_of;
 use wstac_host::output::OutputOptions;
 use wstac_host::record::labels::check;
 use wstac_host::record::{FinishedRecording, new_file};

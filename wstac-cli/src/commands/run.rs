@@ -20,7 +20,7 @@ use super::signals;
 use super::source_arguments::{SourceArguments, open_models};
 use super::values::{at_least, within};
 use wstac_host::error::{Error, ErrorKind as Kind};
-use wstac_host::monitor::pictures::port_of;
+use wstac_host::monitor::port::port_of;
 use wstac_host::plural::counted;
 use wstac_host::source::names::{SensorSpec, sensors};
 
