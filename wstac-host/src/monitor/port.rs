@@ -13,11 +13,11 @@ use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::termios::{ControlModes, OptionalActions, isatty, tcgetattr, tcsetattr};
 use wstac_core::wire::{DecodeError, Decoder, LONGEST, Message};
 
 use crate::error::{Error, ErrorKind};
+use crate::files::readable;
 use crate::source::open::is_named_for_frames;
 
 /// Bits per second of a serial device by default.
@@ -162,7 +162,8 @@ impl Port {
     pub fn read(&mut self, room: &mut [u8]) -> Result<Got, Error> {
         self.send_rest();
         let Some(file) = &mut self.file else { return Ok(self.reopen()) };
-        let read = wait(file).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) });
+        let read = readable(file, WAIT.as_millis() as libc::c_int)
+            .and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) });
         match read {
             Ok(Some(0)) if self.baud.is_none() => Ok(Got::Ended),
             Ok(Some(0)) => Ok(self.gone()),
@@ -239,12 +240,6 @@ impl Port {
         std::thread::sleep(WAIT);
         Got::Nothing
     }
-}
-
-/// Waits at most [`WAIT`], and returns whether a read would return at once. At the end it would, too.
-fn wait(file: &File) -> io::Result<bool> {
-    let longest = Timespec { tv_sec: 0, tv_nsec: WAIT.subsec_nanos().into() };
-    Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&longest))? > 0)
 }
 
 /// Returns whether an address is `HOST:PORT`. The host may be an IPv6 address in brackets.
