@@ -33,6 +33,8 @@ fn help_about_a_word_names_what_has_it() {
         ("readout", "help about \"readout\" (the word is in wstac help doctor, "),
         ("record-to", "(the word is in wstac help serve), expected a command"),
         ("floor_levels", "(the word is in wstac help config, "),
+        ("learn", "(the word is in wstac help board, model learn, "),
+        ("rejected", "(the word is in wstac help model calibrate), expected a command"),
     ] {
         let done = run(&["help", given]);
         assert_eq!(done.status.code(), Some(2));
@@ -47,8 +49,14 @@ fn files_of_another_kind_say_what_to_do_with_them() {
     let path = |file: &std::path::Path| file.to_str().unwrap().to_owned();
     let other = path(&folder.file("notes.txt", "not a source"));
     let onnx = path(&folder.file("forest.onnx", "not a model file"));
+    let board = concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/examples/board.bin");
+    let frames = "board.bin: is a board or its bytes, expected frames: wstac run, view and calibrate read a board";
     for (arguments, expected) in [
-        (&["run", &other][..], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),
+        (&["record", board, "-o", &path(&folder.0.join("none.mcap"))][..], frames),
+        (&["plot", board, "-o", &path(&folder.0.join("none.svg"))], frames),
+        (&["doctor", board], frames),
+        (&["serve", board], frames),
+        (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),
         (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
     ] {
         let done = run(arguments);

@@ -207,6 +207,11 @@ fn a_model_is_calibrated_by_slides_that_were_held_out() {
     // The tests of a set's own split are held out, too.
     let done = calibrate(&[&train], "b.wsm");
     assert!(done.status.success() && said(&done).contains(" samples held out: "), "{}", said(&done));
+    let common = "with one limit of all classes, as 0.02 of a class's right answers is less than a sample";
+    assert!(said(&done).contains(common), "{}", said(&done));
+    let out = path("own.wsm");
+    let own = run(["model", "calibrate", text(&model), text(&train), "-o", text(&out), "--rejected", "0.3"]);
+    assert!(said(&own).contains(" dimension, with a limit of each class"), "{}", said(&own));
     let refused = calibrate(&[&train, &train], "c.wsm");
     assert!(said(&refused).contains("train.npz: is TRAIN and HELD, expected slides that were held out"));
     assert!(!refused.status.success() && !path("c.wsm").exists());

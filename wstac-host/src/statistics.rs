@@ -1,4 +1,4 @@
-//! Means, percentiles and least-squares lines, for all crates that need them.
+//! Means, percentiles, least-squares lines and linear equations, for all crates that need them.
 
 /// Returns the mean, or `None` of no numbers.
 ///
@@ -86,6 +86,31 @@ impl Line {
             deviation: variance.sqrt(),
         })
     }
+}
+
+/// Solves linear equations. A row has the factors of an equation, and behind them its right sides.
+///
+/// Returns the rows with the solutions in place of the right sides; `None` if there is no single solution.
+///
+/// ```
+/// let solved = wstac_host::statistics::solve([[0.0, 1.0, 2.0], [2.0, 1.0, 4.0]]).unwrap();
+/// assert_eq!(solved.map(|row| row[2]), [1.0, 2.0]);
+/// assert_eq!(wstac_host::statistics::solve([[2.0, 1.0, 4.0], [4.0, 2.0, 8.0]]), None);
+/// ```
+pub fn solve<const N: usize, const ALL: usize>(mut rows: [[f64; ALL]; N]) -> Option<[[f64; ALL]; N]> {
+    for column in 0..N {
+        // The largest number of the column, for the least rounding.
+        let pivot = (column..N).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()))?;
+        rows.swap(column, pivot);
+        let divisor = rows[column][column];
+        let own = rows[column].map(|number| number / divisor);
+        for row in &mut rows {
+            let times = row[column];
+            row.iter_mut().zip(own).for_each(|(number, own)| *number -= times * own);
+        }
+        rows[column] = own;
+    }
+    rows.iter().flatten().all(|number| number.is_finite()).then_some(rows)
 }
 
 /// Returns a sum whose rounding errors are added up, too (Neumaier 1974).

@@ -9,8 +9,7 @@ use wstac_host::config::Config;
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{FrameFeatures, Output, OutputOptions, ReadoutUsed};
-use wstac_host::session::sums::FrameSums;
-use wstac_host::session::{Observer, Processor};
+use wstac_host::session::Observer;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{SourceEvent, config_of};
 use wstac_host::station::{Station, Turn};
@@ -61,8 +60,7 @@ impl FrameSource {
             // A frame of a file may last for hours.
             thread::sleep(Duration::from_secs_f64((share / rate.per_second()).min(1.0)));
         }
-        let (stamp, sums) = (SystemTime::now(), FrameSums::new(rate));
-        let mut reader = PublishingObserver { publisher, stamp, completed: None, sums };
+        let mut reader = PublishingObserver { publisher, stamp: SystemTime::now() };
         let mut turn = Ok(Turn::Read);
         while !matches!(turn, Ok(Turn::Over) | Err(_)) {
             if ends.load(Ordering::Relaxed) {
@@ -91,10 +89,6 @@ struct PublishingObserver {
     publisher: PublisherHandle,
     /// The wall-clock time of the last frame: the driver's, or else when it was read.
     stamp: SystemTime,
-    /// The features that the last event of the source has completed.
-    completed: Option<FrameFeatures>,
-    /// The taxel sums that the next features are made of.
-    sums: FrameSums,
 }
 
 impl Observer for PublishingObserver {
@@ -115,23 +109,11 @@ impl Observer for PublishingObserver {
     }
 
     fn output(&mut self, output: Output) -> Result<(), Error> {
-        if let Output::Features(features) = &output {
-            self.completed = Some(*features);
+        self.publisher.output(&output, self.stamp)?;
+        if let Output::Features(features @ FrameFeatures { sums: Some(sums), .. }) = &output {
+            self.publisher.taxels(features, sums, self.stamp);
         }
-        self.publisher.output(&output, self.stamp)
-    }
-
-    fn processed(&mut self, event: &SourceEvent<'_>, processor: &Processor) -> bool {
-        let is_frame = matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_));
-        if let Some(sums) = processor.taxel_sums().filter(|_| is_frame) {
-            self.sums.add(&sums);
-        }
-        if let Some(features) = self.completed.take()
-            && let Some(sums) = self.sums.complete()
-        {
-            self.publisher.taxels(&features, &sums, self.stamp);
-        }
-        true
+        Ok(())
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
-use wstac_host::monitor::pictures::port_of;
+use wstac_host::monitor::port::port_of;
 
 use crate::arguments::{Arguments, NamedSource};
 use crate::board::ConnectedBoard;

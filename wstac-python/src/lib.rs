@@ -94,7 +94,7 @@ mod _wstac {
     #[pymodule_export]
     use super::skin::Skin;
     #[pymodule_export]
-    use super::source::{Source, is_camera, open_scene, open_source};
+    use super::source::{Source, is_board, is_camera, open_scene, open_source};
     #[pymodule_export]
     use super::train::{fit, import_model, learn, train};
     #[pymodule_export]

@@ -12,7 +12,6 @@ use wstac_host::error::Error;
 use wstac_host::json::{JsonLine, within_ms};
 use wstac_host::output::{Output, Paths, SampleFrames};
 use wstac_host::record::Recorder;
-use wstac_host::session::sums::FrameSums;
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
 use wstac_host::text::text_of;
@@ -36,7 +35,7 @@ pub(crate) struct Gathered {
     pub(crate) features: Vec<i16>,
     /// The number of each feature frame.
     pub(crate) numbers: Vec<i64>,
-    /// The 25 taxel sums that each feature frame is made of; 0 of a board. Those that are pushed have none.
+    /// The 25 taxel sums that each feature frame is made of; 0 of a board.
     pub(crate) taxel_sums: Vec<u32>,
     /// The number of the last camera frame that arrived of each feature frame.
     pub(crate) last_frames: Vec<i64>,
@@ -50,8 +49,6 @@ pub(crate) struct Gathered {
     count: u64,
     /// The number of the last camera frame that arrived.
     last_frame: u64,
-    /// The sums of the feature frame under way, from its first camera frame on.
-    under_way: Option<FrameSums>,
 }
 
 /// The camera frames that arrived.
@@ -135,20 +132,16 @@ impl Gathered {
     pub(crate) fn take_all(&mut self) -> Self {
         let frames =
             self.frames.as_ref().map(|frames| Frames { size: frames.size, rate: frames.rate, ..Frames::default() });
-        let (recorder, under_way) = (self.recorder.take(), self.under_way.take());
+        let recorder = self.recorder.take();
         let Self { count, last_frame, .. } = *self;
-        std::mem::replace(self, Self { frames, recorder, count, last_frame, under_way, ..Self::default() })
-    }
-
-    /// Forgets the camera frames of an incomplete feature frame, as a restart of the processor does.
-    pub(crate) fn restart(&mut self) {
-        self.under_way = None;
+        std::mem::replace(self, Self { frames, recorder, count, last_frame, ..Self::default() })
     }
 
     fn take(&mut self, output: Output) {
         match output {
             Output::Features(frame) => {
                 self.features.extend(frame.features);
+                self.taxel_sums.extend(frame.sums.unwrap_or_default());
                 self.numbers.push(frame.frame as i64);
             }
             // Events say that they are not reliable.
@@ -166,21 +159,17 @@ impl Gathered {
             frames.taxels.extend([f32::NAN; TAXELS]);
             frames.sums.extend([0; TAXELS]);
             frames.stamps.push(features.stamp.map(|stamp| stamp.time));
-            self.taxel_sums.extend([0; TAXELS]);
             self.last_frames.push(features.frame as i64);
         }
         self.take(output);
     }
 
-    /// Adds the sums of a camera frame that arrived, and ends those of a feature frame that it or a loss has completed.
-    fn add_sums(&mut self, event: &SourceEvent<'_>, processor: &Processor) {
-        let under_way = self.under_way.get_or_insert_with(|| FrameSums::new(processor.geometry().rate()));
-        if let (SourceEvent::Frame(_) | SourceEvent::Taxels(_), Some(sums)) = (event, processor.taxel_sums()) {
-            under_way.add(&sums);
+    /// Notes a camera frame that arrived as the last one of a feature frame that it or a loss has completed.
+    fn note_last(&mut self, event: &SourceEvent<'_>, processor: &Processor) {
+        if matches!(event, SourceEvent::Frame(_) | SourceEvent::Taxels(_)) && processor.taxel_sums().is_some() {
             self.last_frame = self.count;
         }
         if self.last_frames.len() < self.numbers.len() {
-            self.taxel_sums.extend(under_way.complete().unwrap_or_default());
             self.last_frames.push(self.last_frame as i64);
         }
     }
@@ -217,7 +206,7 @@ impl Observer for Gathered {
         {
             frames.take(event, &taxels, &sums, self.count);
         }
-        self.add_sums(event, processor);
+        self.note_last(event, processor);
         self.count(event);
         true
     }

@@ -17,7 +17,7 @@ use wstac_core::rate::FrameRate;
 use wstac_host::camera::ControlSetting;
 use wstac_host::config::Config as Parsed;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::monitor::pictures::port_of;
+use wstac_host::monitor::port::port_of;
 use wstac_host::output::OutputOptions;
 use wstac_host::record::labels::check;
 use wstac_host::record::{FinishedRecording, new_file};
@@ -130,16 +130,13 @@ pub(crate) struct Source {
 /// A recording that has ended: its file, frames and bytes, and what a person should know of it.
 type EndedRecording = (PathBuf, u64, u64, &'static str);
 
+/// The result of a recording that nobody has taken yet.
+type Ended = Option<Result<FinishedRecording, Error>>;
+
 /// What a stream reads.
 enum Input {
     Station(Box<Station>),
     Board(Box<Board>),
-}
-
-/// What an order may have to forget.
-struct Told<'s> {
-    ended: &'s mut Option<Result<FinishedRecording, Error>>,
-    gathered: &'s mut Gathered,
 }
 
 struct ReadState {
@@ -148,7 +145,7 @@ struct ReadState {
     /// Notes for a person about what nothing states of it, and about a board's line.
     notes: Vec<String>,
     /// The result of a recording that the end of the source or a full disk has ended.
-    ended: Option<Result<FinishedRecording, Error>>,
+    ended: Ended,
     gathered: Gathered,
     /// Whether it was closed before its end.
     closed: bool,
@@ -201,6 +198,11 @@ pub(crate) fn open_scene(
 #[pyfunction]
 pub(crate) fn is_camera(spec: OsString) -> bool {
     wstac_linux::source::is_camera(spec)
+}
+
+#[pyfunction]
+pub(crate) fn is_board(spec: OsString) -> bool {
+    port_of(&spec).is_some()
 }
 
 #[pymethods]
@@ -263,11 +265,7 @@ impl Source {
 
     /// Uses another configuration from the next frame on, with a new baseline.
     fn reconfigure(&self, py: Python<'_>, config: Config) -> PyResult<()> {
-        self.order(py, |station, told| {
-            station.reconfigure(config.0.clone())?;
-            told.gathered.restart();
-            Ok(())
-        })?;
+        self.order(py, |station, _| station.reconfigure(config.0.clone()))?;
         *self.config.lock().unwrap_or_else(PoisonError::into_inner) = config.0;
         Ok(())
     }
@@ -284,9 +282,9 @@ impl Source {
     /// Starts a recording with the next frame, and with a new baseline, in a new file.
     fn start_recording(&self, py: Python<'_>, path: PathBuf, labels: Labels, features_only: bool) -> PyResult<()> {
         check(&labels).map_err(refused)?;
-        self.order(py, |station, told| {
+        self.order(py, |station, ended| {
             // What ended the last recording is told before another one begins, and not as the end of that.
-            if let Some(Err(error)) = told.ended.take_if(|ended| ended.is_err()) {
+            if let Some(Err(error)) = ended.take_if(|ended| ended.is_err()) {
                 return Err(error);
             }
             if station.info().taxels_only && !features_only {
@@ -295,8 +293,7 @@ impl Source {
                 return Err(Error::new(ErrorKind::Usage, about, message));
             }
             station.record(|| new_file(&path).map(|file| (file, path)), labels, features_only)?;
-            *told.ended = None;
-            told.gathered.restart();
+            *ended = None;
             Ok(())
         })
     }
@@ -472,17 +469,17 @@ impl Source {
     fn order(
         &self,
         py: Python<'_>,
-        follow: impl FnOnce(&mut Station, Told<'_>) -> Result<(), Error> + Send,
+        follow: impl FnOnce(&mut Station, &mut Ended) -> Result<(), Error> + Send,
     ) -> PyResult<()> {
         let about = &self.about;
         let followed = self.asked(py, |state| {
             let refuse = |kind, why: &str| Err(Error::new(kind, about, why));
-            let ReadState { input, ended, gathered, .. } = state;
+            let ReadState { input, ended, .. } = state;
             match input {
                 Some(Input::Station(station)) if station.recording().is_some() => {
                     refuse(ErrorKind::Usage, "has a recording in progress; stop it first")
                 }
-                Some(Input::Station(station)) => follow(station, Told { ended, gathered }),
+                Some(Input::Station(station)) => follow(station, ended),
                 Some(Input::Board(_)) => refuse(ErrorKind::Unsupported, IS_BOARD),
                 None => refuse(ErrorKind::Usage, "has ended"),
             }

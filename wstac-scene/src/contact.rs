@@ -137,7 +137,7 @@ impl Passage<'_> {
 
 /// A tip that is on its way over a surface, and the light that it emits meanwhile.
 pub(crate) struct Crossing<'a> {
-    /// What it shares with the other tips.
+    /// The properties of all tips.
     pub passage: &'a Passage<'a>,
     /// The tip.
     pub tip: &'a mut Tip,

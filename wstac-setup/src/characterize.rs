@@ -2,7 +2,9 @@
 
 use std::fmt::{self, Write as _};
 
-use crate::doctor::page::{base64, escaped, write_head};
+use crate::doctor::page::{escaped, write_head};
+use base64::Engine as _;
+use base64::prelude::BASE64_STANDARD;
 use wstac_core::reason::Reason;
 use wstac_host::output::TactileEvent;
 use wstac_host::plural::counted;
@@ -151,7 +153,11 @@ impl AnswerReport {
             Err(why) => writeln!(page, "<p>Not measured: {}</p>", escaped(why))?,
         }
         if let Some(png) = overlay {
-            writeln!(page, "<img alt=\"The 25 taxels\" src=\"data:image/png;base64,{}\">", base64(png))?;
+            writeln!(
+                page,
+                "<img alt=\"The 25 taxels\" src=\"data:image/png;base64,{}\">",
+                BASE64_STANDARD.encode(png)
+            )?;
         }
         writeln!(page, "<h2>Slides</h2>\n<table>\n<tr><th>{}</th></tr>", HEADS.join("</th><th>"))?;
         for slide in &self.slides {

@@ -9,6 +9,7 @@ use wstac_core::params::{COLUMNS, ROWS, TAXELS};
 use wstac_core::taxels::FrameGeometry;
 use wstac_host::error::Error;
 use wstac_host::source::SourceEvent;
+use wstac_host::statistics::median;
 
 use crate::calibrate::named;
 use crate::light::{LightAboveDark, with_layout_key};
@@ -102,10 +103,6 @@ impl GainsWatch {
 /// Returns the logarithm of each whisker's gain by its light over a slide, `None` of a dead one; `None` if too many are
 /// dead.
 fn logarithms(sums: &[f64; TAXELS]) -> Option<[Option<f64>; TAXELS]> {
-    let median = |mut numbers: Vec<f64>| {
-        numbers.sort_by(f64::total_cmp);
-        numbers.get(numbers.len() / 2).copied()
-    };
     let least = LEAST * median(sums.to_vec())?;
     let gains: [Option<f64>; TAXELS] = core::array::from_fn(|taxel| {
         let [row, column] = [(taxel / COLUMNS).abs_diff(ROWS / 2), (taxel % COLUMNS).abs_diff(COLUMNS / 2)];

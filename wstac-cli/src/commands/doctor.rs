@@ -4,7 +4,6 @@ use std::ffi::OsString;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicUsize;
-use std::sync::{Arc, Mutex, PoisonError};
 use std::time::SystemTime;
 
 use super::files::{Outputs, check_ending};
@@ -17,8 +16,7 @@ use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::in_utc;
 use wstac_host::plural::counted;
-use wstac_host::source::decorate::Tap;
-use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{FramePolicy, Source, StreamInfo};
 use wstac_host::text_file::file_text;
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
@@ -178,10 +176,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         check_ending(page, &["html", "htm"])?;
         outputs.check([page])?;
     }
-    let (source, info, config) =
+    let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
-    let last = Arc::default();
-    let mut source = if arguments.report.is_some() { kept(source, &last) } else { source };
     note(&info.about);
     note(format_args!("measuring for at most {} s: do not touch the sensor", arguments.seconds));
     finishing(Ending::InTime);
@@ -209,10 +205,10 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let report = examine(&info, &config, &measured, known, (camera, controls), mjpeg)?;
     let json = json(&report)?;
     if let Some(path) = &arguments.report {
-        let bytes = last.lock().unwrap_or_else(PoisonError::into_inner);
+        let bytes = &measured.last;
         // Numbers are what counts; without a picture the page has the others.
         let layout = config.geometry(&info).map(|geometry| *geometry.layout());
-        let picture = layout.ok().filter(|_| !bytes.is_empty()).map(|layout| Picture::new(&info, &layout, &bytes));
+        let picture = layout.ok().filter(|_| !bytes.is_empty()).map(|layout| Picture::new(&info, &layout, bytes));
         let configuration = arguments.config.as_deref().map(file_text).transpose()?;
         let configuration = configuration.or_else(|| info.recorded.as_ref().map(|own| own.configuration.clone()));
         let page = Page {
@@ -227,18 +223,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let mut out = stdout();
     Ok(if arguments.json { writeln!(out, "{json}") } else { writeln!(out, "{report}") }?)
-}
-
-/// Returns the same source, and keeps the bytes of its last frame.
-fn kept(source: Box<dyn Source>, last: &Arc<Mutex<Vec<u8>>>) -> Box<dyn Source> {
-    let last = Arc::clone(last);
-    Box::new(Tap::new(source, move |event| {
-        if let SourceEvent::Frame(frame) = event {
-            let mut last = last.lock().unwrap_or_else(PoisonError::into_inner);
-            last.clear();
-            last.extend_from_slice(frame.bytes);
-        }
-    }))
 }
 
 /// Returns facts about this machine and program, as far as the system tells them.

@@ -56,22 +56,15 @@ pub(super) struct Arguments {
     baud: Option<u32>,
 }
 
-const HELP: &str = r#"Output:
-  Records are exactly those of wstac run (see wstac help json). Standard
-  error reports what the board is, gaps ("3 messages lost"), damaged
-  messages, silence, and the state of its camera. If a serial device
-  disappears, the program waits for it. Other ports end at their end. A
-  board that does not read requests is reported, and still read. The
-  last record is "end": the board's own, or else what is known here.
-  Requests for features, samples and motion need a connection that also
-  sends to the board.
-  Exit code: 1 if the port cannot be used or carries no message, 2 for
-  wrong arguments, otherwise 0.
+const HELP: &str = "\
+Output:
+  It is that of wstac run (see wstac help json). Exit code: 1 if the port
+  cannot be used or carries no message, 2 for wrong arguments, otherwise 0.
 
 To record what a board sends:
   stty -F /dev/ttyACM0 raw 115200; cat /dev/ttyACM0 > board.bin
   wstac run board.bin
-"#;
+";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let Arguments { features, samples, motion, .. } = *arguments;

@@ -19,7 +19,7 @@ use wstac_host::files::has_name;
 use wstac_host::output::{DisturbedBaseline, Output};
 use wstac_host::plural::counted;
 use wstac_host::record::labels::{self, NAMES, by_name};
-use wstac_host::record::{Compression, Written};
+use wstac_host::record::{Compression, Written, first_free_file};
 use wstac_host::source::Labels;
 use wstac_host::source::names::{SensorSpec, sensors};
 use wstac_host::source::{Crop, Lag, StreamInfo};
@@ -239,12 +239,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 
 /// Creates the file, beside an older recording that it will replace.
 fn create(arguments: &Arguments, outputs: &Outputs) -> Result<(File, Option<Replacement>), Error> {
-    let new = if arguments.force { Replacement::of(&arguments.output)? } else { None };
-    let Some(new) = new else { return Ok((outputs.create_at_once(&arguments.output)?, None)) };
+    let path = &arguments.output;
+    let old = if arguments.force { lock_existing(path)? } else { None };
+    let Some(old) = old else { return Ok((outputs.create_at_once(path)?, None)) };
     // The old recording stays until the new one is whole.
-    let file = Outputs::new(false).create_at_once(&new.beside)?;
-    let own = file.try_clone().map_err(|error| Error::io(new.beside.display(), error))?;
-    Ok((file, Some(Replacement { own: Some(own), ..new })))
+    let (file, beside) = first_free_file(|number| match number {
+        1 => path.with_added_extension("new"),
+        _ => path.with_added_extension(format!("{number}.new")),
+    })?;
+    let own = file.try_clone().map_err(|error| Error::io(beside.display(), error))?;
+    Ok((file, Some(Replacement { beside, path: path.clone(), old, own })))
 }
 
 /// Returns the stream as it is recorded: whole, a part of it, or its taxel sums.
@@ -276,30 +280,17 @@ struct Replacement {
     path: PathBuf,
     /// The lock of the old recording: nobody else records to it or replaces it meanwhile.
     old: File,
-    /// The new recording, once it is there.
-    own: Option<File>,
+    /// The new recording.
+    own: File,
 }
 
 impl Replacement {
-    /// Returns the name of the new file, if there is an old one that nobody writes. No other file has had the name.
-    fn of(path: &Path) -> Result<Option<Self>, Error> {
-        let Some(old) = lock_existing(path)? else { return Ok(None) };
-        let names = (1..1000_u32).map(|number| match number {
-            1 => path.with_added_extension("new"),
-            _ => path.with_added_extension(format!("{number}.new")),
-        });
-        let beside = names.into_iter().find(|name| name.symlink_metadata().is_err()).ok_or_else(|| {
-            Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 new recordings beside it, expected fewer")
-        })?;
-        Ok(Some(Self { beside, path: path.to_owned(), old, own: None }))
-    }
-
     /// Replaces the old recording if the new one is whole.
     fn finish(self, is_whole: bool, outputs: &Outputs) -> Result<(), Error> {
         let Self { beside, path, old, own } = self;
         if !is_whole {
-            // A recording that was not started has no file, and one that somebody has removed has none any more.
-            if own.is_some_and(|own| has_name(&own, &beside)) {
+            // Somebody may have removed it.
+            if has_name(&own, &beside) {
                 note(format_args!("{} has what was recorded", beside.display()));
             }
             if has_name(&old, &path) {

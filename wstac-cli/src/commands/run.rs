@@ -20,7 +20,7 @@ use super::signals;
 use super::source_arguments::{SourceArguments, open_models};
 use super::values::{at_least, within};
 use wstac_host::error::{Error, ErrorKind as Kind};
-use wstac_host::monitor::pictures::port_of;
+use wstac_host::monitor::port::port_of;
 use wstac_host::plural::counted;
 use wstac_host::source::names::{SensorSpec, sensors};
 
@@ -197,12 +197,6 @@ fn help_flag() -> Arg {
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let sensors = sensors(&arguments.sources)?;
-    if sensors.len() > 1 && sensors.iter().any(|sensor| sensor.name.is_none()) {
-        conflict("several sources need names, expected NAME=SOURCE for each");
-    }
-    if sensors.len() > 1 && arguments.save_raw.is_some() {
-        conflict("--save-raw is for one source");
-    }
     let form = form(arguments)?;
     let table = table(arguments, form);
     if arguments.samples && form != Form::Json {
@@ -225,24 +219,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     let given = open_models(&arguments.models)?;
     let interrupted = signals::flag();
-    let recorded = recorded(arguments, &sensors)?;
-    let parts: Vec<_> =
-        recorded.iter().map(|name| SensorSpec { name: Some(name), source: sensors[0].source }).collect();
-    let is_recorded = !parts.is_empty();
-    let sensors = if is_recorded { parts } else { sensors };
+    let sensors = arguments.options.every_sensor(&sensors)?;
+    if sensors.len() > 1 && arguments.save_raw.is_some() {
+        conflict("--save-raw is for one sensor, expected one source, or --sensor NAME of a recording");
+    }
     let file = arguments.file().map(|path| outputs.create(path)).transpose()?;
     let has_names = sensors.iter().any(|sensor| sensor.name.is_some());
     let is_array = arguments.file().is_some_and(|path| ends(path, "json"));
     let destination = Destination::new(file, (form == Form::Csv).then(|| table.head(has_names)), is_array);
-    let run = Run {
-        arguments,
-        form,
-        table,
-        destination: &destination,
-        given: given.as_deref(),
-        interrupted: &interrupted,
-        is_recorded,
-    };
+    let run =
+        Run { arguments, form, table, destination: &destination, given: given.as_deref(), interrupted: &interrupted };
     let read = match &sensors[..] {
         [only] => run.open(only).and_then(Opened::read),
         _ => run.all(&sensors),
@@ -252,16 +238,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(format_args!("{}: {}", path.display(), counted(records, "record")));
     }
     read
-}
-
-/// Returns the names of a recording's sensors if all of them are to be read; none for other sources.
-fn recorded(arguments: &Arguments, sensors: &[SensorSpec<'_>]) -> Result<Vec<String>, Error> {
-    let [SensorSpec { name: None, source }] = sensors else { return Ok(Vec::new()) };
-    let names = arguments.options.sensors_in(source)?;
-    if !names.is_empty() && arguments.save_raw.is_some() {
-        conflict("--save-raw is for one sensor, expected --sensor NAME");
-    }
-    Ok(names)
 }
 
 /// Returns the form of the records: the one that is given, or that of the file's name, or text.

@@ -176,12 +176,7 @@ Who can see the page:
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let given = sensors(&arguments.sources)?;
-    if given.len() > 1 && given.iter().any(|sensor| sensor.name.is_none()) {
-        let message = "several sources need names, expected NAME=SOURCE for each";
-        super::wrong_arguments(ClapErrorKind::ArgumentConflict, message).exit();
-    }
-    let sensors = arguments.options.every_sensor(&given)?;
+    let sensors = arguments.options.every_sensor(&sensors(&arguments.sources)?)?;
     if sensors.len() > MOST_SENSORS {
         let message = format!("found {} sources, expected at most {MOST_SENSORS}", sensors.len());
         super::wrong_arguments(ClapErrorKind::TooManyValues, message).exit();

@@ -14,6 +14,7 @@ use crate::open;
 use wstac_host::config::{Config, Estimator};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BEST, ModelFile};
+use wstac_host::monitor::port::port_of;
 use wstac_host::source::every_sensor::{NamedSource, every_sensor};
 use wstac_host::source::names::SensorSpec;
 use wstac_host::source::open::{OpenOptions, recorded_sensors};
@@ -93,8 +94,12 @@ impl SourceArguments {
         Ok((source, info))
     }
 
-    /// Adds the option that names a sensor to the error of a recording of several.
+    /// Adds to an error what helps: the commands that read a board, or the option that names one of several sensors.
     fn with_advice(&self, source: &OsStr, error: Error) -> Error {
+        if port_of(source).is_some() {
+            let message = "is a board or its bytes, expected frames: wstac run, view and calibrate read a board";
+            return Error::new(error.kind(), source.display(), message);
+        }
         if error.kind() != ErrorKind::Usage || self.sensor.is_some() {
             return error;
         }
@@ -132,13 +137,13 @@ impl SourceArguments {
         if self.sensor.is_none() { recorded_sensors(source) } else { Ok(Vec::new()) }
     }
 
-    /// Returns the same arguments for a sensor of a recording of several.
-    pub(super) fn of_sensor(&self, sensor: &str) -> Self {
-        Self { sensor: Some(sensor.to_owned()), ..self.clone() }
-    }
-
-    /// Returns the sensors of all sources: of a recording of several, all, unless the options name one.
+    /// Returns the sensors of all sources: of a recording of several, all, unless the options name one. One of several
+    /// sources without a name ends the process.
     pub(super) fn every_sensor(&self, given: &[SensorSpec<'_>]) -> Result<Vec<NamedSource>, Error> {
+        if given.len() > 1 && given.iter().any(|sensor| sensor.name.is_none()) {
+            let message = "several sources need names, expected NAME=SOURCE for each";
+            super::wrong_arguments(clap::error::ErrorKind::ArgumentConflict, message).exit();
+        }
         if self.sensor.is_none() {
             return every_sensor(given);
         }
@@ -152,7 +157,7 @@ impl SourceArguments {
 
     /// Returns the same arguments for one of the sensors that [`every_sensor`](Self::every_sensor) lists.
     pub(super) fn of(&self, sensor: &NamedSource) -> Self {
-        sensor.recorded.as_deref().map_or_else(|| self.clone(), |name| self.of_sensor(name))
+        Self { sensor: sensor.recorded.clone().or_else(|| self.sensor.clone()), ..self.clone() }
     }
 
     pub(super) fn with_format(&self, format: [u8; 4], size: (u32, u32)) -> Self {

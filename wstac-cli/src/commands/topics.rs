@@ -73,20 +73,24 @@ pub(super) fn unknown(name: &str) -> clap::Error {
     super::wrong_arguments(clap::error::ErrorKind::InvalidSubcommand, message)
 }
 
-/// Returns up to four commands and topics whose help has a word: those with an option of this name, then topics, then
-/// those that have it most often.
+/// Returns up to four commands and topics whose help has a word: those with an option of this name, or with the name
+/// itself, then topics, then those that have it most often.
 fn having(word: &str, commands: &Command) -> String {
     let is_it = |other: &str| other.trim_matches('-').eq_ignore_ascii_case(word);
-    let mut found: Vec<_> = commands
-        .get_subcommands()
-        .map(|command| {
-            let help = command.clone().render_long_help().to_string();
-            let words = help.split(|letter: char| !letter.is_alphanumeric() && !"_-".contains(letter));
-            let is_option = command.get_arguments().any(|option| option.get_long().is_some_and(is_it));
-            ((is_option, command.is_hide_set(), words.filter(|other| is_it(other)).count()), command.get_name())
-        })
-        .filter(|((.., count), _)| *count > 0)
-        .collect();
+    let of = |command: &Command, name: String| {
+        let help = command.clone().render_long_help().to_string();
+        let words = help.split(|letter: char| !letter.is_alphanumeric() && !"_-".contains(letter));
+        let is_named =
+            is_it(command.get_name()) || command.get_arguments().any(|option| option.get_long().is_some_and(is_it));
+        ((is_named, command.is_hide_set(), words.filter(|other| is_it(other)).count()), name)
+    };
+    let mut found = Vec::new();
+    for command in commands.get_subcommands() {
+        let name = command.get_name();
+        found.push(of(command, name.to_owned()));
+        found.extend(command.get_subcommands().map(|below| of(below, format!("{name} {}", below.get_name()))));
+    }
+    found.retain(|((.., count), _)| *count > 0);
     found.sort_by_key(|(rank, _)| std::cmp::Reverse(*rank));
     found.into_iter().take(4).map(|(_, name)| name).collect::<Vec<_>>().join(", ")
 }

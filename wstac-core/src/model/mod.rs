@@ -47,7 +47,7 @@ pub struct Classification {
     pub known: Option<bool>,
 }
 
-/// What every model has: the names of its classes, its header, and how sure its answers are.
+/// Labels, header and calibration of a model.
 #[derive(Clone, Copy, Debug)]
 struct ModelParts<'a> {
     labels: Labels<'a>,

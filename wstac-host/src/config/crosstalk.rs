@@ -4,6 +4,7 @@ use wstac_core::params::TAXELS;
 use wstac_core::touch::crosstalk::{Correction, WEIGHT_BITS};
 
 use crate::plural::counted;
+use crate::statistics::solve;
 
 /// Largest fraction of a whisker's light that another taxel may see.
 const MOST: f64 = 0.5;
@@ -61,23 +62,10 @@ fn set_crosstalk(rows: &mut [[f64; 2 * TAXELS]; TAXELS], matrix: &[Vec<f64>]) ->
 }
 
 /// Returns the inverse of a matrix with the unit matrix behind it, in fixed point; `None` if it is too large.
-fn inverse(mut rows: [[f64; 2 * TAXELS]; TAXELS]) -> Option<[[i16; TAXELS]; TAXELS]> {
-    for column in 0..TAXELS {
-        // The largest number of the column, for the least rounding.
-        let pivot = (column..TAXELS).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()))?;
-        rows.swap(column, pivot);
-        let divisor = rows[column][column];
-        let own = rows[column].map(|number| number / divisor);
-        for row in &mut rows {
-            let times = row[column];
-            row.iter_mut().zip(own).for_each(|(number, own)| *number -= times * own);
-        }
-        rows[column] = own;
-    }
+fn inverse(rows: [[f64; 2 * TAXELS]; TAXELS]) -> Option<[[i16; TAXELS]; TAXELS]> {
     let weight = |number: f64| (number * f64::from(1 << WEIGHT_BITS) + 0.5).floor();
     let is_small = |number: &f64| weight(*number).abs() <= f64::from(i16::MAX);
-    let weights = rows.map(|row| core::array::from_fn(|at| row[TAXELS + at]));
-    // A number that is not finite is not small.
+    let weights = solve(rows)?.map(|row| core::array::from_fn(|at| row[TAXELS + at]));
     weights.iter().flatten().all(is_small).then(|| weights.map(|row: [f64; TAXELS]| row.map(|at| weight(at) as i16)))
 }
 

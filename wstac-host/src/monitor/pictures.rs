@@ -5,13 +5,9 @@
 
 use std::collections::VecDeque;
 use std::ffi::OsStr;
-use std::io::Read;
-use std::os::unix::ffi::OsStrExt;
-use std::os::unix::fs::FileTypeExt;
-use std::path::Path;
 use std::time::{Duration, Instant};
 
-use wstac_core::wire::{DecodeError, Decoder, Hello, LONGEST, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
+use wstac_core::wire::{Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
 
 use super::board::fault_in_words;
 use super::port::Got;
@@ -25,40 +21,6 @@ const SILENT: Duration = Duration::from_secs(2);
 const HELLO: Duration = Duration::from_secs(5);
 /// The largest number of bytes of a picture: an end counts no more parts.
 const LARGEST: usize = PICTURE_PART * u16::MAX as usize;
-/// The start of a name that stands for a board's bytes, and not for a recording.
-const PREFIX: &[u8] = b"board:";
-
-/// The bytes at the start of a file among which a board's have a whole message.
-const SEARCHED: u64 = 32 * LONGEST as u64;
-
-/// The starts of the names of serial devices.
-const SERIAL: [&str; 4] = ["/dev/tty", "/dev/serial/", "/dev/pts/", "/dev/rfcomm"];
-
-/// Returns the port that a source's name stands for; `None` if it is no board.
-///
-/// The name is `board:` and a port, `tcp:HOST:PORT`, a serial device, or a file of bytes that a board sent.
-pub fn port_of(name: &OsStr) -> Option<&OsStr> {
-    if let Some(port) = name.as_bytes().strip_prefix(PREFIX) {
-        return Some(OsStr::from_bytes(port));
-    }
-    // Devices often have names such as /dev/serial/by-id/usb-…, which are links. One that is missing has only its name.
-    let path = std::fs::canonicalize(name).unwrap_or_else(|_| name.into());
-    let is_device = std::fs::metadata(&path).map_or(true, |metadata| metadata.file_type().is_char_device());
-    let is_serial = is_device && SERIAL.iter().any(|start| path.to_string_lossy().starts_with(start));
-    (name.as_bytes().starts_with(b"tcp:") || is_serial || has_message(&path)).then_some(name)
-}
-
-/// Returns whether a path is that of a file, and a message of a board is at its start.
-fn has_message(path: &Path) -> bool {
-    let mut start = Vec::new();
-    let mut decoder = Decoder::<LONGEST>::new();
-    // A message of another version is one, too: whoever reads the board reports it.
-    let is_message = |byte| decoder.push::<Message>(byte).is_some_and(|read| read != Err(DecodeError::Damaged));
-    path.is_file()
-        && crate::files::open(path).and_then(|file| file.take(SEARCHED).read_to_end(&mut start)).is_ok()
-        && start.into_iter().any(is_message)
-}
-
 /// A board that is asked for one picture after another.
 #[derive(Debug)]
 pub struct BoardPictures {
@@ -304,20 +266,5 @@ mod tests {
             assembly.part(part);
         }
         assert_eq!(assembly.end(PictureEnd::new(2, end.parts, end.checksum)), None);
-    }
-
-    #[test]
-    fn boards_are_told_from_other_sources() {
-        let sent = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/board.bin");
-        assert_eq!(port_of(OsStr::new(sent)), Some(OsStr::new(sent)));
-        let port = |name: &'static str| port_of(OsStr::new(name)).and_then(OsStr::to_str);
-        assert_eq!(port("board:a.bin"), Some("a.bin"));
-        assert_eq!(port("tcp:localhost:7000"), Some("tcp:localhost:7000"));
-        for name in ["a.y4m", "-", "scene:Saw3@150", "/dev/video0", "/dev/null", "/etc/passwd", "/nowhere"] {
-            assert_eq!(port(name), None, "{name}");
-        }
-        for name in ["/dev/ttyACM99", "/dev/serial/by-id/usb-none"] {
-            assert_eq!(port(name), Some(name));
-        }
     }
 }

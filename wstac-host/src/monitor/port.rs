@@ -8,14 +8,17 @@ use std::fs::{File, OpenOptions};
 use std::io::{self, Read, Write};
 use std::net::{TcpStream, ToSocketAddrs};
 use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{FileTypeExt, OpenOptionsExt};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::termios::{ControlModes, OptionalActions, isatty, tcgetattr, tcsetattr};
+use wstac_core::wire::{DecodeError, Decoder, LONGEST, Message};
 
 use crate::error::{Error, ErrorKind};
+use crate::files::readable;
+use crate::source::open::is_named_for_frames;
 
 /// Bits per second of a serial device by default.
 pub const DEFAULT_BAUD: u32 = 115_200;
@@ -25,6 +28,40 @@ pub const WAIT: Duration = Duration::from_millis(200);
 pub const SILENT: u32 = 15;
 /// Longest wait for a TCP connection.
 const CONNECT: Duration = Duration::from_secs(5);
+/// The start of a name that stands for a board's bytes, and not for a recording.
+const PREFIX: &[u8] = b"board:";
+/// The bytes at the start of a file among which a board's have a whole message.
+const SEARCHED: u64 = 32 * LONGEST as u64;
+/// The starts of the names of serial devices.
+const SERIAL: [&str; 4] = ["/dev/tty", "/dev/serial/", "/dev/pts/", "/dev/rfcomm"];
+
+/// Returns the port that a source's name stands for; `None` if it is no board.
+///
+/// The name is `board:` and a port, `tcp:HOST:PORT`, a serial device, or a file of bytes that a board sent.
+pub fn port_of(name: &OsStr) -> Option<&OsStr> {
+    if let Some(port) = name.as_bytes().strip_prefix(PREFIX) {
+        return Some(OsStr::from_bytes(port));
+    }
+    // Devices often have names such as /dev/serial/by-id/usb-…, which are links. One that is missing has only its name.
+    let path = std::fs::canonicalize(name).unwrap_or_else(|_| name.into());
+    let is_board = match std::fs::metadata(&path).map(|metadata| metadata.file_type()) {
+        _ if name.as_bytes().starts_with(b"tcp:") => true,
+        Ok(kind) if kind.is_file() => !is_named_for_frames(Path::new(name)) && has_message(&path),
+        Ok(kind) if !kind.is_char_device() => false,
+        _ => SERIAL.iter().any(|start| path.to_string_lossy().starts_with(start)),
+    };
+    is_board.then_some(name)
+}
+
+/// Returns whether a message of a board is at the start of a file.
+fn has_message(path: &Path) -> bool {
+    let mut start = Vec::new();
+    let mut decoder = Decoder::<LONGEST>::new();
+    // A message of another version is one, too: whoever reads the board reports it.
+    let is_message = |byte| decoder.push::<Message>(byte).is_some_and(|read| read != Err(DecodeError::Damaged));
+    crate::files::open(path).and_then(|file| file.take(SEARCHED).read_to_end(&mut start)).is_ok()
+        && start.into_iter().any(is_message)
+}
 
 /// An open port, or one that is waited for.
 #[derive(Debug)]
@@ -125,7 +162,8 @@ impl Port {
     pub fn read(&mut self, room: &mut [u8]) -> Result<Got, Error> {
         self.send_rest();
         let Some(file) = &mut self.file else { return Ok(self.reopen()) };
-        let read = wait(file).and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) });
+        let read = readable(file, WAIT.as_millis() as libc::c_int)
+            .and_then(|ready| if ready { file.read(room).map(Some) } else { Ok(None) });
         match read {
             Ok(Some(0)) if self.baud.is_none() => Ok(Got::Ended),
             Ok(Some(0)) => Ok(self.gone()),
@@ -204,12 +242,6 @@ impl Port {
     }
 }
 
-/// Waits at most [`WAIT`], and returns whether a read would return at once. At the end it would, too.
-fn wait(file: &File) -> io::Result<bool> {
-    let longest = Timespec { tv_sec: 0, tv_nsec: WAIT.subsec_nanos().into() };
-    Ok(poll(&mut [PollFd::new(file, PollFlags::IN)], Some(&longest))? > 0)
-}
-
 /// Returns whether an address is `HOST:PORT`. The host may be an IPv6 address in brackets.
 fn has_port(address: &str) -> bool {
     address.rsplit_once(':').is_some_and(|(host, port)| {
@@ -261,6 +293,28 @@ mod tests {
         // These are addresses, whether a board listens there or not.
         for address in ["127.0.0.1:7000", "localhost:7000", "[::1]:7000"] {
             assert!(has_port(address), "{address}");
+        }
+    }
+
+    #[test]
+    fn boards_are_told_from_other_sources() {
+        let sent = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/board.bin");
+        assert_eq!(port_of(OsStr::new(sent)), Some(OsStr::new(sent)));
+        let port = |name: &'static str| port_of(OsStr::new(name)).and_then(OsStr::to_str);
+        assert_eq!(port("board:a.bin"), Some("a.bin"));
+        assert_eq!(port("tcp:localhost:7000"), Some("tcp:localhost:7000"));
+        for name in ["a.y4m", "-", "scene:Saw3@150", "/dev/video0", "/dev/null", "/etc/passwd", "/nowhere"] {
+            assert_eq!(port(name), None, "{name}");
+        }
+        for name in ["/dev/ttyACM99", "/dev/serial/by-id/usb-none"] {
+            assert_eq!(port(name), Some(name));
+        }
+        // A name of frames says what a file is, and its content is not looked at.
+        let folder = tempfile::tempdir().unwrap();
+        for (name, is_board) in [("a.y4m", false), ("a.MCAP", false), ("a.mp4", false), ("a.bin", true), ("a", true)] {
+            let path = folder.path().join(name);
+            std::fs::copy(sent, &path).unwrap();
+            assert_eq!(port_of(path.as_os_str()).is_some(), is_board, "{name}");
         }
     }
 }

@@ -13,7 +13,7 @@
 
 mod processor;
 mod stream_config;
-pub mod sums;
+mod sums;
 
 use std::collections::VecDeque;
 use std::convert::Infallible;

@@ -5,7 +5,7 @@ use wstac_core::rate::FrameRate;
 
 /// The taxel sums of the feature frame under way.
 #[derive(Clone, Debug)]
-pub struct FrameSums {
+pub(super) struct FrameSums {
     /// Camera frames of a feature frame.
     whole: u64,
     /// Camera frames of it that have arrived.
@@ -15,12 +15,12 @@ pub struct FrameSums {
 
 impl FrameSums {
     /// Creates the sums of cameras of this rate.
-    pub fn new(rate: FrameRate) -> Self {
+    pub(super) fn new(rate: FrameRate) -> Self {
         Self { whole: rate.frames_added().into(), present: 0, sums: [0; TAXELS] }
     }
 
     /// Adds the taxel sums of a camera frame.
-    pub fn add(&mut self, sums: &[u32; TAXELS]) {
+    pub(super) fn add(&mut self, sums: &[u32; TAXELS]) {
         self.present += 1;
         self.sums.iter_mut().zip(sums).for_each(|(all, sum)| *all = all.saturating_add(*sum));
     }
@@ -33,7 +33,7 @@ impl FrameSums {
     /// Ends the feature frame under way and returns its sums; `None` if no camera frame of it has arrived.
     ///
     /// As in features, the mean of the camera frames that arrived stands for each that did not.
-    pub fn complete(&mut self) -> Option<[u32; TAXELS]> {
+    pub(super) fn complete(&mut self) -> Option<[u32; TAXELS]> {
         let (sums, present) = (self.sums, self.present);
         self.restart();
         let whole = |sum: u32| (2 * u64::from(sum) * self.whole + present) / (2 * present);

@@ -191,7 +191,7 @@ fn open_file(name: &OsStr, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> 
     if kind.is_file() && (is_named_mcap(path) || has_magic(MCAP_MAGIC)?) {
         return open_recording(path, options);
     }
-    let is_y4m = kind.is_fifo() || path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("y4m"));
+    let is_y4m = kind.is_fifo() || ends(path, "y4m");
     if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
         return Ok(Box::new(Y4m::open(path, options.fps)?));
     }
@@ -267,7 +267,17 @@ fn is_recording(name: &OsStr) -> bool {
 }
 
 fn is_named_mcap(path: &Path) -> bool {
-    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mcap"))
+    ends(path, "mcap")
+}
+
+/// Returns whether a name ends as those of files of frames do.
+#[cfg(feature = "board")]
+pub(crate) fn is_named_for_frames(path: &Path) -> bool {
+    is_named_mcap(path) || ends(path, "y4m") || video::is_video(path)
+}
+
+fn ends(path: &Path, with: &str) -> bool {
+    path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case(with))
 }
 
 /// Refuses options that a file does not have.

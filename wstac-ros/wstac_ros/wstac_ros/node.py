@@ -25,6 +25,7 @@ from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from std_srvs.srv import Trigger
+from wstac import _wstac
 from wstac_msgs.srv import LoadFile, StartRecording
 
 from .sensor import Sensor
@@ -42,8 +43,6 @@ OPTIONS: dict[str, tuple[Any, str]] = {
     "recorded": ("", "name of the sensor in a recording of several"),
     "baud": (0, "bits per second of a board's serial line"),
 }
-# Where the ports of boards are, besides tcp:HOST:PORT and board:PORT.
-SERIAL = ("/dev/tty", "/dev/serial/", "/dev/pts/", "/dev/rfcomm")
 TOML = re.compile(r".*: (TOML line \d+, column \d+): ")
 IS_FOLDER = "files: is empty, expected the folder that services may read and write"
 
@@ -81,8 +80,7 @@ class SensorsNode(Node):
         options = self._options(name)
         # With a folder, all frames of a camera can be recorded; else the newest one is worth more than those before it.
         # A board has no such choice.
-        is_board = source.startswith(("tcp:", "board:")) or os.path.realpath(source).startswith(SERIAL)
-        every = self._folder is not None and not is_board
+        every = self._folder is not None and not _wstac.is_board(source)
         stream = wstac.open(source, every=every, motion=True, at_once=True, paced=True, **options)
         self.get_logger().info(f"{name}: {stream.about}")
         for note in stream.notes:

@@ -4,6 +4,8 @@
 //! middle, with q = (a x + b y + c, d x + e y + f) / (g x + h y + 1). Levenberg's and Marquardt's method finds the
 //! least squares of these nine numbers.
 
+use wstac_host::statistics::solve;
+
 const NUMBERS: usize = 9;
 /// Largest number of iterations; ten are usual.
 const STEPS: usize = 60;
@@ -97,45 +99,14 @@ impl Fit {
         for (n, row) in normal.iter_mut().enumerate() {
             row[n] += damping * row[n].max(1e-9);
         }
-        let step = solved(normal);
+        let step = solve(normal).map_or([0.0; NUMBERS], |rows| rows.map(|row| row[NUMBERS]));
         Self(core::array::from_fn(|n| self.0[n] + step[n]))
     }
-}
-
-/// Solves linear equations by elimination with the largest pivots.
-///
-/// Each equation holds its coefficients, then its right side.
-fn solved(mut equations: [[f64; NUMBERS + 1]; NUMBERS]) -> [f64; NUMBERS] {
-    for n in 0..NUMBERS {
-        let pivot = (n..NUMBERS).max_by(|&a, &b| equations[a][n].abs().total_cmp(&equations[b][n].abs()));
-        equations.swap(n, pivot.unwrap_or(n));
-        let row = equations[n];
-        for (m, other) in equations.iter_mut().enumerate() {
-            if m != n && row[n] != 0.0 {
-                let factor = other[n] / row[n];
-                other.iter_mut().zip(row).for_each(|(entry, of_row)| *entry -= factor * of_row);
-            }
-        }
-    }
-    core::array::from_fn(|n| if equations[n][n] == 0.0 { 0.0 } else { equations[n][NUMBERS] / equations[n][n] })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn equations_are_solved() {
-        let equations: [[f64; NUMBERS + 1]; NUMBERS] = core::array::from_fn(|n| {
-            let mut row: [f64; NUMBERS + 1] =
-                core::array::from_fn(|m| ((n * 7 + m * 3) % 11) as f64 + if n == m { 20.0 } else { 0.0 });
-            row[NUMBERS] = row[..NUMBERS].iter().enumerate().map(|(m, entry)| entry * (m as f64 - 4.0)).sum();
-            row
-        });
-        for (m, number) in solved(equations).iter().enumerate() {
-            assert!((number - (m as f64 - 4.0)).abs() < 1e-9, "{m}: {number}");
-        }
-    }
 
     #[test]
     fn a_lattice_is_found_again_and_a_missing_point_with_it() {

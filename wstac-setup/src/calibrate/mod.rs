@@ -24,6 +24,8 @@ use wstac_core::params::{COLUMNS, TAXELS};
 
 use wstac_host::source::RowOrder;
 
+use crate::doctor::still;
+
 use self::cells::Cells;
 use self::lattice::{Lattice, lattice};
 pub use self::noise::Noise;
@@ -224,15 +226,9 @@ impl Watch {
                 let (x, y) = (usize::from(x), usize::from(y));
                 Some(f64::from(seen.most.at(x, y)? - seen.dark.at(x, y)?))
             });
-            let (sum, count) = lights.fold((0.0, 0_u32), |(sum, count), light| (sum + light, count + 1));
-            sum / f64::from(count.max(1))
+            still::mean(lights)
         };
-        let taxels = layout.corners().map(mean);
-        let lines = (0..COLUMNS).flat_map(|k| {
-            let row: f64 = taxels.iter().skip(k * COLUMNS).take(COLUMNS).sum();
-            [row, taxels.iter().skip(k).step_by(COLUMNS).sum()]
-        });
-        lines.fold(0.0, f64::max)
+        still::lines(&layout.corners().map(mean)).into_iter().fold(0.0, f64::max)
     }
 }
 

@@ -5,6 +5,7 @@
 //! The readout delays the rows of the picture in both alike.
 
 use wstac_core::params::TAXELS;
+use wstac_host::statistics::solve;
 
 use super::watch::UNTOUCHED;
 
@@ -251,23 +252,14 @@ fn fit(shape: &[[f64; 4]], times: &[f64]) -> Option<(f64, [f64; 4])> {
         }
     }
     system[2][5] = 1.0;
-    for pivot in 0..4 {
-        let chosen = system[pivot];
-        if chosen[pivot].abs() < 1e-9 {
-            return None;
-        }
-        for (_, equation) in system.iter_mut().enumerate().filter(|(number, _)| *number != pivot) {
-            let factor = equation[pivot] / chosen[pivot];
-            equation.iter_mut().zip(chosen).for_each(|(value, other)| *value -= factor * other);
-        }
-    }
-    let solution: [f64; 4] = core::array::from_fn(|k| system[k][4] / system[k][k]);
+    let solved = solve(system)?;
+    let solution = solved.map(|row| row[4]);
     let squares: f64 = shape
         .iter()
         .zip(times)
         .map(|(row, time)| (time - row.iter().zip(solution).map(|(factor, value)| factor * value).sum::<f64>()).powi(2))
         .sum();
-    Some((squares / (shape.len() as f64 - 4.0) * system[2][5] / system[2][2], solution))
+    Some((squares / (shape.len() as f64 - 4.0) * solved[2][5], solution))
 }
 
 #[cfg(test)]

@@ -53,6 +53,8 @@ pub struct Measured {
     pub frames_added: u32,
     /// Smallest step of a block's mean in gray levels, if the pictures are JPEG and state it.
     pub dc_step: Option<f64>,
+    /// The bytes of the last frame; empty if there are none.
+    pub last: Vec<u8>,
 }
 
 impl Measured {
@@ -166,6 +168,8 @@ impl Measurement {
                 if let Some(grid) = &mut self.grid {
                     grid.push(bytes, self.follows);
                 }
+                self.measured.last.clear();
+                self.measured.last.extend_from_slice(bytes);
                 if self.measured.dc_step.is_none() {
                     self.measured.dc_step = encoded.and_then(super::mjpeg::dc_step);
                 }

@@ -92,7 +92,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let quality = found.held_out;
     let known = quality.known.map_or_else(
         || "does not tell what is unknown".to_owned(),
-        |known| format!("{:.1} % of them are known in {}", 100.0 * known, counted(found.dimensions, "dimension")),
+        |known| {
+            let limits = if found.has_own_limits {
+                "with a limit of each class".to_owned()
+            } else {
+                let rejected = arguments.rejected.unwrap_or(Settings::default().rejected);
+                format!("with one limit of all classes, as {rejected} of a class's right answers is less than a sample")
+            };
+            format!("{:.1} % of them are known in {}, {limits}", 100.0 * known, counted(found.dimensions, "dimension"))
+        },
     );
     note(format_args!(
         "{}: {} bytes; {} held out: {:.1} % right, confidence off by {:.4} on average; {known}",

@@ -23,13 +23,12 @@ use wstac_core::reason::Reason;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::line::BoardLine;
-use wstac_host::monitor::pictures::port_of;
-use wstac_host::monitor::port::Port;
+use wstac_host::monitor::port::{Port, port_of};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
-use wstac_host::source::names::SensorSpec;
+use wstac_host::source::every_sensor::NamedSource;
 use wstac_host::source::{FaultKind, FramePolicy, Lag, SourceEvent};
 use wstac_host::texture::{NoTexture, Textures};
 
@@ -45,8 +44,6 @@ pub(super) struct Run<'a> {
     pub(super) given: Option<&'a [ModelFile]>,
     /// Requests the end.
     pub(super) interrupted: &'a AtomicBool,
-    /// Whether the sensors are those of one recording, which their names choose.
-    pub(super) is_recorded: bool,
 }
 
 /// A sensor that is ready for reading.
@@ -61,16 +58,16 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// Returns an error if the source, the configuration or a model cannot be used.
-    pub(super) fn open(self, sensor: &SensorSpec<'_>) -> Result<Opened<'a>, Stop> {
-        match port_of(sensor.source) {
+    pub(super) fn open(self, sensor: &NamedSource) -> Result<Opened<'a>, Stop> {
+        match port_of(&sensor.source) {
             Some(port) => self.open_board(sensor, port).map(|board| Opened::Board(Box::new(board))),
             None => self.open_frames(sensor).map(|frames| Opened::Frames(Box::new(frames))),
         }
     }
 
-    fn records(self, sensor: &SensorSpec<'_>) -> Records<'a> {
+    fn records(self, sensor: &NamedSource) -> Records<'a> {
         let records = Records::to(self.destination, self.form, self.table);
-        records.of_sensor(sensor.name).quiet(self.arguments.quiet)
+        records.of_sensor(sensor.name.as_deref()).quiet(self.arguments.quiet)
     }
 
     fn ending(self) -> Ending {
@@ -82,7 +79,7 @@ impl<'a> Run<'a> {
         OutputOptions { features, samples, motion, ..OutputOptions::default() }
     }
 
-    fn open_board(self, sensor: &SensorSpec<'_>, port: &OsStr) -> Result<OpenBoard<'a>, Stop> {
+    fn open_board(self, sensor: &NamedSource, port: &OsStr) -> Result<OpenBoard<'a>, Stop> {
         let Self { arguments, interrupted, .. } = self;
         let Arguments { frames, since, until, save_raw, baseline_at, .. } = arguments;
         let has_times = since.is_some() || until.is_some() || baseline_at.is_some();
@@ -92,31 +89,30 @@ impl<'a> Run<'a> {
             return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message).into());
         }
         let has_files = arguments.config.is_some() || !arguments.models.is_empty();
-        arguments.options.expect_no_frames(sensor.source, has_files)?;
+        arguments.options.expect_no_frames(&sensor.source, has_files)?;
         let line = BoardLine::new(Port::open(port, arguments.baud)?, self.wanted());
         finishing(self.ending());
         Ok(OpenBoard { line, records: self.records(sensor), has_status: arguments.status, interrupted })
     }
 
-    fn open_frames(self, sensor: &SensorSpec<'_>) -> Result<Reading<'a>, Stop> {
-        let Self { arguments, given, interrupted, is_recorded, .. } = self;
+    fn open_frames(self, sensor: &NamedSource) -> Result<Reading<'a>, Stop> {
+        let Self { arguments, given, interrupted, .. } = self;
         let records = self.records(sensor);
-        if arguments.baseline_at.is_some() && !can_be_read_again(sensor.source) {
+        if arguments.baseline_at.is_some() && !can_be_read_again(&sensor.source) {
             let message = "can be read only once, expected a file, a folder or a scene with --baseline-at";
             return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message).into());
         }
         let delivery = if arguments.save_raw.is_some() { FramePolicy::Every } else { FramePolicy::Newest };
-        let of_recording = sensor.name.filter(|_| is_recorded).map(|name| arguments.options.of_sensor(name));
-        let options = of_recording.as_ref().unwrap_or(&arguments.options);
-        let (source, info, config) = options.open_configured(sensor.source, delivery, arguments.config.as_deref())?;
-        let files = models_of(given, sensor.source, &info, &config)?;
+        let options = arguments.options.of(sensor);
+        let (source, info, config) = options.open_configured(&sensor.source, delivery, arguments.config.as_deref())?;
+        let files = models_of(given, &sensor.source, &info, &config)?;
         let mut session = Session::builder(Limited::new(source, arguments.frames))
             .info(info.clone())
             .config(config.clone())
             .outputs(self.wanted())
             .textures(Textures::new(&files)?);
         if let Some(seconds) = arguments.baseline_at {
-            session = session.baseline_from(options.open(sensor.source, delivery)?.0, seconds);
+            session = session.baseline_from(options.open(&sensor.source, delivery)?.0, seconds);
         }
         let session = session.build()?;
         // Only after opening and reading a baseline, which a signal ends at once, and before the first output.
@@ -150,8 +146,8 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// Returns the number of sensors that failed. Each reports its own reason as soon as it fails.
-    pub(super) fn all(self, sensors: &[SensorSpec<'_>]) -> Result<(), Stop> {
-        let is_at_rest = self.is_recorded || sensors.iter().all(|sensor| can_be_read_again(sensor.source));
+    pub(super) fn all(self, sensors: &[NamedSource]) -> Result<(), Stop> {
+        let is_at_rest = sensors.iter().all(|sensor| can_be_read_again(&sensor.source));
         let failures = if is_at_rest { self.in_order(sensors) } else { self.at_once(sensors) };
         if failures == 0 {
             return Ok(());
@@ -161,7 +157,7 @@ impl<'a> Run<'a> {
 
     /// Reads the sensors of files frame by frame in the order of the frames' times, so that the records of every run
     /// have the same order. Returns how many failed.
-    fn in_order(self, sensors: &[SensorSpec<'_>]) -> usize {
+    fn in_order(self, sensors: &[NamedSource]) -> usize {
         let opened: Vec<_> = sensors.iter().map(|sensor| (sensor, self.open_frames(sensor))).collect();
         if opened.iter().any(|(_, open)| open.is_err()) {
             let failed = opened.into_iter().filter(|(sensor, open)| !self.has_read(sensor, open.as_ref().map(drop)));
@@ -181,11 +177,11 @@ impl<'a> Run<'a> {
     }
 
     /// Returns whether a sensor was read to its end, or reports why not.
-    fn has_read(self, sensor: &SensorSpec<'_>, result: Result<(), &Stop>) -> bool {
+    fn has_read(self, sensor: &NamedSource, result: Result<(), &Stop>) -> bool {
         match result {
             Ok(()) => true,
             Err(Stop::Failed(error)) => {
-                let name = sensor.name.map_or_else(|| sensor.source.to_string_lossy(), Into::into);
+                let name = sensor.name.as_ref().map_or_else(|| sensor.source.to_string_lossy(), Into::into);
                 note(format_args!("{name}: {error}"));
                 false
             }
@@ -198,9 +194,9 @@ impl<'a> Run<'a> {
     }
 
     /// Reads all sensors at once, each in its own thread. Returns how many failed.
-    fn at_once(self, sensors: &[SensorSpec<'_>]) -> usize {
+    fn at_once(self, sensors: &[NamedSource]) -> usize {
         let (opened, failed) = (Barrier::new(sensors.len()), AtomicBool::new(false));
-        let result_of = |sensor: &SensorSpec<'_>| {
+        let result_of = |sensor: &NamedSource| {
             let open = self.open(sensor);
             if open.is_err() {
                 failed.store(true, Ordering::Relaxed);
@@ -213,7 +209,7 @@ impl<'a> Run<'a> {
                 Err(stop) => Err(stop),
             }
         };
-        let succeeded = |sensor: &SensorSpec<'_>| self.has_read(sensor, result_of(sensor).as_ref().copied());
+        let succeeded = |sensor: &NamedSource| self.has_read(sensor, result_of(sensor).as_ref().copied());
         thread::scope(|scope| {
             let threads: Vec<_> = sensors.iter().map(|sensor| scope.spawn(|| succeeded(sensor))).collect();
             threads.into_iter().map(|thread| thread.join().unwrap_or(false)).filter(|succeeded| !succeeded).count()

@@ -81,14 +81,15 @@ fn reals(sample: &[i16], inputs: usize) -> impl Iterator<Item = f64> {
 
 /// Returns the mean of every label's samples, and their number; zeros for a label without samples.
 pub(super) fn means<S: Iterator<Item = f64>>(
-    samples: impl Iterator<Item = (S, u16)>,
+    samples: impl Iterator<Item = (S, impl Into<usize>)>,
     labels: usize,
     inputs: usize,
 ) -> (Vec<Vec<f64>>, Vec<usize>) {
     let (mut means, mut counts) = (vec![vec![0.0; inputs]; labels], vec![0_usize; labels]);
     for (sample, label) in samples {
-        counts[usize::from(label)] += 1;
-        sample.zip(&mut means[usize::from(label)]).for_each(|(x, mean)| *mean += x);
+        let label: usize = label.into();
+        counts[label] += 1;
+        sample.zip(&mut means[label]).for_each(|(x, mean)| *mean += x);
     }
     for (mean, &count) in means.iter_mut().zip(&counts) {
         for value in mean {

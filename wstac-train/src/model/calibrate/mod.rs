@@ -48,7 +48,7 @@ impl LabeledSamples {
     /// # Errors
     /// The data set cannot be read, or has no labels.
     pub fn read(model: &Model, path: &Path) -> Result<Self, Error> {
-        Ok(Self::read_where(model, path, |_| true)?.0)
+        Self::read_where(model, path, |_| true)
     }
 
     /// Reads samples that tell how textures differ on one sensor, as [`LabeledSamples::read`] does.
@@ -59,13 +59,16 @@ impl LabeledSamples {
     /// # Errors
     /// The data set cannot be read, or has no labels.
     pub fn read_for_one_sensor(model: &Model, path: &Path) -> Result<Self, Error> {
-        let (mut samples, rows) = Self::read_where(model, path, |_| true)?;
-        if let Some(mut sensors) = eval::beside(path, "sensor", eval::array_of(model.input()))? {
-            let mut rows = rows.iter();
-            sensors.retain(|_| rows.next() == Some(&true));
-            let names: BTreeSet<&String> = sensors.iter().collect();
+        let mut rows = Vec::new();
+        let mut samples = Self::read_where(model, path, |row| {
+            rows.push(row);
+            true
+        })?;
+        if let Some(sensors) = eval::beside(path, "sensor", eval::array_of(model.input()))? {
+            let sensors = rows.into_iter().filter_map(|row| sensors.get(row));
+            let names: BTreeSet<&String> = sensors.clone().collect();
             let numbers: BTreeMap<&String, usize> = names.into_iter().zip(0..).collect();
-            let sensors: Vec<usize> = sensors.iter().filter_map(|sensor| numbers.get(sensor).copied()).collect();
+            let sensors: Vec<usize> = sensors.filter_map(|sensor| numbers.get(sensor).copied()).collect();
             sensors::remove(&mut samples, &sensors);
         }
         Ok(samples)
@@ -83,11 +86,11 @@ impl LabeledSamples {
             Error::new(ErrorKind::Data, path.display(), message)
         })?;
         let of = |side: &str| Self::read_where(model, path, |row| split.get(row).is_some_and(|found| found == side));
-        Ok([of("train")?.0, of("test")?.0])
+        Ok([of("train")?, of("test")?])
     }
 
-    /// Reads the samples of some rows, and returns which rows of the data set they are.
-    fn read_where(model: &Model, path: &Path, is_wanted: impl Fn(usize) -> bool) -> Result<(Self, Vec<bool>), Error> {
+    /// Reads the samples of those rows that hold one and are wanted.
+    fn read_where(model: &Model, path: &Path, mut is_wanted: impl FnMut(usize) -> bool) -> Result<Self, Error> {
         let (mut numbers, truth) = eval::labeled(model, path)?;
         let Some(truth) = truth else {
             let message = "has no labels, expected the array y, y_specimen, y_pattern or y_depth";
@@ -96,11 +99,11 @@ impl LabeledSamples {
         let eval::Truth { labels: names, numbers: mut labels, .. } = truth;
         // No second list of them: they may take most of the memory.
         let rows: Vec<bool> =
-            numbers.iter().enumerate().map(|(row, numbers)| is_wanted(row) && eval::is_sample(numbers)).collect();
+            numbers.iter().enumerate().map(|(row, numbers)| eval::is_sample(numbers) && is_wanted(row)).collect();
         let (mut of_labels, mut of_numbers) = (rows.iter(), rows.iter());
         labels.retain(|_| of_labels.next() == Some(&true));
         numbers.retain(|_| of_numbers.next() == Some(&true));
-        Ok((Self { numbers, labels, names }, rows))
+        Ok(Self { numbers, labels, names })
     }
 
     /// Returns the samples of recordings that a model of this input takes, with their specimens.
@@ -179,6 +182,9 @@ pub struct Calibrated {
     pub(crate) part: Vec<u16>,
     /// The dimensions of its projection; 0 without one.
     pub dimensions: usize,
+    /// Whether each class has a limit of its own of what is known. Classes have one in common where one of them has
+    /// too few held-out samples with a right answer: [`Settings::rejected`] of them must be a sample or more.
+    pub has_own_limits: bool,
     /// Its answers about the samples that were held out.
     pub held_out: Quality,
 }
@@ -285,7 +291,7 @@ pub fn calibrate_with(
     }
     let factor = scored.factor()?;
     let Some(projection) = projection else {
-        return finished(&plain, part(factor, None), 0, &held_out);
+        return finished(&plain, part(factor, None), 0, false, &held_out);
     };
     let known = trained.numbers.iter().zip(&trained.labels).filter(|(_, label)| usize::from(**label) < classes);
     let places = known.map(|(numbers, &label)| (projection.place(numbers).into_iter(), label));
@@ -320,15 +326,21 @@ pub fn calibrate_with(
     };
     let dimensions = projection.biases.len();
     let known = KnownRegion { projection, means: &means, limits };
-    finished(&plain, part(factor, Some(&known)), dimensions, &held_out)
+    finished(&plain, part(factor, Some(&known)), dimensions, are_enough, &held_out)
 }
 
 /// Returns a file with this calibration, and its quality.
-fn finished(plain: &[u32], part: Vec<u16>, dimensions: usize, held_out: &LabeledSamples) -> Result<Calibrated, String> {
+fn finished(
+    plain: &[u32],
+    part: Vec<u16>,
+    dimensions: usize,
+    has_own_limits: bool,
+    held_out: &LabeledSamples,
+) -> Result<Calibrated, String> {
     let words = with_part(plain, &part)?;
     let model = Model::from_words(&words).map_err(|error| error.to_string())?;
     let held_out = Quality::of(&model, held_out);
-    Ok(Calibrated { words, part, dimensions, held_out })
+    Ok(Calibrated { words, part, dimensions, has_own_limits, held_out })
 }
 
 /// Returns the projection of a model file.

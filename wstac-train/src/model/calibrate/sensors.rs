@@ -1,6 +1,6 @@
 //! What a sensor adds to the samples of all textures.
 
-use super::LabeledSamples;
+use super::{LabeledSamples, lda};
 
 /// Estimates of textures and sensors by turns. They differ little after the second.
 const TURNS: usize = 3;
@@ -15,14 +15,19 @@ pub(super) fn remove(samples: &mut LabeledSamples, sensors: &[usize]) {
     let LabeledSamples { numbers, labels, .. } = samples;
     let labels: Vec<usize> = labels.iter().map(|&label| label.into()).collect();
     let inputs = numbers.first().map_or(0, Vec::len);
-    let mut added = vec![vec![0.0; inputs]; sensors.iter().max().map_or(0, |most| most + 1)];
+    let number = |groups: &[usize]| groups.iter().max().map_or(0, |most| most + 1);
+    // The mean of each group's samples, less those of other groups.
+    let means = |groups: &[usize], less: &[Vec<f64>], others: &[usize]| {
+        let samples = numbers.iter().zip(others).map(|(sample, &other)| {
+            let less = &less[other];
+            sample.iter().zip(less).map(|(&x, less)| f64::from(x) - less)
+        });
+        lda::means(samples.zip(groups.iter().copied()), number(groups), inputs)
+    };
+    let (mut added, mut counts) = (vec![vec![0.0; inputs]; number(sensors)], Vec::new());
     for _ in 0..TURNS {
-        let textures = means(numbers, &labels, &added, sensors);
-        added = means(numbers, sensors, &textures, &labels);
-    }
-    let mut counts = vec![0_usize; added.len()];
-    for &sensor in sensors {
-        counts[sensor] += 1;
+        let (textures, _) = means(&labels, &added, sensors);
+        (added, counts) = means(sensors, &textures, &labels);
     }
     for (sample, &sensor) in numbers.iter_mut().zip(sensors).filter(|(_, sensor)| counts[**sensor] >= FEWEST_SLIDES) {
         for (x, added) in sample.iter_mut().zip(&added[sensor]) {
@@ -30,21 +35,6 @@ pub(super) fn remove(samples: &mut LabeledSamples, sensors: &[usize]) {
             *x = (f64::from(*x) - added).round() as i16;
         }
     }
-}
-
-/// Returns the mean of each group's samples, less those of other groups.
-fn means(numbers: &[Vec<i16>], groups: &[usize], less: &[Vec<f64>], others: &[usize]) -> Vec<Vec<f64>> {
-    let inputs = numbers.first().map_or(0, Vec::len);
-    let mut sums = vec![(vec![0.0; inputs], 0_usize); groups.iter().max().map_or(0, |most| most + 1)];
-    for ((sample, &group), &other) in numbers.iter().zip(groups).zip(others) {
-        let (sum, count) = &mut sums[group];
-        *count += 1;
-        for ((sum, &x), less) in sum.iter_mut().zip(sample).zip(&less[other]) {
-            *sum += f64::from(x) - less;
-        }
-    }
-    let mean = |(sum, count): (Vec<f64>, usize)| sum.into_iter().map(|sum| sum / count.max(1) as f64).collect();
-    sums.into_iter().map(mean).collect()
 }
 
 #[cfg(test)]
