@@ -125,7 +125,6 @@ def main():
     taken(says(copy, script, M4F, *u575, WSTAC_MHZ="24"))
     refused(says(copy, script, M4F, *u575, WSTAC_MHZ="48"), 'WSTAC_MHZ is "48", expected the MHz of the core, 72 or 24')
     refused(says(copy, script, M4F, *u575, "usb"), "the feature usb")
-    refused(says(copy, script, M4F, "h747", "stm32", "node", "usb"), "the feature usb")
     refused(says(copy, script, M4F, "emulated", WSTAC_REST="60"), "WSTAC_REST needs an HM01B0")
     refused(says(copy, script, M0, *pico, WSTAC_REST="4"), 'WSTAC_REST is "4", expected whole seconds without light, 5 to 3600')
     refused(says(copy, script, M0, *pico, WSTAC_REST="0"), 'WSTAC_REST is "0", expected whole seconds without light, 5 to 3600')

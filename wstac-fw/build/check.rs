@@ -33,8 +33,8 @@ pub fn target() -> Result<(), String> {
         }
         [] if has("rp") => Err("the feature rp is no chip (expected rp2040 or rp2350, which turn it on)".to_owned()),
         [] => Ok(()),
-        [(chip @ ("h747" | "u575"), ..)] if has("usb") => {
-            Err(format!("the feature usb is not for {chip}; help: --no-default-features leaves it out"))
+        [("u575", ..)] if has("usb") => {
+            Err("the feature usb is not for an STM32U575; help: --no-default-features leaves it out".to_owned())
         }
         [(_, begins, _)] if target.starts_with(begins) => Ok(()),
         [(feature, _, expected)] => Err(format!(

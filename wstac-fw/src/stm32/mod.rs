@@ -144,7 +144,7 @@ pub struct SensorClock(());
 impl SensorClock {
     /// Puts the chip's clock of 24 MHz out at PA8.
     pub fn output(output: Peri<'static, ClockOutput>, pin: Peri<'static, peripherals::PA8>) -> Self {
-        core::mem::forget(Mco::new(output, pin, SENSOR_CLOCK, McoConfig::default()));
+        let _ = Mco::new(output, pin, SENSOR_CLOCK, McoConfig::default());
         Self(())
     }
 }

@@ -1,4 +1,4 @@
-//! The line of a board with an STM32H743 and USB, and OpenMV's boot loader.
+//! The line of a board with USB, and OpenMV's boot loader.
 
 use embassy_executor::Spawner;
 use embassy_stm32::usart::{RxPin, TxPin};
@@ -8,6 +8,7 @@ use wstac_core::wire::Bootloader;
 use crate::link::EnterBootloader;
 use crate::restart::restart;
 use crate::serial::Serial;
+use crate::stm32::Usart;
 
 /// The word that OpenMV's boot loader looks at, the last one of the DTCM, and its value that keeps it waiting for a
 /// program.
@@ -26,31 +27,50 @@ pub const OPENMV_BOOTLOADER: EnterBootloader = (Bootloader::Dfu, || {
     restart()
 });
 
+/// A board's USB of full speed: D+ and D−.
+#[cfg(feature = "h743")]
+pub type UsbPins =
+    (Peri<'static, peripherals::USB_OTG_FS>, Peri<'static, peripherals::PA12>, Peri<'static, peripherals::PA11>);
+
+/// A board's USB with a transceiver of its own (ULPI): clock, DIR, NXT, STP, and D0 to D7.
+#[cfg(feature = "h747")]
+pub type UsbPins = (
+    Peri<'static, peripherals::USB_OTG_HS>,
+    Peri<'static, peripherals::PA5>,
+    Peri<'static, peripherals::PC2>,
+    Peri<'static, peripherals::PC3>,
+    Peri<'static, peripherals::PC0>,
+    Peri<'static, peripherals::PA3>,
+    Peri<'static, peripherals::PB0>,
+    Peri<'static, peripherals::PB1>,
+    Peri<'static, peripherals::PB10>,
+    Peri<'static, peripherals::PB11>,
+    Peri<'static, peripherals::PB12>,
+    Peri<'static, peripherals::PB13>,
+    Peri<'static, peripherals::PB5>,
+);
+
 /// Starts the line of a board with USB: that, or a UART without the feature `usb`. A host may start the boot loader
 /// over USB if the program can.
 pub fn line(
     spawner: Spawner,
-    (otg, plus, minus): (
-        Peri<'static, peripherals::USB_OTG_FS>,
-        Peri<'static, peripherals::PA12>,
-        Peri<'static, peripherals::PA11>,
-    ),
+    pins: UsbPins,
     bootloader: Option<EnterBootloader>,
     (usart, transmit, receive, baud): (
-        Peri<'static, peripherals::USART3>,
-        Peri<'static, impl TxPin<peripherals::USART3>>,
-        Peri<'static, impl RxPin<peripherals::USART3>>,
+        Peri<'static, Usart>,
+        Peri<'static, impl TxPin<Usart>>,
+        Peri<'static, impl RxPin<Usart>>,
         u32,
     ),
 ) -> Serial {
     #[cfg(feature = "usb")]
     {
         let _ = (usart, transmit, receive, baud);
-        super::usb::usb(otg, (plus, minus), spawner, bootloader)
+        super::usb::usb(pins, spawner, bootloader)
     }
     #[cfg(not(feature = "usb"))]
     {
-        let _ = (spawner, otg, plus, minus, bootloader);
+        let _ = (spawner, pins, bootloader);
         crate::stm32::usart(usart, crate::stm32::Irqs, transmit, receive, baud)
     }
 }

@@ -5,7 +5,6 @@
 
 #[cfg(feature = "settings")]
 pub(super) mod flash;
-#[cfg(feature = "h743")]
 mod line;
 mod start;
 mod thermometer;
@@ -14,8 +13,7 @@ mod timer;
 #[cfg(feature = "usb")]
 mod usb;
 
-#[cfg(feature = "h743")]
-pub use line::{OPENMV_BOOTLOADER, line};
+pub use line::{OPENMV_BOOTLOADER, UsbPins, line};
 pub use start::{Crystal, start};
 pub use thermometer::ChipThermometer;
 pub(super) use thermometer::thermometer;

@@ -79,6 +79,7 @@ impl Crystal {
     }
 
     /// Returns a clock that runs only while PH1 is high.
+    #[must_use]
     pub const fn switched_by_ph1(self) -> Self {
         Self { has_switch: true, ..self }
     }
@@ -90,6 +91,8 @@ pub fn start(crystal: Crystal, has_usb: bool) -> (Peripherals, bool) {
     take_over();
     if crystal.has_switch {
         RCC.ahb4enr().modify(|w| w.set_gpiohen(true));
+        // The clock is there two cycles of the bus later.
+        let _ = RCC.ahb4enr().read();
         GPIOH.bsrr().write(|w| w.set_bs(1, true));
         GPIOH.moder().modify(|w| w.set_moder(1, Moder::OUTPUT));
     }
