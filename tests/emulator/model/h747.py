@@ -1,4 +1,4 @@
-"""The STM32H747 of an Arduino Nicla Vision: what its Cortex-M7 has in other ways than an STM32H743, and the parts of the board.
+"""The STM32H747 of an Arduino Nicla Vision: how its Cortex-M7 differs from an STM32H743, and other parts of the board.
 
 From RM0399, Zephyr's and MicroPython's files of the board, and Arduino's bootloader (mcuboot-arduino-stm32h7, mbed-os).
 """
