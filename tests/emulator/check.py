@@ -8,7 +8,7 @@ WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPEN
 of the WeAct MiniSTM32H743. TAKING takes linear models of the path over the link (feature `models`), and SENT is such a
 model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. ELF.15,
 ELF.25 and ELF.60 are ELF at these frame rates, and ELF.rest lets its sensor rest after 5 seconds without light.
-ELF.u575 is the program of the Nucleo-U575ZI-Q, and ELF.u575.24 that for 24 MHz; ELF.nicla is that of the Arduino Nicla
+ELF.u575.72 is the program of the Nucleo-U575ZI-Q, and ELF.u575.24 that for 24 MHz; ELF.nicla is that of the Arduino Nicla
 Vision. The last OTHER learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
@@ -1221,7 +1221,7 @@ def check_weact(host, elf):
 def check_u575(host, elf):
     """Runs the cases that depend on the board for a Nucleo-U575ZI-Q, at both of its clocks. Returns the number of failures."""
     print("Nucleo-U575ZI-Q:")
-    check = Check(host, f"{elf}.u575", NUCLEO_U575)
+    check = Check(host, f"{elf}.u575.72", NUCLEO_U575)
     check_board(check)
     for sensor in (Ov7670, Hm0360, Hm01b0):
         check.plain(sensor, sensor.__name__)

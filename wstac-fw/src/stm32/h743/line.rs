@@ -29,12 +29,12 @@ pub const OPENMV_BOOTLOADER: EnterBootloader = (Bootloader::Dfu, || {
 
 /// A board's USB of full speed: D+ and D−.
 #[cfg(feature = "h743")]
-pub type UsbPins =
+pub(super) type UsbPins =
     (Peri<'static, peripherals::USB_OTG_FS>, Peri<'static, peripherals::PA12>, Peri<'static, peripherals::PA11>);
 
 /// A board's USB with a transceiver of its own (ULPI): clock, DIR, NXT, STP, and D0 to D7.
 #[cfg(feature = "h747")]
-pub type UsbPins = (
+pub(super) type UsbPins = (
     Peri<'static, peripherals::USB_OTG_HS>,
     Peri<'static, peripherals::PA5>,
     Peri<'static, peripherals::PC2>,

@@ -13,7 +13,7 @@ mod timer;
 #[cfg(feature = "usb")]
 mod usb;
 
-pub use line::{OPENMV_BOOTLOADER, UsbPins, line};
+pub use line::{OPENMV_BOOTLOADER, line};
 pub use start::{Crystal, start};
 pub use thermometer::ChipThermometer;
 pub(super) use thermometer::thermometer;

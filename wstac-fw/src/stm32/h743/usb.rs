@@ -11,7 +11,7 @@ use embassy_stm32::peripherals::USB_OTG_HS as Otg;
 use embassy_stm32::uid;
 use embassy_stm32::usb::{Config, Driver, InterruptHandler};
 
-use super::UsbPins;
+use super::line::UsbPins;
 use crate::link::EnterBootloader;
 use crate::serial::{Peripheral, Serial};
 use crate::usb::{self, Device};
