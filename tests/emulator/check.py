@@ -8,8 +8,8 @@ WSTAC is the command on the host, ELF is the program of the Nucleo-H743ZI2, OPEN
 of the WeAct MiniSTM32H743. TAKING takes linear models of the path over the link (feature `models`), and SENT is such a
 model. Each OTHER is ELF with this configuration ("-" for the default) and this texture model compiled in. ELF.15,
 ELF.25 and ELF.60 are ELF at these frame rates, and ELF.rest lets its sensor rest after 5 seconds without light.
-ELF.u575 is the program of the Nucleo-U575ZI-Q, and ELF.u575.24 that for 24 MHz. Needs the packages of requirements.txt
-(`ci/boards emulator`).
+ELF.u575.72 is the program of the Nucleo-U575ZI-Q, and ELF.u575.24 that for 24 MHz; ELF.nicla is that of the Arduino Nicla
+Vision. The last OTHER learns textures (feature `learn`). Needs the packages of requirements.txt (`ci/boards emulator`).
 
 Every case plays a rendered scene, frame by frame. It compares the output of `wstac monitor` on the serial line's bytes
 with that of `wstac run` on the clip, byte for byte. Frames that a fault has cost may not appear. All others must be
@@ -28,7 +28,7 @@ from pathlib import Path
 from emulate import CLOCK, FRAME, HEIGHT, WIDTH, Board, cost, frames_of
 from machine import AXI, AXI_SIZE, DTCM, Machine, Stopped
 from model.camera import M0AR
-from model.i2c import I2C1
+from model.h747 import NICLA
 from model.ports import NUCLEO, OPENMV, SCL, SDA, WEACT
 from model.larger import Gc2145, Ov2640, Ov5640, SlowOv2640
 from model.sensor import Hm01b0, Hm0360, Mt9m114, Ov7670, Ov7690, Ov7692, Ov7725
@@ -188,7 +188,7 @@ def fault_lines(board):
     """Returns the problems in the log, with the clip's frame times since it began."""
     begun = board.camera.began
     said = [(time, line) for time, line in board.log.lines if not line.startswith("info: event") and time >= begun]
-    return [((time - begun) / FRAME, line.split(": ", 1)[1]) for time, line in said]
+    return [((time - begun) / board.frame_time, line.split(": ", 1)[1]) for time, line in said]
 
 
 class Check:
@@ -643,8 +643,7 @@ class Check:
         clip, frames = self.host.rendered(SCENE.read_text(), f"a slow bus at {fps} frames per second", readout_ms, fps)
         board = self.board(frames[:12], sensor, elf=self.elf if fps == 30 else f"{self.elf}.{fps}")
         board.sensor.nominal = 480 * 30 // fps
-        (bus,) = (part for part in board.machine.peripherals if part.base == I2C1)
-        bus.clock, bus.byte_time = lambda: board.machine.now, 9 * CLOCK // 100_000
+        board.bus.clock, board.bus.byte_time = lambda: board.machine.now, 9 * CLOCK // 100_000
         begun = []
         board.camera.faults[2] = lambda: begun.append(bus.busy)
         board.camera.faults[10] = lambda: begun.append(bus.busy)
@@ -1086,7 +1085,7 @@ def main():
         over = [f"{found[key]:,.0f} of {key}, above the budget of {limit:,}" for key, limit in above]
         check.say("budget", over)
         check.rests("a slide after a rest")
-        failures = check.failures + check_openmv(host, openmv) + check_weact(host, weact) + check_u575(host, elf)
+        failures = check.failures + check_openmv(host, openmv) + check_weact(host, weact) + check_u575(host, elf) + check_nicla(host, f"{elf}.nicla")
     print(f"{failures} failed; {time.monotonic() - start:.0f} s")
     sys.exit(1 if failures else 0)
 
@@ -1118,7 +1117,7 @@ def check_weact(host, elf):
 def check_u575(host, elf):
     """Runs the cases that depend on the board for a Nucleo-U575ZI-Q, at both of its clocks. Returns the number of failures."""
     print("Nucleo-U575ZI-Q:")
-    check = Check(host, f"{elf}.u575", NUCLEO_U575)
+    check = Check(host, f"{elf}.u575.72", NUCLEO_U575)
     check_board(check)
     for sensor in (Ov7670, Hm0360, Hm01b0):
         check.plain(sensor, sensor.__name__)
@@ -1130,6 +1129,19 @@ def check_u575(host, elf):
     words, _ = cost(slow.elf, host.frames, Hm01b0, NUCLEO_U575_SLOW)
     print(words)
     return check.failures + slow.failures
+
+
+def check_nicla(host, elf):
+    """Runs the cases that depend on the board for an Arduino Nicla Vision, whose bootloader starts the program. Returns the
+    number of failures.
+    """
+    print("Arduino Nicla Vision:")
+    check = Check(host, elf, NICLA)
+    check_board(check)
+    check.plain(Gc2145, "its GC2145")
+    check.settings("settings")
+    check.own_stack("stack")
+    return check.failures
 
 
 def check_board(check):

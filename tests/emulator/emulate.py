@@ -45,32 +45,35 @@ class H743:
 
     serial_divider, Dcmi, Usart = SERIAL_DIVIDER, camera.Dcmi, usart.Usart
 
-    def __init__(self, wiring):
-        self.rcc, self.pwr, self.syscfg = clocks.all_of_them(wiring.hse, wiring.bypass)
+    def __init__(self, wiring, supply=clocks.Pwr, rcc=clocks.Rcc):
+        self.rcc, self.syscfg = rcc(wiring), Registers(clocks.SYSCFG)
+        self.pwr = supply(self.rcc, self.syscfg)
 
-    def boot(self):
+    def boot(self, _):
         """Leaves the state of a bootloader."""
         clocks.run_bootloader(self.rcc, self.pwr, self.syscfg)
 
-    def parts(self, machine, _):
+    def parts(self, machine, wiring):
         """Creates RCC, DMA, flash, and other parts."""
-        mux, rcc = Registers(camera.DMAMUX1), self.rcc
-        others = [core.AxiInterconnect(machine), self.pwr, self.syscfg, mux, clocks.Watchdog(machine, rcc, CLOCK), timer.Timer(machine)]
-        return rcc, camera.Dma(machine, mux), flash.Flash(machine), [*others, adc.Adc3(machine, rcc, CLOCK), *map(Registers, KEPT)]
+        mux, rcc, clock = Registers(camera.DMAMUX1), self.rcc, wiring.clock_hertz
+        others = [core.AxiInterconnect(machine), self.pwr, self.syscfg, mux, clocks.Watchdog(machine, rcc, clock), timer.Timer(machine)]
+        return rcc, camera.Dma(machine, mux), flash.Flash(machine), [*others, adc.Adc3(machine, rcc, clock), *map(Registers, KEPT)]
 
 
 class Board:
     """The board with a sensor and a clip. `faults` has the faults of the clip's frames, by number."""
 
     def __init__(self, elf, clip, sensor=Ov7725, faults=(), wiring=NUCLEO):
-        chip, self.sensor = wiring.chip or H743(wiring), sensor()
+        chip, self.sensor = wiring.chip or (wiring.kind or H743)(wiring), sensor()
+        self.frame_time = wiring.clock_hertz // 30
         self.machine = machine = Machine(elf, chip.boot if wiring.bootloader else None, wiring.chip)
         self.rcc, self.dma, self.flash, others = chip.parts(machine, wiring)
         self.ports = ports.Ports(wiring, self.sensor, self.rcc)
         self.dcmi = chip.Dcmi(self.dma, self.ports)
         self.line = chip.Usart(machine, chip.serial_divider, lambda: self.ports.has(wiring.line, ports.USART3))
-        machine.add(core.Nvic(machine), core.Scb(machine), self.rcc, *others, self.dma, self.dcmi, *self.ports.ports, self.flash)
-        machine.add(i2c.I2c([self.sensor], self.ports.has_bus), self.line)
+        machine.add(core.Nvic(machine), core.Scb(machine, wiring.caches), self.rcc, *others, self.dma, self.dcmi, *self.ports.ports, self.flash)
+        self.bus = i2c.I2c([self.sensor], self.ports.has_bus, wiring.bus)
+        machine.add(self.bus, self.line)
         self.camera = camera.Camera(machine, self.sensor, self.dcmi, clip, (WIDTH, HEIGHT), wiring.clock_hertz, faults)
         self.log = rtt.Log(machine, elf)
 
@@ -95,7 +98,7 @@ def cost(elf, clip, sensor=Ov7725, wiring=NUCLEO):
     board, other = (Board(elf, clip, sensor, wiring=wiring) for _ in range(2))
     clock = wiring.clock_hertz
     machine = board.machine
-    (bus,) = (part for part in machine.peripherals if part.base == i2c.I2C1)
+    bus = board.bus
     # The time of the bus is added up, and nobody waits: the instructions of a wait are no cost.
     bus.clock, bus.byte_time = lambda: math.inf, 9 * clock // 100_000
     machine.paint_stack()

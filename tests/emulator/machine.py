@@ -88,7 +88,7 @@ class Machine:
         with open(elf, "rb") as file:
             image = ELFFile(file)
             self.image = [(s["p_paddr"], s.data()) for s in image.iter_segments() if s["p_type"] == "PT_LOAD"]
-            self.axi_bytes = image.get_section_by_name(".axi")["sh_size"] if self.has_axi else 0
+            self.axi_bytes = sum(s["sh_size"] for s in image.iter_sections() if s.name in (".axi", ".sram4"))
             symbols = list(image.get_section_by_name(".symtab").iter_symbols())
         self.symbols = {symbol.name: symbol["st_value"] for symbol in symbols}
         functions = [symbol for symbol in symbols if symbol["st_info"]["type"] == "STT_FUNC"]
@@ -185,7 +185,7 @@ class Machine:
             self.uc.reg_write(register, 0)
         stack, self.pc = struct.unpack("<II", self.uc.mem_read(self.image[0][0], 8))
         if self.bootloader:
-            self.bootloader()
+            self.bootloader(self)
             stack = BOOTLOADER_STACK
         elif self.image[0][0] != FLASH:
             raise Stopped("the program does not begin where the core starts")

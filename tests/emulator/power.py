@@ -16,7 +16,6 @@ import tempfile
 from check import HM01B0_READOUT_MS as READOUT_MS
 from check import SCENE, Host
 from emulate import WAITS, Board, cost
-from model import i2c
 from model.ports import NUCLEO
 from model.sensor import Hm01b0
 from model.u575 import NUCLEO_U575_SLOW
@@ -30,7 +29,7 @@ def counted(elf, clip, spans, wiring):
     board = Board(elf, clip, Hm01b0, wiring=wiring)
     frame_time = wiring.clock_hertz // 30
     machine, camera = board.machine, board.camera
-    (bus,) = (part for part in machine.peripherals if part.base == i2c.I2C1)
+    bus = board.bus
     # The time of the bus is added up, and nobody waits: the instructions of a wait are no cost.
     bus.clock, bus.byte_time = lambda: math.inf, 9 * wiring.clock_hertz // 100_000
     machine.count_instructions()

@@ -106,7 +106,7 @@ def main():
     elf, script = build(copy)
     linked(elf)
     # Every chip, on its target and on another one.
-    chips = ("rp2040", M0, M4F), ("rp2350", M33, M0), ("h743", M4F, M33), ("u575", M4F, M33)
+    chips = ("rp2040", M0, M4F), ("rp2350", M33, M0), ("h743", M4F, M33), ("h747", M4F, M33), ("u575", M4F, M33)
     for chip, own, other in chips:
         features = [chip, "rp" if chip.startswith("rp") else "stm32", "node"]
         taken(says(copy, script, own, *features))

@@ -25,6 +25,7 @@ BOARDS = {
     "pico2.uf2": ("rp2350", "thumbv8m.main-none-eabihf", "rp2350", "pico"),
     "openmv_cam_h7.dfu": ("openmv", "thumbv7em-none-eabihf", "h743", "openmv_cam_h7"),
     "weact_h743.dfu": ("weact", "thumbv7em-none-eabihf", "h743", "weact_h743"),
+    "nicla_vision.dfu": ("nicla", "thumbv7em-none-eabihf", "h747", "nicla_vision"),
 }
 
 

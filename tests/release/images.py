@@ -1,7 +1,7 @@
-"""Writes a board's program as a file for its boot loader: .uf2 for a Raspberry Pi Pico or Pico 2, .dfu for an OpenMV Cam H7 or
-a WeAct MiniSTM32H743.
+"""Writes a board's program as a file for its boot loader: .uf2 for a Raspberry Pi Pico or Pico 2, .dfu for an OpenMV Cam H7,
+a WeAct MiniSTM32H743 or an Arduino Nicla Vision.
 
-    images.py rp2040|rp2350|openmv|weact PROGRAM OUT
+    images.py rp2040|rp2350|openmv|weact|nicla PROGRAM OUT
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ HAS_FAMILY, HAS_TAG = 0x2000, 0x8000
 FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}
 # RP2350-E10: the first revision of the boot ROM needs a first block that is to be ignored, of the family of any address.
 ANY_ADDRESS, IGNORED, IGNORE = 0xE48BFF57, 0x10FFFF00, 0x9957E304
-# The suffix of USB DFU 1.1, and of each boot loader its numbers and where a program begins: OpenMV's has a part FIRMWARE, and
-# that in the ROM of an STM32 (AN2606) takes an address.
+# The suffix of USB DFU 1.1, and of each boot loader its numbers and where a program begins: OpenMV's has a part FIRMWARE;
+# that in the ROM of an STM32 (AN2606) and Arduino's take an address.
 DFU = 0x0100
-LOADERS = {"openmv": (0x37C5, 0x9204, 0x08040000), "weact": (0x0483, 0xDF11, 0x08000000)}
+LOADERS = {"openmv": (0x37C5, 0x9204, 0x08040000), "weact": (0x0483, 0xDF11, 0x08000000), "nicla": (0x2341, 0x035F, 0x08040000)}
 
 
 def parts(elf: bytes) -> list[tuple[int, bytes]]:

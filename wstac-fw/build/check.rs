@@ -8,6 +8,7 @@ use crate::link::STM32;
 /// The chips: the feature, how names of its targets begin, and the target of its boards.
 const CHIPS: &[(&str, &str, &str)] = &[
     ("h743", "thumbv7em", "thumbv7em-none-eabihf"),
+    ("h747", "thumbv7em", "thumbv7em-none-eabihf"),
     // Its Cortex-M33 runs code of a Cortex-M4F, with the DSP instructions that thumbv8m.main does without.
     ("u575", "thumbv7em", "thumbv7em-none-eabihf"),
     ("rp2040", "thumbv6m", "thumbv6m-none-eabi"),
@@ -27,7 +28,9 @@ pub fn target() -> Result<(), String> {
     let chosen: Vec<_> = CHIPS.iter().filter(|(feature, ..)| has(feature)).collect();
     let target = env::var("TARGET").unwrap_or_default();
     match chosen[..] {
-        [] if has("stm32") => Err("the feature stm32 is no chip (expected h743 or u575, which turn it on)".to_owned()),
+        [] if has("stm32") => {
+            Err("the feature stm32 is no chip (expected h743, h747 or u575, which turn it on)".to_owned())
+        }
         [] if has("rp") => Err("the feature rp is no chip (expected rp2040 or rp2350, which turn it on)".to_owned()),
         [] => Ok(()),
         [("u575", ..)] if has("usb") => {

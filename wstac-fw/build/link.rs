@@ -29,11 +29,12 @@ pub fn emulated(out: &Path) {
 /// ends in front of the settings, which begin at 0x08180000. With the feature `models`, it ends in front of the models,
 /// at 0x08100000.
 ///
-/// The OpenMV Cam H7 has a bootloader of 128 KiB and a file system of 128 KiB in front of it.
+/// The OpenMV Cam H7 and the Nicla Vision have a bootloader of 128 KiB and a file system of 128 KiB in front of it.
 pub const STM32: &[(&str, u32, u32, &str)] = &[
     ("h743", 0x0800_0000, 1536, H743),
     ("openmv_cam_h7", 0x0804_0000, 1280, H743),
     ("weact_h743", 0x0800_0000, 1536, H743),
+    ("nicla_vision", 0x0804_0000, 1280, H747),
     ("nucleo_u575zi_q", 0x0800_0000, 1536, U575),
 ];
 
@@ -42,6 +43,11 @@ pub const STM32: &[(&str, u32, u32, &str)] = &[
 /// record are in the AXI SRAM.
 const H743: &str = "RAM : ORIGIN = 0x20000000, LENGTH = 128K AXI : ORIGIN = 0x24000000, LENGTH = 512K }
 SECTIONS { .axi (NOLOAD) : ALIGN(8) { *(.uninit.ring .uninit.crash_record); } > AXI } INSERT BEFORE .uninit;\n";
+/// Those of an STM32H747, whose bootloader has its variables in the AXI SRAM: the crash record is in SRAM4.
+const H747: &str = "RAM : ORIGIN = 0x20000000, LENGTH = 128K AXI : ORIGIN = 0x24000000, LENGTH = 512K
+SRAM4 : ORIGIN = 0x38000000, LENGTH = 64K }
+SECTIONS { .axi (NOLOAD) : ALIGN(8) { *(.uninit.ring); } > AXI
+.sram4 (NOLOAD) : ALIGN(8) { *(.uninit.crash_record); } > SRAM4 } INSERT BEFORE .uninit;\n";
 /// Those of an STM32U575, where the DMA reaches all RAM.
 const U575: &str = "RAM : ORIGIN = 0x20000000, LENGTH = 768K }\n";
 

@@ -9,7 +9,7 @@ PLLCKSELR, PLLCFGR, PLL1DIVR, RSR = 0x28, 0x2C, 0x30, 0xD0
 PLL1_ON, REMOVE_FLAGS, BY_WATCHDOG = 1 << 24, 1 << 16, 1 << 26
 FIXED = 0x3F3  # of PLLCKSELR: the source, and PLL1's divider
 BYPASS, FROM_PLL1, MCO1_PLL1_Q = 1 << 18, 3, 3
-HSI, CORE = 64_000_000, 72_000_000
+HSI = 64_000_000
 SYSCFG, PWRCR = 0x5800_0400, 0x2C
 # The lowest and highest reference and frequency of the PLL's two oscillators.
 WIDE, MEDIUM = ((2e6, 16e6), (192e6, 836e6)), ((1e6, 2e6), (150e6, 420e6))
@@ -24,9 +24,13 @@ class Rcc(Registers):
     than the model's.
     """
 
-    def __init__(self, hse, bypass):
+    def __init__(self, wiring):
         super().__init__(RCC, {CR: 1})
-        self.hse, self.bypass, self.has_hse, self.cause = hse, bypass, True, 0
+        self.hse, self.bypass, self.clock, self.has_hse, self.cause = wiring.hse, wiring.bypass, wiring.clock_hertz, True, 0
+
+    def is_switched_on(self):
+        """Returns whether the program lets the board's clock run."""
+        return True
 
     def reset(self):
         """Resets the registers. The flags of the cause stay."""
@@ -44,8 +48,8 @@ class Rcc(Registers):
         if offset == CR and value & PLL1_ON and not self.values.get(CR, 0) & PLL1_ON:
             self._check_pll()
         super().write(offset, value)
-        if offset == CFGR and value & 7 == FROM_PLL1 and abs(self.core() / CORE - 1) > 0.005:
-            raise ValueError(f"the core runs at {self.core():,.0f} Hz, and is modeled at {CORE:,}")
+        if offset == CFGR and value & 7 == FROM_PLL1 and abs(self.core() / self.clock - 1) > 0.005:
+            raise ValueError(f"the core runs at {self.core():,.0f} Hz, and is modeled at {self.clock:,}")
 
     def _reference(self):
         select = self.values.get(PLLCKSELR, 0)
@@ -79,7 +83,7 @@ class Rcc(Registers):
         value = super().read(offset)
         if offset == CR:
             for on, ready in READY:
-                if on == 16 and not (self.has_hse and bool(value & BYPASS) == self.bypass):
+                if on == 16 and not (self.has_hse and self.is_switched_on() and bool(value & BYPASS) == self.bypass):
                     value &= ~(1 << ready)
                     continue
                 value = value & ~(1 << ready) | (value >> on & 1) << ready
@@ -150,12 +154,6 @@ class Watchdog(Registers):
                 self.machine.reset_wanted = True
 
         self.machine.at(self.machine.now + counts * self.clock // self.HZ, bite)
-
-
-def all_of_them(hse, bypass):
-    """Creates RCC, PWR and SYSCFG."""
-    rcc, syscfg = Rcc(hse, bypass), Registers(SYSCFG)
-    return [rcc, Pwr(rcc, syscfg), syscfg]
 
 
 def run_bootloader(rcc, pwr, syscfg):

@@ -42,13 +42,13 @@ class Nvic(Registers):
 class Scb(Registers):
     """Vectors, the reset that a program can request, caches and memory protection.
 
-    Caches hold nothing here. What counts is whether the core may keep a copy of an address (`keeps`): then nothing but
+    Caches hold nothing here, and are on after a reset if a bootloader has left them so (`caches`). What counts is whether the core may keep a copy of an address (`keeps`): then nothing but
     the core may write there.
     """
 
-    def __init__(self, machine):
+    def __init__(self, machine, caches=0):
         # A data cache of 16 KiB has 128 sets of four lines of 32 bytes.
-        super().__init__(SCB_PAGE, {CPUID: 0x411F_C271, CCSIDR: 0xF00F_E019, MPU_TYPE: REGIONS << 8})
+        super().__init__(SCB_PAGE, {CPUID: 0x411F_C271, CCSIDR: 0xF00F_E019, MPU_TYPE: REGIONS << 8, CCR: caches})
         self.machine, self.regions = machine, {}
 
     def reset(self):
@@ -80,6 +80,8 @@ class Scb(Registers):
         if offset in (MPU_TYPE, CCSIDR):
             return
         super().write(offset, value)
+        if offset in (MPU_RASR, MPU_CTRL) and self.values.get(CCR, 0) & DATA_CACHE:
+            raise ValueError("memory protection changes while the data cache has copies")
         if offset == MPU_RASR:
             number, base = self.values.get(MPU_RNR, 0), self.values.get(MPU_RBAR, 0)
             size = 2 << (value >> 1 & 0x1F)

@@ -19,8 +19,10 @@ class Flash(Registers):
     one is a bus fault, unless the core ignores it, and sets the flag of a double error.
     """
 
+    BASE, INITIAL, WORD = FLASH, {CR: LOCK | 0x30, 0x0C: LOCK | 0x30}, WORD
+
     def __init__(self, machine):
-        super().__init__(FLASH, {CR: LOCK | 0x30, 0x0C: LOCK | 0x30})
+        super().__init__(self.BASE, self.INITIAL)
         self.machine, self.keys, self.torn, self.partial, self.words = machine, [], set(), None, 0
         self.cut_after = None
         machine.uc.mem_write(BANK2, b"\xff" * BANK2_SIZE)
@@ -41,7 +43,7 @@ class Flash(Registers):
         """
         for word in words:
             self.torn.add(word)
-            self.machine.uc.hook_add(UC_HOOK_MEM_READ, self._read, begin=word, end=word + WORD - 1)
+            self.machine.uc.hook_add(UC_HOOK_MEM_READ, self._read, begin=word, end=word + self.WORD - 1)
         # Code that has run does not know of them.
         self.machine.uc.ctl_flush_tb()
 
@@ -65,15 +67,17 @@ class Flash(Registers):
             self.values[CR] &= ~START
 
     def _written(self, uc, _, address, size, __, ___):
-        word = address // WORD * WORD
         control = self.values[CR]
         if control & (LOCK | PROGRAM) != PROGRAM:
             raise ValueError(f"the flash is written at {address:#x} while it is locked or not to be programmed")
         if self.machine.keeps(address):
-            raise ValueError(f"the flash word at {word:#x} is programmed while the core keeps copies of it")
+            raise ValueError(f"the flash is programmed at {address:#x} while the core keeps copies of it")
+        self._program(uc, address, size)
+
+    def _program(self, uc, address, size):
+        word = address // self.WORD * self.WORD
         if self.partial is None:
-            before = bytes(uc.mem_read(word, WORD))
-            if before != b"\xff" * WORD:
+            if bytes(uc.mem_read(word, self.WORD)) != b"\xff" * self.WORD:
                 raise ValueError(f"the flash word at {word:#x} is programmed twice")
             self.partial = (word, set())
         if self.partial[0] != word:
@@ -85,7 +89,7 @@ class Flash(Registers):
                 self.cut_after, self.machine.reset_wanted = None, True
                 uc.emu_stop()
                 return
-        if len(self.partial[1]) == WORD:
+        if len(self.partial[1]) == self.WORD:
             self.partial, self.words = None, self.words + 1
 
     def _read(self, uc, _, address, size, __, ___):

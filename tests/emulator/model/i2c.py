@@ -1,4 +1,4 @@
-"""I2C1 as master. The sensors on it are objects of `sensor.py`."""
+"""An I2C as master, by default I2C1. The sensors on it are objects of `sensor.py`."""
 
 from .registers import Registers
 
@@ -15,8 +15,8 @@ class I2c(Registers):
 
     byte_time, clock, busy, ready_at = 0, staticmethod(lambda: 0), 0, 0
 
-    def __init__(self, sensors, has_pins):
-        super().__init__(I2C1)
+    def __init__(self, sensors, has_pins, base=I2C1):
+        super().__init__(base)
         self.has_pins = has_pins
         self.sensors = {sensor.address: sensor for sensor in sensors}
         self.sensor, self.left, self.reads, self.flags = None, 0, False, 0

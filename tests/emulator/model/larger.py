@@ -82,8 +82,8 @@ class Ov2640(Sensor):
         return self.array_line() * self.lines() * (1, 2, 4, 8)[self[0x103] >> 6]
 
     def _fed(self):
-        """Returns what goes into the processor: of the window, no more than the array has and the processor is told
-        of."""
+        """Returns the size of the picture that the sensor's image processor gets: that of the window, but at most that of the
+        array and that in the processor's own registers."""
         *_, wide, high = self._sizes()
         columns = 2 * ((self[0x118] << 3 | self[0x132] >> 3 & 7) - (self[0x117] << 3 | self[0x132] & 7))
         rows = 2 * ((self[0x11A] << 2 | self[0x103] >> 2 & 3) - (self[0x119] << 2 | self[0x103] & 3))
@@ -99,7 +99,7 @@ class Ov2640(Sensor):
         return max(8, min(columns, wide - left)), max(8, min(rows, high - top))
 
     def size(self):
-        """Returns the size behind the processor, or that of the array if there is none."""
+        """Returns the size of the picture that leaves the image processor, or what it gets while it is switched off."""
         if self[0x05] & 1:
             return self._fed()
         wide, high = self._taken()

@@ -11,7 +11,7 @@ MODER, PUPDR, IDR, ODR, BSRR, AFRL = 0x00, 0x0C, 0x10, 0x14, 0x18, 0x20
 OUTPUT, ALTERNATE, PULL_UP, PULL_DOWN = 1, 2, 1, 2
 SCL, SDA = (1, 8), (1, 9)
 # Numbers of alternate functions.
-MCO, I2C1, USART3, DCMI = 0, 4, 7, 13
+MCO, I2C, USART3, DCMI = 0, 4, 7, 13
 
 
 def pin(name):
@@ -25,10 +25,12 @@ class Wiring:
     `data` has D0 to D7, `line` the line's sending pin, `lights` those of events and of trouble, which are lit while
     they are `lit`; `hse` has the crystal's hertz, `bypass` whether that is a clock from outside, and `power` the
     sensor's power-down and reset. Its `chip` is an STM32H743 if it is `None`, and its core has `clock_hertz`.
-    `function` has the numbers of the camera interface's function at pins where it is not that of `None`.
+    `function` has the numbers of the camera interface's function at pins where it is not that of `None`. The sensor's bus is the I2C
+    at `bus`. `kind` is the class of a chip like an STM32H743, and `caches` what of CCR a bootloader leaves on.
     """
 
-    chip, clock_hertz, function = None, 72_000_000, {None: DCMI}
+    chip, kind, clock_hertz, function, caches = None, None, 72_000_000, {None: DCMI}, 0
+    bus, scl, sda = 0x4000_5400, SCL, SDA
 
     def __init__(self, data, line, lights, lit, hse, bypass, power=None, bootloader=False):
         self.data = [pin(name) for name in data.split()]
@@ -40,6 +42,10 @@ class Wiring:
     def function_of(self, one):
         """Returns the number of the camera interface's function at a pin."""
         return self.function.get(one, self.function[None])
+
+    def sensor_hertz(self, ports):
+        """Returns the sensor's clock."""
+        return ports.rcc.mco1() if ports.has(self.clock, MCO) else 0
 
     def inputs(self):
         """Returns the pins of the camera interface."""
@@ -58,34 +64,34 @@ WEACT = Wiring("PC6 PC7 PE0 PE1 PE4 PD3 PE5 PE6", "PB10", "PE3 PB12", 1, 25_000_
 
 
 class Port(Registers):
-    """A port. The sensor's bus is on two pins of port B."""
+    """A port. The sensor's bus is on two pins of the board."""
 
     BASE = BASE
 
-    def __init__(self, number, sensor, changed):
+    def __init__(self, number, sensor, changed, wiring):
         super().__init__(self.BASE + STEP * number)
-        self.number, self.sensor, self.changed = number, sensor, changed
+        self.number, self.sensor, self.changed, self.scl, self.sda = number, sensor, changed, wiring.scl, wiring.sda
 
     def read(self, offset):
         if offset != IDR:
             return super().read(offset)
-        lines = [number for port, number in (SCL, SDA) if port == self.number]
+        lines = [number for port, number in (self.scl, self.sda) if port == self.number]
         return 0xFFFF & ~sum(1 << number for number in lines if not self._bus_level(number))
 
     def _bus_level(self, number):
         """Returns whether a line of the bus is high: a resistor pulls it up, and nothing holds it low."""
-        is_held = self.sensor.holds > 0 and number == SDA[1] or number in self.sensor.shorted
+        is_held = self.sensor.holds > 0 and number == self.sda[1] or number in self.sensor.shorted
         pulls_up = self.sensor.pulls_up or self.values.get(PUPDR, 0) >> 2 * number & 3 == PULL_UP
         return pulls_up and not is_held and not self.is_low(number)
 
     def write(self, offset, value):
         """Stores a register. A clock that rises takes a bit from a sensor that holds the data line."""
-        was_low = self.number == SCL[0] and self.is_low(SCL[1])
+        was_low = self.number == self.scl[0] and self.is_low(self.scl[1])
         if offset == BSRR:
             super().write(ODR, (self.values.get(ODR, 0) | value & 0xFFFF) & ~(value >> 16))
         else:
             super().write(offset, value)
-        if was_low and not self.is_low(SCL[1]):
+        if was_low and not self.is_low(self.scl[1]):
             self.sensor.holds = max(0, self.sensor.holds - 1)
         self.changed()
 
@@ -113,8 +119,8 @@ class Ports:
     def __init__(self, wiring, sensor, rcc):
         self.wiring, self.sensor, self.rcc = wiring, sensor, rcc
         one = wiring.chip.Port if wiring.chip else Port
-        self.ports = [one(number, sensor, self._changed) for number in range(11)]
-        sensor.is_on = self.sensor_is_on
+        self.ports = [one(number, sensor, self._changed, wiring) for number in range(11)]
+        sensor.is_on, rcc.ports = self.sensor_is_on, self
 
     def has(self, pin_, function):
         """Returns whether a pin has an alternate function."""
@@ -123,8 +129,7 @@ class Ports:
 
     def sensor_is_on(self):
         """Returns whether the sensor has a clock of 24 MHz, and is not switched off by its lines."""
-        hertz = self.rcc.mco1() if self.has(self.wiring.clock, MCO) else 0
-        if abs(hertz / 24e6 - 1) > 0.01:
+        if abs(self.wiring.sensor_hertz(self) / 24e6 - 1) > 0.01:
             return False
         if self.wiring.power is None:
             return True
@@ -133,7 +138,7 @@ class Ports:
 
     def has_bus(self):
         """Returns whether the bus has its pins."""
-        return self.has(SCL, I2C1) and self.has(SDA, I2C1)
+        return self.has(self.wiring.scl, I2C) and self.has(self.wiring.sda, I2C)
 
     def has_syncs(self):
         """Returns whether the camera interface has its clock and both syncs."""

@@ -5,7 +5,7 @@ Registers are those of RM0456. Limits of clocks are those of its sections about 
 
 from copy import copy
 
-from unicorn import UC_HOOK_MEM_READ, UC_HOOK_MEM_WRITE
+from unicorn import UC_HOOK_MEM_READ
 from unicorn.arm_const import UC_CPU_ARM_CORTEX_M33
 
 from . import camera, clocks, flash, ports, timer, usart
@@ -188,38 +188,19 @@ class Icache(Registers):
         super().write(offset, value & ~2 if offset == 0 else value)
 
 
-class Flash(Registers):
+class Flash(flash.Flash):
     """Both banks: pages of 8 KiB, words of 128 bits that are programmed once after an erasure, outside supply range 4. A read of
     a word in `torn` sets ECCD and interrupts the core, unless the cache has a copy.
     """
 
     KEYR, SR, CONTROL, ECCR = 0x08, 0x20, 0x28, 0x30
     LOCK, PROGRAM, ERASE, START, DOUBLE_ERROR = 1 << 31, 1, 1 << 1, 1 << 16, 1 << 31
-    PAGE, WORD, NMI = 0x2000, 16, 2 - 16
+    PAGE, NMI = 0x2000, 2 - 16
+    BASE, INITIAL, WORD = FLASH, {CONTROL: LOCK}, 16
 
     def __init__(self, machine, pwr, icache):
-        super().__init__(FLASH, {self.CONTROL: self.LOCK})
-        self.machine, self.pwr, self.icache, self.keys, self.torn = machine, pwr, icache, [], set()
-        self.partial, self.words, self.cut_after = None, 0, None
-        pwr.rcc.flash = self
-        machine.uc.mem_write(flash.BANK2, b"\xff" * flash.BANK2_SIZE)
-        span = {"begin": flash.BANK2, "end": flash.BANK2 + flash.BANK2_SIZE - 1}
-        machine.uc.hook_add(UC_HOOK_MEM_WRITE, self._written, **span)
-
-    def reset(self):
-        """Resets the registers, and leaves the word under way torn."""
-        super().reset()
-        self.keys = []
-        if self.partial is not None:
-            self.tear([self.partial[0]])
-        self.partial = None
-
-    def tear(self, words):
-        """Leaves words without a valid error correction. Only their reads are looked at, as those of an STM32H743."""
-        for word in words:
-            self.torn.add(word)
-            self.machine.uc.hook_add(UC_HOOK_MEM_READ, self._read, begin=word, end=word + self.WORD - 1)
-        self.machine.uc.ctl_flush_tb()
+        super().__init__(machine)
+        self.pwr, self.icache, pwr.rcc.flash = pwr, icache, self
 
     def _may_change(self, what):
         if self.values[self.CONTROL] & self.LOCK or self.pwr.range() == 0:
@@ -258,24 +239,9 @@ class Flash(Registers):
 
     def _written(self, uc, _, address, size, __, ___):
         self._may_change("written")
-        word = address // self.WORD * self.WORD
         if not self.values[self.CONTROL] & self.PROGRAM:
             raise ValueError(f"the flash is written at {address:#x} and not to be programmed")
-        if self.partial is None:
-            if bytes(uc.mem_read(word, self.WORD)) != b"\xff" * self.WORD:
-                raise ValueError(f"the flash word at {word:#x} is programmed twice")
-            self.partial = (word, set())
-        if self.partial[0] != word:
-            raise ValueError("another flash word is written before the last one is whole")
-        self.partial[1].update(range(address, address + size))
-        if self.cut_after is not None:
-            self.cut_after -= 1
-            if self.cut_after == 0:
-                self.cut_after, self.machine.reset_wanted = None, True
-                uc.emu_stop()
-                return
-        if len(self.partial[1]) == self.WORD:
-            self.partial, self.words = None, self.words + 1
+        self._program(uc, address, size)
 
     def _read(self, uc, _, address, *__):
         word = address // self.WORD * self.WORD

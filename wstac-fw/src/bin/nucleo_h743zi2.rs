@@ -6,7 +6,7 @@
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
-use wstac_fw::stm32::{self, CameraPins, Crystal, Irqs, Light, SensorBus, Wiring};
+use wstac_fw::stm32::{self, CameraPins, Crystal, Irqs, Light, SensorBus, SensorClock, Wiring};
 
 /// The debugger's clock of 8 MHz.
 const CRYSTAL: Crystal = Crystal::new(8_000_000, HseMode::Bypass, 1, 72);
@@ -20,7 +20,7 @@ async fn main(_spawner: Spawner) {
         camera: CameraPins::new(p.PC6, p.PC7, p.PC8, p.PC9, p.PE4, p.PD3, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),
         dcmi: p.DCMI,
         stream: p.DMA1_CH0,
-        clock: (p.MCO1, p.PA8),
+        clock: SensorClock::output(p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, None),
         line: stm32::usart(p.USART3, Irqs, p.PD8, p.PD9, BAUD),
         events: Light::new(p.PB0.into(), Level::High),

@@ -5,7 +5,7 @@
 
 use embassy_executor::Spawner;
 use embassy_stm32::gpio::Level;
-use wstac_fw::stm32::{self, CameraPins, Irqs, Light, SensorBus, Wiring};
+use wstac_fw::stm32::{self, CameraPins, Irqs, Light, SensorBus, SensorClock, Wiring};
 
 const BAUD: u32 = 115_200;
 
@@ -17,7 +17,7 @@ async fn main(_spawner: Spawner) {
         camera: CameraPins::new(p.PC6, p.PC7, p.PC8, p.PC9, p.PE4, p.PD3, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),
         dcmi: p.DCMI,
         stream: p.GPDMA1_CH0,
-        clock: (p.MCO, p.PA8),
+        clock: SensorClock::output(p.MCO, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, None),
         line: stm32::usart(p.USART1, Irqs, p.PA9, p.PA10, BAUD),
         // The green and the blue light are at pins of the camera. PB0 changes with an event.

@@ -7,7 +7,7 @@ use embassy_executor::Spawner;
 use embassy_stm32::gpio::Level;
 use embassy_stm32::rcc::HseMode;
 use wstac_fw::setup;
-use wstac_fw::stm32::{self, CameraPins, Crystal, Light, SensorBus, SensorPower, Wiring};
+use wstac_fw::stm32::{self, CameraPins, Crystal, Light, SensorBus, SensorClock, SensorPower, Wiring};
 
 /// The crystal of 12 MHz.
 const CRYSTAL: Crystal = Crystal::new(12_000_000, HseMode::Oscillator, 1, 48);
@@ -22,7 +22,7 @@ async fn main(spawner: Spawner) {
         camera: CameraPins::new(p.PC6, p.PC7, p.PE0, p.PE1, p.PE4, p.PB6, p.PE5, p.PE6, p.PB7, p.PA4, p.PA6),
         dcmi: p.DCMI,
         stream: p.DMA1_CH0,
-        clock: (p.MCO1, p.PA8),
+        clock: SensorClock::output(p.MCO1, p.PA8),
         bus: SensorBus::new(p.I2C1, p.PB8, p.PB9, Some(SensorPower::new(p.PD7.into(), Some(p.PA10.into())))),
         line: stm32::line(
             spawner,

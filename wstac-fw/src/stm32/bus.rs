@@ -1,11 +1,12 @@
-//! The sensor's bus: I2C1, its two lines as pins, and the lines that switch the sensor.
+//! The sensor's bus: an I2C, its two lines as pins, and the lines that switch the sensor.
 
 use embassy_stm32::gpio::{AnyPin, Level, Output, PinNumber, Speed};
 use embassy_stm32::i2c::{self, I2c, Master, SclPin, SdaPin};
 use embassy_stm32::mode::Blocking;
 use embassy_stm32::pac::gpio::Gpio;
 use embassy_stm32::pac::gpio::vals::{Idr, Moder, Ot, Pupdr};
-use embassy_stm32::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH, I2C1};
+use embassy_stm32::pac::i2c::I2c as Interface;
+use embassy_stm32::pac::{GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH, I2C1, I2C3};
 use embassy_stm32::{Peri, peripherals};
 use embassy_time::{Duration, Timer};
 use embedded_hal::i2c::{ErrorType, Operation};
@@ -22,9 +23,24 @@ const RESET: Duration = Duration::from_millis(10);
 /// The cycles of half a clock: 6.7 µs.
 const HALF: u32 = MHZ * 20 / 3;
 
+/// An I2C with which a sensor's bus can be.
+pub trait SensorInterface: i2c::Instance {
+    /// Its registers.
+    const REGISTERS: Interface;
+}
+
+impl SensorInterface for peripherals::I2C1 {
+    const REGISTERS: Interface = I2C1;
+}
+
+impl SensorInterface for peripherals::I2C3 {
+    const REGISTERS: Interface = I2C3;
+}
+
 /// The bus.
 pub struct SensorBus {
     i2c: I2c<'static, Blocking, Master>,
+    registers: Interface,
     scl: Pin,
     sda: Pin,
     power: Option<SensorPower>,
@@ -48,17 +64,18 @@ impl SensorPower {
 
 impl SensorBus {
     /// Starts the bus at 100 kHz.
-    pub fn new(
-        peripheral: Peri<'static, peripherals::I2C1>,
-        scl: Peri<'static, impl SclPin<peripherals::I2C1>>,
-        sda: Peri<'static, impl SdaPin<peripherals::I2C1>>,
+    pub fn new<I: SensorInterface>(
+        peripheral: Peri<'static, I>,
+        scl: Peri<'static, impl SclPin<I>>,
+        sda: Peri<'static, impl SdaPin<I>>,
         power: Option<SensorPower>,
     ) -> Self {
         let (clock, data) = (Pin::of(scl.port(), scl.pin()), Pin::of(sda.port(), sda.pin()));
         let mut config = i2c::Config::default();
         // Three transfers are made between two stripes.
         config.timeout = Duration::from_micros(600);
-        Self { i2c: I2c::new_blocking(peripheral, scl, sda, config), scl: clock, sda: data, power }
+        let i2c = I2c::new_blocking(peripheral, scl, sda, config);
+        Self { i2c, registers: I::REGISTERS, scl: clock, sda: data, power }
     }
 
     /// Lends the lines as pins with open drains, which are high at first.
@@ -74,9 +91,9 @@ impl SensorBus {
             pin.port.moder().modify(|w| w.set_moder(pin.number, Moder::ALTERNATE));
         }
         // The interface forgets what it has seen of these clocks.
-        I2C1.cr1().modify(|w| w.set_pe(false));
+        self.registers.cr1().modify(|w| w.set_pe(false));
         wait();
-        I2C1.cr1().modify(|w| w.set_pe(true));
+        self.registers.cr1().modify(|w| w.set_pe(true));
         done
     }
 }

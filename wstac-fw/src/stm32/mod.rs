@@ -1,14 +1,13 @@
 //! STM32 with a DCMI: what their boards share. A board is a file in `src/bin` with its pins and its clock, and a row
 //! with its memories in `build/link.rs`.
 //!
-//! A chip is a module with its clocks and the peripherals that it uses: `h743` or `u575`.
+//! A chip is a module with its clocks and the peripherals that it uses: `h743`, also for the STM32H747, or `u575`.
 //!
-//! The parts that no board chooses: the camera interface with a stream of the chip's DMA, a clock for the sensor at
-//! PA8, the sensor's bus on I2C1, the line to the host on a USART of the chip. A pin of the wrong function does not
-//! compile.
+//! The parts that no board chooses: the camera interface with a stream of the chip's DMA, the line to the host on a
+//! USART of the chip. A pin of the wrong function does not compile.
 
 mod bus;
-#[cfg_attr(feature = "h743", path = "h743/mod.rs")]
+#[cfg_attr(feature = "h7", path = "h743/mod.rs")]
 #[cfg_attr(feature = "u575", path = "u575/mod.rs")]
 mod chip;
 #[cfg(feature = "settings")]
@@ -78,9 +77,9 @@ const WORDS: usize = WIDTH * ROWS as usize / 4;
 bind_interrupts!(
     /// The interrupts of the camera interface, its DMA and the serial line.
     pub struct Irqs {
-        #[cfg(feature = "h743")]
+        #[cfg(feature = "h7")]
         DCMI => DcmiInterrupts;
-        #[cfg(feature = "h743")]
+        #[cfg(feature = "h7")]
         DMA1_STREAM0 => DcmiInterrupts;
         #[cfg(feature = "h743")]
         USART3 => usart::UsartInterrupts;
@@ -88,7 +87,7 @@ bind_interrupts!(
         DCMI_PSSI => DcmiInterrupts;
         #[cfg(feature = "u575")]
         GPDMA1_CHANNEL0 => DcmiInterrupts;
-        #[cfg(feature = "u575")]
+        #[cfg(any(feature = "h747", feature = "u575"))]
         USART1 => usart::UsartInterrupts;
     }
 );
@@ -123,8 +122,8 @@ pub struct Wiring {
     pub dcmi: Peri<'static, peripherals::DCMI>,
     /// The stream of the camera interface's words.
     pub stream: Peri<'static, Stream>,
-    /// The output of the sensor's clock, 24 MHz.
-    pub clock: (Peri<'static, ClockOutput>, Peri<'static, peripherals::PA8>),
+    /// The sensor's clock of 24 MHz.
+    pub clock: SensorClock,
     /// The sensor's bus.
     pub bus: SensorBus,
     /// The line to the host.
@@ -139,6 +138,17 @@ pub struct Wiring {
     pub flash: Peri<'static, peripherals::FLASH>,
 }
 
+/// The sensor's clock, which runs.
+pub struct SensorClock(());
+
+impl SensorClock {
+    /// Puts the chip's clock of 24 MHz out at PA8.
+    pub fn output(output: Peri<'static, ClockOutput>, pin: Peri<'static, peripherals::PA8>) -> Self {
+        let _ = Mco::new(output, pin, SENSOR_CLOCK, McoConfig::default());
+        Self(())
+    }
+}
+
 /// Answers for ever. `has_crystal` is what [`start`] returned.
 ///
 /// # Panics
@@ -148,7 +158,6 @@ pub async fn run(has_crystal: bool, wiring: Wiring) -> ! {
     let mut watchdog = IndependentWatchdog::new(wiring.watchdog, HANGS);
     watchdog.unleash();
     let hung = take_hung();
-    let _clock = Mco::new(wiring.clock.0, wiring.clock.1, SENSOR_CLOCK, McoConfig::default());
     let Some(camera) = Dcmi::new(wiring.dcmi, wiring.stream, Irqs, ring(), SIZE, ROWS, OV7690.signals) else {
         panic!("the ring does not fit the frames, or is more than the DMA counts");
     };

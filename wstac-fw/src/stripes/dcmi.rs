@@ -38,7 +38,7 @@ use crate::node::{CHANGED, Camera};
 use crate::self_test::Probe;
 use crate::sensor::Signals;
 
-#[cfg_attr(feature = "h743", path = "dcmi/stream.rs")]
+#[cfg_attr(feature = "h7", path = "dcmi/stream.rs")]
 #[cfg_attr(feature = "u575", path = "dcmi/gpdma.rs")]
 mod dma;
 

@@ -1,13 +1,21 @@
-//! The start of an STM32H743: its clocks, whatever a bootloader has left.
+//! The start of an STM32H743 or H747: its clocks, whatever a bootloader has left.
+
+#[cfg(feature = "h747")]
+use core::mem::MaybeUninit;
 
 use cortex_m::peripheral::{MPU, NVIC};
-use embassy_stm32::pac::{PWR, RCC, SYSCFG};
+#[cfg(feature = "h747")]
+use embassy_stm32::SharedData;
+use embassy_stm32::pac::gpio::vals::Moder;
+use embassy_stm32::pac::{GPIOH, PWR, RCC, SYSCFG};
 use embassy_stm32::rcc::{
     APBPrescaler, HSIPrescaler, Hse, HseMode, Hsi48Config, Pll, PllDiv, PllMul, PllPreDiv, PllSource, Sysclk,
     VoltageScale, mux,
 };
 use embassy_stm32::time::Hertz;
 use embassy_stm32::{Config, Peripherals};
+
+use super::MHZ;
 
 // Runs before anything else: the AXI SRAM, which has the DMA's ring and the crash record, takes one read at a time
 // (READ_ISS_OVERRIDE of the interconnect's target 7). A chip of revision Y returns wrong data otherwise when several
@@ -37,6 +45,9 @@ const HSE_LOOKS: u32 = 2500;
 const UNCACHED: &[(u32, u32)] = &[
     (0x2400_0000, 0x8_0000),
     (0x0818_0000, 0x4_0000),
+    // The crash record (`build/link.rs`).
+    #[cfg(feature = "h747")]
+    (0x3800_0000, 0x1_0000),
     #[cfg(feature = "models")]
     (0x0810_0000, 0x8_0000),
 ];
@@ -50,6 +61,7 @@ pub struct Crystal {
     mode: HseMode,
     divide: PllPreDiv,
     multiply: PllMul,
+    has_switch: bool,
 }
 
 impl Crystal {
@@ -62,7 +74,14 @@ impl Crystal {
         let reference = hertz / divide as u32;
         assert!(reference >= 2_000_000 && reference <= 16_000_000, "the PLL needs 2 to 16 MHz");
         assert!((reference * multiply as u32).abs_diff(VCO) <= VCO / 200, "the PLL must make 576 MHz within 0.5 %");
-        Self { hertz, mode, divide: PllPreDiv::from_bits(divide), multiply: PllMul::from_bits(multiply - 1) }
+        let (divide, multiply) = (PllPreDiv::from_bits(divide), PllMul::from_bits(multiply - 1));
+        Self { hertz, mode, divide, multiply, has_switch: false }
+    }
+
+    /// Returns a clock that runs only while PH1 is high.
+    #[must_use]
+    pub const fn switched_by_ph1(self) -> Self {
+        Self { has_switch: true, ..self }
     }
 }
 
@@ -70,8 +89,23 @@ impl Crystal {
 /// runs; if not, the chip's own is used.
 pub fn start(crystal: Crystal, has_usb: bool) -> (Peripherals, bool) {
     take_over();
+    if crystal.has_switch {
+        RCC.ahb4enr().modify(|w| w.set_gpiohen(true));
+        // The clock is there two cycles of the bus later.
+        let _ = RCC.ahb4enr().read();
+        GPIOH.bsrr().write(|w| w.set_bs(1, true));
+        GPIOH.moder().modify(|w| w.set_moder(1, Moder::OUTPUT));
+    }
     let has_crystal = has_hse(crystal.mode);
-    let peripherals = embassy_stm32::init(clocks(has_crystal.then_some(crystal), has_usb));
+    let config = clocks(has_crystal.then_some(crystal), has_usb);
+    #[cfg(feature = "h743")]
+    let peripherals = embassy_stm32::init(config);
+    #[cfg(feature = "h747")]
+    let peripherals = {
+        /// For the other core, which stays off.
+        static SHARED: MaybeUninit<SharedData> = MaybeUninit::uninit();
+        embassy_stm32::init_primary(config, &SHARED)
+    };
     enable_caches();
     (peripherals, has_crystal)
 }
@@ -106,11 +140,15 @@ fn enable_caches() {
     core.SCB.enable_dcache(&mut core.CPUID);
 }
 
-/// Leaves the state of a bootloader: its clock and supply, its interrupts, its memory protection. After a reset without
-/// one, nothing of this changes anything.
+/// Leaves the state of a bootloader: its copies of memory, its clock and supply, its interrupts, its memory protection.
+/// After a reset without one, nothing of this changes anything.
 ///
 /// The supply may be lowered only after the clock, and its highest range ends by a switch of its own (RM0433, 6.6.2).
 fn take_over() {
+    // SAFETY: nobody else uses these parts of the core.
+    #[allow(unsafe_code)]
+    let mut core = unsafe { cortex_m::Peripherals::steal() };
+    core.SCB.disable_dcache(&mut core.CPUID);
     RCC.cr().modify(|w| w.set_hsion(true));
     while !RCC.cr().read().hsirdy() {}
     RCC.cfgr().modify(|w| w.set_sw(Sysclk::HSI));
@@ -147,12 +185,14 @@ fn has_hse(mode: HseMode) -> bool {
     })
 }
 
-/// Returns the clock configuration: 72 MHz from the board's clock or the chip's 64 MHz, and 24 MHz for the sensor.
+/// Returns the clock configuration: 72 or 96 MHz from the board's clock or the chip's 64 MHz, and 24 MHz for the
+/// sensor.
 ///
-/// The supply range is VOS3, the lowest to run in.
+/// The supply range is VOS3, the lowest to run in, up to 100 MHz of the buses. An STM32H747's regulator is the linear
+/// one (`SupplyConfig::LDO`, embassy's default), which its boards have to have.
 ///
 /// The camera interface needs 2.5 times the pixel clock of 24 MHz, which is 60 MHz; 72 MHz leaves it some. The PLL's
-/// range for a reference of more than 2 MHz begins at 192 MHz; 576 MHz gives 72 MHz and 24 MHz.
+/// range for a reference of more than 2 MHz begins at 192 MHz; 576 MHz gives 72, 96 and 24 MHz.
 fn clocks(crystal: Option<Crystal>, has_usb: bool) -> Config {
     let mut config = Config::default();
     let rcc = &mut config.rcc;
@@ -161,7 +201,7 @@ fn clocks(crystal: Option<Crystal>, has_usb: bool) -> Config {
     if has_usb {
         rcc.mux.usbsel = mux::Usbsel::HSI48;
     }
-    let (source, prediv, mul) = if let Some(Crystal { hertz, mode, divide, multiply }) = crystal {
+    let (source, prediv, mul) = if let Some(Crystal { hertz, mode, divide, multiply, .. }) = crystal {
         rcc.hsi = None;
         rcc.hse = Some(Hse { freq: Hertz(hertz), mode });
         (PllSource::HSE, divide, multiply)
@@ -169,8 +209,18 @@ fn clocks(crystal: Option<Crystal>, has_usb: bool) -> Config {
         rcc.hsi = Some(HSIPrescaler::DIV1);
         (PllSource::HSI, PllPreDiv::DIV8, PllMul::MUL72)
     };
-    rcc.pll1 =
-        Some(Pll { source, prediv, mul, fracn: None, divp: Some(PllDiv::DIV8), divq: Some(PllDiv::DIV24), divr: None });
+    let divp = Some(if MHZ == 72 { PllDiv::DIV8 } else { PllDiv::DIV6 });
+    let divq = Some(PllDiv::DIV24);
+    rcc.pll1 = Some(Pll {
+        source,
+        prediv,
+        mul,
+        #[cfg(feature = "h743")]
+        fracn: None,
+        divp,
+        divq,
+        divr: None,
+    });
     rcc.sys = Sysclk::PLL1_P;
     rcc.apb1_pre = APBPrescaler::DIV2;
     rcc.apb2_pre = APBPrescaler::DIV2;
