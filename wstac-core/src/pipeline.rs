@@ -138,6 +138,11 @@ impl<'a> Update<'a> {
         self.completed?.trigger.contact_end()
     }
 
+    /// Returns the number of the feature frame that was completed.
+    pub(crate) fn number(&self) -> Option<u64> {
+        Some(self.completed?.number)
+    }
+
     /// Returns whether the push completed a feature frame.
     pub fn is_frame(&self) -> bool {
         self.completed.is_some()
