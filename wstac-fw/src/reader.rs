@@ -433,7 +433,9 @@ impl Reader {
             self.sender.event(&event, out);
         }
         let ends = self.sender.at_once.first_mut().map_or([contact_end, None], |at_once| at_once.finish(contact_end));
-        ends.map(|end| self.sender.contact_end(end, out));
+        for end in ends {
+            self.sender.contact_end(end, out);
+        }
         while self.send_held(out) {}
         if let Some(interrupted) = interrupted {
             out.send(&Message::InterruptedSample(interrupted));

@@ -172,6 +172,8 @@ impl AtOnce {
     /// Takes the end of light that an update brought. Returns the end of a touch, once no more light can be of it.
     ///
     /// It is to be called about every update, after its answer. An event has one end at most: that of its last light.
+    // It is not inlined: its copy of the touch would lie on the stack of the law.
+    #[inline(never)]
     pub fn end(&mut self, update: &Update<'_>) -> Option<ContactEnd> {
         let before = match update.contact_end() {
             Some(end) => self.take_end(end),
