@@ -540,6 +540,9 @@ impl Sender {
                 return false;
             }
         }
+        // It comes behind the end of a touch before it that was not certain.
+        let end = self.at_once.first_mut().and_then(AtOnce::last_end);
+        self.contact_end(end, out);
         if !self.wants_samples {
             self.send_held_event(out);
         }

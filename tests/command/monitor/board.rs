@@ -170,6 +170,8 @@ impl Board<'_> {
     /// Returns whether there is an answer.
     fn event(&mut self, event: &Event<'_>) -> bool {
         let Some(answer) = self.at_once.answer(event, &self.law) else { return false };
+        let end = self.at_once.last_end();
+        end.into_iter().for_each(|end| self.sent.push(&Message::ContactEnd(end)));
         let mut answers = Answers::of(event, &answer);
         let models = self.models.iter().filter(|_| answers.has_texture()).collect::<Vec<_>>();
         let velocity = self.law.path_velocity(event, answers.velocity());

@@ -585,6 +585,12 @@ impl Answers {
         Output::Interrupted(InterruptedReport::new(sample, Some(&self.context.clock)))
     }
 
+    /// Adds an event, behind the end of a touch before it that was not certain.
+    fn add(&mut self, event: Output) {
+        let end = self.at_once.last_end().map(|end| self.contact_end(end));
+        self.outputs.extend(end.into_iter().chain([event]));
+    }
+
     fn contact_end(&self, end: ContactEnd) -> Output {
         Output::ContactEnd(ContactEndReport::new(end, Some(&self.context.clock)))
     }
@@ -604,12 +610,13 @@ impl Answers {
             self.outputs.extend(end);
             self.outputs.push(self.interrupted(sample));
         }
-        let event = update.event().and_then(|event| self.whole(&event));
-        self.outputs.extend(event);
+        if let Some(event) = update.event().and_then(|event| self.whole(&event)) {
+            self.add(event);
+        }
         let end = self.at_once.end(update).map(|end| self.contact_end(end));
         self.outputs.extend(end);
         if let Some(output) = update.touch().and_then(|touch| self.at_once(&touch)) {
-            self.outputs.push(output);
+            self.add(output);
             return true;
         }
         for (frame, frames, texture) in self.context.textures.of_prefixes(update) {
