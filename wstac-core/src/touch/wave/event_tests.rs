@@ -294,10 +294,10 @@ fn an_event_has_one_end_that_of_its_last_light() {
     let edge = slide(40.0, 30.0, |_| 1.0);
     let end_of = |light: Light<'_>| AtOnceOf::new(light, &[]).ends.iter().map(|end| end.frame).next_back();
     // The two ends of a block, and two strokes of a robot: 93 and 147 mm apart.
-    for (later, events) in [(70, 1), (110, 2)] {
-        let found = AtOnceOf::new(&|t, x, y| edge(t, x, y) + edge(t - later as f32, x, y), &[]);
+    for (later, events) in [(70_u32, 1), (110, 2)] {
+        let found = AtOnceOf::new(&|t, x, y| edge(t, x, y) + edge(t - f64::from(later), x, y), &[]);
         assert_eq!((found.answers.len(), found.ends.len()), (events, events), "{:?}", found.ends);
-        assert_eq!(found.ends.last().map(|end| end.frame - later), end_of(&edge));
+        assert_eq!(found.ends.last().map(|end| end.frame - u64::from(later)), end_of(&edge));
     }
 }
 
