@@ -172,18 +172,15 @@ impl AtOnce {
     /// Takes the end of light that an update brought. Returns the end of a touch, once no more light can be of it.
     ///
     /// It is to be called about every update, after its answer. An event has one end at most: that of its last light.
-    // It is not inlined: its copy of the touch would lie on the stack of the law.
+    // It is not inlined: what it holds would lie on the stack of the law.
     #[inline(never)]
     pub fn end(&mut self, update: &Update<'_>) -> Option<ContactEnd> {
-        let before = match update.contact_end() {
-            Some(end) => self.take_end(end),
-            None => None,
-        };
         let now = update.number()?;
-        if before.is_none() && self.ended.is_some_and(|end| !self.may_go_on(end, now, update.touch().is_some())) {
-            return self.last_end();
+        let before = update.contact_end().and_then(|end| self.take_end(end));
+        if before.is_some() || self.ended.is_none_or(|end| self.may_go_on(end, now, update.is_captured())) {
+            return before;
         }
-        before
+        self.last_end()
     }
 
     /// Takes the end of light that the end of a stream brought, if it did. Returns the ends of touches that are left.
@@ -195,16 +192,21 @@ impl AtOnce {
     pub fn last_end(&mut self) -> Option<ContactEnd> {
         let end = self.ended.take()?;
         let event = end.event_frame as u32;
-        let is_other = |slide: &Answered| slide.frame != event;
-        (self.newest, self.slide) = (self.newest.filter(is_other), self.slide.filter(is_other));
-        self.slow = self.slow.filter(|slow| slow[0] != event);
+        for slide in [&mut self.newest, &mut self.slide] {
+            if slide.is_some_and(|slide| slide.frame == event) {
+                *slide = None;
+            }
+        }
+        if self.slow.is_some_and(|[first, _]| first == event) {
+            self.slow = None;
+        }
         Some(end)
     }
 
     /// Takes note that a sample has light of the touch of an event before. Returns false.
     fn goes_on(&mut self, frame: u32, event: u32) -> bool {
-        (self.newest, self.slide, self.other_end) = (None, None, Some([frame, event]));
-        self.ended = self.ended.filter(|end| end.event_frame as u32 != event);
+        // The end of its light so far is that of the same event: others have been returned.
+        (self.newest, self.slide, self.other_end, self.ended) = (None, None, Some([frame, event]), None);
         false
     }
 
@@ -234,15 +236,12 @@ impl AtOnce {
 
     /// Returns whether more light may come of a touch that has ended. Other light may have come that is not answered.
     fn may_go_on(&self, end: ContactEnd, now: u64, has_light: bool) -> bool {
-        let event = end.event_frame as u32;
-        let (slide, slow) = (self.newest.or(self.slide).filter(|slide| slide.frame == event), self.slow);
-        let is_slow = slow.is_some_and(|[first, _]| first == event);
-        if has_light {
-            return is_slow || slide.is_some();
-        }
-        let begins = now.saturating_sub(FIRES.into());
-        is_slow && begins.saturating_sub(end.frame) < SLOW_DARK_FRAMES.into()
-            || slide.is_some_and(|slide| self.path_mm(slide, begins as u32) <= LONGEST_MM)
+        let (event, begins) = (end.event_frame as u32, now.saturating_sub(FIRES.into()));
+        let goes_on =
+            |slide: &Answered| slide.frame == event && (has_light || self.path_mm(*slide, begins as u32) <= LONGEST_MM);
+        let is_dark = begins.saturating_sub(end.frame) >= SLOW_DARK_FRAMES.into();
+        self.newest.as_ref().or(self.slide.as_ref()).is_some_and(goes_on)
+            || self.slow.is_some_and(|[first, _]| first == event && (has_light || !is_dark))
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.
