@@ -98,6 +98,32 @@ fn a_slow_slide_that_lights_whiskers_one_by_one_is_one_event_and_no_press() {
 }
 
 #[test]
+fn every_event_of_slow_slides_has_one_end() {
+    let folder = Folder::new("slow-ends");
+    let specimens = ["Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tri3", "Tri4"];
+    for (speed, least) in [(5, 8), (7, 8), (20, 10)] {
+        let touches = specimens.iter().zip([33, 90, 208, 0].iter().cycle()).map(|(specimen, direction)| {
+            format!(
+                "[[touch]]\nkind = \"slide\"\nspecimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n"
+            )
+        });
+        let touches = touches.collect::<String>();
+        let scene = folder.file("slow.toml", format!("fidelity = \"taxel\"\n{touches}"));
+        let lines = output(&["run", &format!("scene:{}", scene.display()), "--json"]);
+        let lines: Vec<serde_json::Value> = lines.iter().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let frames = |kind: &str, frame: &str| -> Vec<u64> {
+            let mut frames: Vec<u64> =
+                lines.iter().filter(|line| line["kind"] == kind).filter_map(|line| line[frame].as_u64()).collect();
+            frames.sort_unstable();
+            frames
+        };
+        let events = frames("event", "frame");
+        assert_eq!(frames("contact_end", "event_frame"), events, "{speed} mm/s");
+        assert!(events.len() >= least, "{speed} mm/s: {events:?}");
+    }
+}
+
+#[test]
 fn a_cut_off_event_has_a_bound_and_says_why() {
     let folder = Folder::new("cut-off");
     let lines = output(&["run", "scene:Saw3@50", "--json", "--config", &published(&folder)]);

@@ -138,6 +138,16 @@ impl<'a> Update<'a> {
         self.completed?.trigger.contact_end()
     }
 
+    /// Returns whether a sample is being captured whose touch is not answered.
+    pub(crate) fn is_captured(&self) -> bool {
+        self.completed.is_some_and(|Completed { trigger, .. }| trigger.under_way().is_some())
+    }
+
+    /// Returns the number of the feature frame that was completed.
+    pub(crate) fn number(&self) -> Option<u64> {
+        Some(self.completed?.number)
+    }
+
     /// Returns whether the push completed a feature frame.
     pub fn is_frame(&self) -> bool {
         self.completed.is_some()

@@ -432,7 +432,8 @@ impl Reader {
             // The end of a stream completes a sample only with lost frames.
             self.sender.event(&event, out);
         }
-        if let Some(end) = contact_end {
+        let ends = self.sender.at_once.first_mut().map_or([contact_end, None], |at_once| at_once.finish(contact_end));
+        for end in ends {
             self.sender.contact_end(end, out);
         }
         while self.send_held(out) {}
@@ -478,6 +479,8 @@ impl Sender {
             out.send(&Message::Slip(slip));
         }
         if let Some(interrupted) = update.interrupted() {
+            let end = self.at_once.first_mut().and_then(AtOnce::last_end);
+            self.contact_end(end, out);
             self.at_once = self.at_once.map(|_| AtOnce::new(self.motion));
             out.send(&Message::InterruptedSample(interrupted));
         }
@@ -495,9 +498,8 @@ impl Sender {
             touch = update.touch();
         }
         let is_answered = touch.is_some_and(|touch| self.event(&touch, out)) && !is_event;
-        if let Some(end) = update.contact_end() {
-            self.contact_end(end, out);
-        }
+        let end = self.at_once.first_mut().map_or_else(|| update.contact_end(), |at_once| at_once.end(update));
+        self.contact_end(end, out);
         if is_answered {
             return true;
         }
@@ -538,6 +540,9 @@ impl Sender {
                 return false;
             }
         }
+        // It comes behind the end of a touch before it that was not certain.
+        let end = self.at_once.first_mut().and_then(AtOnce::last_end);
+        self.contact_end(end, out);
         if !self.wants_samples {
             self.send_held_event(out);
         }
@@ -557,11 +562,11 @@ impl Sender {
     }
 
     /// Sends the end of a touch, or keeps it until its event is sent.
-    fn contact_end(&mut self, end: ContactEnd, out: &mut impl Publisher) {
-        let end = self.at_once.first_mut().map_or(end, |at_once| at_once.end(end));
-        match &mut self.held {
-            Some(held) if held.answers.frame == end.event_frame => held.end = Some(end.frame),
-            _ => out.send(&Message::ContactEnd(end)),
+    fn contact_end(&mut self, end: Option<ContactEnd>, out: &mut impl Publisher) {
+        match (end, &mut self.held) {
+            (Some(end), Some(held)) if held.answers.frame == end.event_frame => held.end = Some(end.frame),
+            (Some(end), _) => out.send(&Message::ContactEnd(end)),
+            (None, _) => {}
         }
     }
 

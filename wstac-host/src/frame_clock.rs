@@ -8,8 +8,8 @@ use wstac_core::rate::FrameRate;
 
 /// The first second of the year 10000, from 1970 on. Times as text have four digits of a year.
 const END_OF_YEARS_S: u64 = 253_402_300_800;
-/// Frames whose own times are kept: more than a sample and the touch before it have.
-const KEPT: usize = 256;
+/// Frames whose own times are kept: more than a sample and the touch before it have, and a slow block of 120 mm.
+const KEPT: usize = 512;
 /// Nanoseconds of a second.
 const SECOND: i128 = 1_000_000_000;
 /// The most that a camera is off its frame rate before it is known how fast it runs, in millionths.

@@ -134,13 +134,15 @@ impl Board<'_> {
             self.sent.push(&Message::Slip(slip));
         }
         if let Some(sample) = update.interrupted() {
+            let end = self.at_once.last_end();
+            end.into_iter().for_each(|end| self.sent.push(&Message::ContactEnd(end)));
             self.sent.push(&Message::InterruptedSample(sample));
         }
         if let Some(event) = update.event() {
             self.event(&event);
         }
-        if let Some(end) = update.contact_end() {
-            self.sent.push(&Message::ContactEnd(self.at_once.end(end)));
+        if let Some(end) = self.at_once.end(update) {
+            self.sent.push(&Message::ContactEnd(end));
         }
         if let Some(touch) = update.touch().filter(|_| self.is_at_once) {
             return self.event(&touch);
@@ -168,6 +170,8 @@ impl Board<'_> {
     /// Returns whether there is an answer.
     fn event(&mut self, event: &Event<'_>) -> bool {
         let Some(answer) = self.at_once.answer(event, &self.law) else { return false };
+        let end = self.at_once.last_end();
+        end.into_iter().for_each(|end| self.sent.push(&Message::ContactEnd(end)));
         let mut answers = Answers::of(event, &answer);
         let models = self.models.iter().filter(|_| answers.has_texture()).collect::<Vec<_>>();
         let velocity = self.law.path_velocity(event, answers.velocity());
@@ -190,8 +194,7 @@ impl Board<'_> {
         if let Some(event) = finished.event() {
             self.event(&event);
         }
-        if let Some(end) = finished.contact_end() {
-            let end = self.at_once.end(end);
+        for end in self.at_once.finish(finished.contact_end()).into_iter().flatten() {
             self.sent.push(&Message::ContactEnd(end));
         }
         if let Some(sample) = finished.interrupted() {

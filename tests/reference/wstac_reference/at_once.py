@@ -78,9 +78,9 @@ class AtOnce:
         return None if sample is None else self.try_(sample)
 
     def ends(self) -> list[ContactEnd]:
-        """Returns the ends of touches so far."""
-        first = lambda end: self.same.get(end.event_frame, end.event_frame)
-        return [replace(end, event_frame=first(end)) for end in self.trigger.contact_ends]
+        """Returns the ends of touches so far, each that of its last light."""
+        of = lambda end: self.same.get(end.event_frame, end.event_frame)
+        return list({of(end): replace(end, event_frame=of(end)) for end in self.trigger.contact_ends}.values())
 
     def try_(self, sample: Sample) -> Answered | None:
         """Tries to answer a touch of which so many frames have arrived."""

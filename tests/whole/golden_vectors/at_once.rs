@@ -51,13 +51,15 @@ impl AtOnceCase {
                 None => pipeline.push_lost(1),
             };
             said.incomplete.extend(update.interrupted());
-            said.ends.extend(update.contact_end().map(|end| at_once.end(end)));
-            let Some(touch) = update.event().or(update.touch()) else { continue };
-            if let Some(answer) = at_once.answer(&touch, &law) {
+            let touch = update.event().or(update.touch());
+            let answer = touch.and_then(|touch| Some((touch, at_once.answer(&touch, &law)?)));
+            said.ends.extend(at_once.end(&update));
+            if let Some((touch, answer)) = answer {
                 said.answers.push((touch.last_frame(), touch.frame, touch.frames, answer));
                 pipeline.answer_touch();
             }
         }
+        said.ends.extend(at_once.last_end());
         said
     }
 }

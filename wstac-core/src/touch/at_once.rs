@@ -3,6 +3,7 @@
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::params::SLOW_DARK_FRAMES;
+use crate::pipeline::Update;
 use crate::touch::motion::{MotionConfig, Velocity};
 use crate::touch::wave::Basis;
 
@@ -15,6 +16,8 @@ const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
 /// The longest block whose two ends are one touch, and the most path on which one end gives light.
 const LONGEST_MM: f32 = 120.0;
 const OF_END_MM: f32 = 40.0;
+/// The frames in which a window of the trigger fires, from the first lit frame of a touch on.
+const FIRES: u8 = 10;
 
 /// Tries to answer the touch under way. The answers are the same on every processor.
 ///
@@ -67,6 +70,8 @@ pub struct AtOnce {
     other_end: Option<[u32; 2]>,
     /// The first frame of the last event's sample, if its answer was not reliable, and the end of its light so far.
     slow: Option<[u32; 2]>,
+    /// The end of a touch of which more light may come.
+    ended: Option<ContactEnd>,
 }
 
 /// A slide that was answered.
@@ -91,6 +96,7 @@ impl AtOnce {
             slide: None,
             other_end: None,
             slow: None,
+            ended: None,
         }
     }
 
@@ -149,15 +155,13 @@ impl AtOnce {
         if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
             && self.is_other_end(slide, touch_frame, velocity)
         {
-            (self.newest, self.other_end) = (None, Some([frame, slide.frame]));
-            return false;
+            return self.goes_on(frame, slide.frame);
         }
         if let Some([first, end]) = self.slow
             && found.is_none()
             && touch_frame.wrapping_sub(end) < u32::from(SLOW_DARK_FRAMES)
         {
-            (self.newest, self.other_end) = (None, Some([frame, first]));
-            return false;
+            return self.goes_on(frame, first);
         }
         self.slow = (!answer.reliable).then_some([frame, frame]);
         let edge = found.filter(|_| answer.basis == Some(Basis::Edge));
@@ -165,8 +169,49 @@ impl AtOnce {
         true
     }
 
-    /// Returns the end of a touch, as that of the event that was answered.
-    pub fn end(&mut self, end: ContactEnd) -> ContactEnd {
+    /// Takes the end of light that an update brought. Returns the end of a touch, once no more light can be of it.
+    ///
+    /// It is to be called about every update, after its answer. An event has one end at most: that of its last light.
+    // It is not inlined: what it holds would lie on the stack of the law.
+    #[inline(never)]
+    pub fn end(&mut self, update: &Update<'_>) -> Option<ContactEnd> {
+        let now = update.number()?;
+        let before = update.contact_end().and_then(|end| self.take_end(end));
+        if before.is_some() || self.ended.is_none_or(|end| self.may_go_on(end, now, update.is_captured())) {
+            return before;
+        }
+        self.last_end()
+    }
+
+    /// Takes the end of light that the end of a stream brought, if it did. Returns the ends of touches that are left.
+    pub fn finish(&mut self, end: Option<ContactEnd>) -> [Option<ContactEnd>; 2] {
+        [end.and_then(|end| self.take_end(end)), self.last_end()]
+    }
+
+    /// Returns the end of a touch of which more light might have come. From here on, such light is another touch.
+    pub fn last_end(&mut self) -> Option<ContactEnd> {
+        let end = self.ended.take()?;
+        let event = end.event_frame as u32;
+        for slide in [&mut self.newest, &mut self.slide] {
+            if slide.is_some_and(|slide| slide.frame == event) {
+                *slide = None;
+            }
+        }
+        if self.slow.is_some_and(|[first, _]| first == event) {
+            self.slow = None;
+        }
+        Some(end)
+    }
+
+    /// Takes note that a sample has light of the touch of an event before. Returns false.
+    fn goes_on(&mut self, frame: u32, event: u32) -> bool {
+        // The end of its light so far is that of the same event: others have been returned.
+        (self.newest, self.slide, self.other_end, self.ended) = (None, None, Some([frame, event]), None);
+        false
+    }
+
+    /// Takes an end of light as that of the event that was answered. Returns the end of another event's touch.
+    fn take_end(&mut self, end: ContactEnd) -> Option<ContactEnd> {
         // Both ends have passed if light lasts longer.
         let of_end = end.event_frame as u32;
         let slide = self.newest.filter(|slide| slide.frame == of_end);
@@ -181,7 +226,22 @@ impl AtOnce {
         {
             *last = end.frame as u32;
         }
-        end
+        let before = self.ended.filter(|before| before.event_frame != end.event_frame);
+        if before.is_some() {
+            self.last_end();
+        }
+        self.ended = Some(end);
+        before
+    }
+
+    /// Returns whether more light may come of a touch that has ended. Other light may have come that is not answered.
+    fn may_go_on(&self, end: ContactEnd, now: u64, has_light: bool) -> bool {
+        let (event, begins) = (end.event_frame as u32, now.saturating_sub(FIRES.into()));
+        let goes_on =
+            |slide: &Answered| slide.frame == event && (has_light || self.path_mm(*slide, begins as u32) <= LONGEST_MM);
+        let is_dark = begins.saturating_sub(end.frame) >= SLOW_DARK_FRAMES.into();
+        self.newest.as_ref().or(self.slide.as_ref()).is_some_and(goes_on)
+            || self.slow.is_some_and(|[first, _]| first == event && (has_light || !is_dark))
     }
 
     /// Returns whether light of this velocity is that of the other end of what slid before.

@@ -332,9 +332,10 @@ impl Processor {
         let (answers, finished) = (&mut self.answers, self.pipeline.finish());
         // The end of a stream completes a sample only with lost frames.
         let event = finished.event().and_then(|event| answers.whole(&event));
-        let end = finished.contact_end().map(|end| answers.contact_end(end));
+        let ends = answers.at_once.finish(finished.contact_end()).into_iter().flatten();
+        let ends: Vec<_> = ends.map(|end| answers.contact_end(end)).collect();
         let sample = finished.interrupted().map(|sample| answers.interrupted(sample));
-        answers.outputs.extend(event.into_iter().chain(end).chain(sample));
+        answers.outputs.extend(event.into_iter().chain(ends).chain(sample));
         let (dropped_by, readout) = (self.dropped_by, self.readout);
         let summary = StreamSummary { dropped_by, readout, ..StreamSummary::new(finished.end(), self.dropped) };
         answers.outputs.push(Output::End(summary.by_clock(&answers.context.clock)));
@@ -584,8 +585,14 @@ impl Answers {
         Output::Interrupted(InterruptedReport::new(sample, Some(&self.context.clock)))
     }
 
-    fn contact_end(&mut self, end: ContactEnd) -> Output {
-        Output::ContactEnd(ContactEndReport::new(self.at_once.end(end), Some(&self.context.clock)))
+    /// Adds an event, behind the end of a touch before it that was not certain.
+    fn add(&mut self, event: Output) {
+        let end = self.at_once.last_end().map(|end| self.contact_end(end));
+        self.outputs.extend(end.into_iter().chain([event]));
+    }
+
+    fn contact_end(&self, end: ContactEnd) -> Output {
+        Output::ContactEnd(ContactEndReport::new(end, Some(&self.context.clock)))
     }
 
     /// Takes what an update brought. Returns whether it answered the touch under way.
@@ -598,15 +605,18 @@ impl Answers {
         let slip = self.slip.as_mut().and_then(|slip| slip.push(update));
         self.outputs.extend(slip.map(|slip| Output::Slip(SlipReport::new(slip, Some(&self.context.clock)))));
         if let Some(sample) = update.interrupted() {
+            let end = self.at_once.last_end().map(|end| self.contact_end(end));
             self.at_once = AtOnce::new(self.context.motion);
+            self.outputs.extend(end);
             self.outputs.push(self.interrupted(sample));
         }
-        let event = update.event().and_then(|event| self.whole(&event));
-        self.outputs.extend(event);
-        let end = update.contact_end().map(|end| self.contact_end(end));
+        if let Some(event) = update.event().and_then(|event| self.whole(&event)) {
+            self.add(event);
+        }
+        let end = self.at_once.end(update).map(|end| self.contact_end(end));
         self.outputs.extend(end);
         if let Some(output) = update.touch().and_then(|touch| self.at_once(&touch)) {
-            self.outputs.push(output);
+            self.add(output);
             return true;
         }
         for (frame, frames, texture) in self.context.textures.of_prefixes(update) {

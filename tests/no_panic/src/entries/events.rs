@@ -227,7 +227,9 @@ entries! {
     answer_at_once(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave) -> Option<Answer> { at_once.answer(touch, law) }
     is_time(at_once: &AtOnce, touch: &Event<'_>, law: &ByWave) -> bool { at_once.is_time(touch, law) }
     takes(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave, answer: &Answer) -> bool { at_once.takes(touch, law, answer) }
-    end_at_once(at_once: &mut AtOnce, end: ContactEnd) -> ContactEnd { at_once.end(end) }
+    end_at_once(at_once: &mut AtOnce, update: &Update<'_>) -> Option<ContactEnd> { at_once.end(update) }
+    finish_at_once(at_once: &mut AtOnce, end: Option<ContactEnd>) -> [Option<ContactEnd>; 2] { at_once.finish(end) }
+    last_end(at_once: &mut AtOnce) -> Option<ContactEnd> { at_once.last_end() }
     new_at_once(config: MotionConfig) -> AtOnce { AtOnce::new(config) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
     by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion { wave::by_wave(event, taxels, config) }

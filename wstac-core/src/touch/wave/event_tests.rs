@@ -260,14 +260,16 @@ impl AtOnceOf {
             let is_lost = lost.contains(&frame);
             let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums(frame)) };
             found.interrupted.extend(update.interrupted());
-            found.ends.extend(update.contact_end().map(|end| at_once.end(end)));
-            let Some(touch) = update.event().or(update.touch()) else { continue };
-            let Some(answer) = at_once.answer(&touch, &law).filter(|_| takes(frame)) else { continue };
+            let touch = update.event().or(update.touch());
+            let answer = touch.and_then(|touch| Some((touch, at_once.answer(&touch, &law)?)));
+            found.ends.extend(at_once.end(&update));
+            let Some((touch, answer)) = answer.filter(|_| takes(frame)) else { continue };
             assert_eq!(touch.lit_frames().is_none(), touch.is_under_way());
             assert_eq!(answer.duration, touch.lit_frames());
             found.answers.push((frame, touch.frames, answer));
             pipeline.answer_touch();
         }
+        found.ends.extend(at_once.last_end());
         found
     }
 
@@ -285,6 +287,18 @@ fn an_answer_that_is_not_taken_comes_again() {
     let found = AtOnceOf::of(|frame| sums(&rod, frame as usize), &[], |frame| frame > first + 3);
     assert_eq!(found.one().0, first + 4);
     check(found.one().2, 60.0, 30.0, Basis::Outline);
+}
+
+#[test]
+fn an_event_has_one_end_that_of_its_last_light() {
+    let edge = slide(40.0, 30.0, |_| 1.0);
+    let end_of = |light: Light<'_>| AtOnceOf::new(light, &[]).ends.iter().map(|end| end.frame).next_back();
+    // The two ends of a block, and two strokes of a robot: 93 and 147 mm apart.
+    for (later, events) in [(70_u32, 1), (110, 2)] {
+        let found = AtOnceOf::new(&|t, x, y| edge(t, x, y) + edge(t - f64::from(later), x, y), &[]);
+        assert_eq!((found.answers.len(), found.ends.len()), (events, events), "{:?}", found.ends);
+        assert_eq!(found.ends.last().map(|end| end.frame - u64::from(later)), end_of(&edge));
+    }
 }
 
 /// Checks that this law answers both of two strokes, 147 mm apart, as it does without [`AtOnce`].
