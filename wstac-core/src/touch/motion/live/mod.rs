@@ -273,11 +273,11 @@ impl LiveWave {
         let is_known = self.lines.is_touched && frames <= u64::from(LONGEST_FILLED_GAP) + 1;
         let lines = self.lines.push(next_frame, recent, baseline);
         let Some(ring) = taxels.filter(|_| frames > 0 && self.lines.is_touched) else { return lines };
+        let (frames, config) = (frames.min(8) as u8, self.lines.config);
         if !is_known {
-            self.whiskers.begin(ring);
+            self.whiskers.begin(ring, frames);
         }
-        let config = self.lines.config;
-        if let Some((velocity, basis)) = self.whiskers.follow(ring, frames.min(8) as u8, config) {
+        if let Some((velocity, basis)) = self.whiskers.follow(ring, frames, config) {
             return Some(LiveContact { contact: Contact::Slide, velocity: Some(velocity), basis: Some(basis) });
         }
         let lines = lines?;

@@ -76,7 +76,8 @@ pub(super) struct Whiskers {
     /// Frames since the touch began, and since one arrived as a whole.
     since: u8,
     missed: u8,
-    /// The most light of all whiskers in a frame.
+    /// The light of all whiskers in the last frame that arrived, and the most in a frame.
+    light: u32,
     brightest: u32,
     /// Whether there was nothing but afterglow in the newest frame, and in one before light came again.
     is_over: bool,
@@ -93,6 +94,7 @@ impl Whiskers {
         each: [FirstLight { dark: 0, peak: 0, age: 0 }; TAXELS],
         since: 0,
         missed: 0,
+        light: 0,
         brightest: 0,
         is_over: false,
         has_glowed: false,
@@ -101,8 +103,8 @@ impl Whiskers {
         agreed: None,
     };
 
-    /// Begins with a touch whose first line is lit in the newest frame.
-    pub(super) fn begin(&mut self, ring: &TaxelRing) {
+    /// Begins with a touch whose first line is lit in the newest frame, `frames` after the last.
+    pub(super) fn begin(&mut self, ring: &TaxelRing, frames: u8) {
         *self = Self::EMPTY;
         let mut dark = (0..=NEWEST - DARK).rev().filter(|&frame| !ring.is_lost(frame));
         if let (Some(newer), Some(older)) = (dark.next(), dark.next()) {
@@ -110,6 +112,9 @@ impl Whiskers {
                 whisker.dark = *a.min(b);
             }
         }
+        let before = ring.frame(NEWEST.saturating_sub(frames.into()));
+        let light = self.each.iter().zip(before).map(|(whisker, light)| u32::from(light.saturating_sub(whisker.dark)));
+        self.light = light.sum();
     }
 
     /// Takes the newest frame, `frames` after the last. Returns what is known of a touch that has just ended.
@@ -121,13 +126,12 @@ impl Whiskers {
         if self.missed > 0 {
             return None;
         }
-        let (now, before) = (ring.frame(NEWEST), ring.frame(NEWEST.saturating_sub(frames.into())));
+        let now = ring.frame(NEWEST);
         let recent = core::array::from_fn(|back| ring.frame(NEWEST - back));
-        let (mut sums, mut most, mut peak) = ([0; 2], 0, 0);
-        let passed = u32::from(frames) * PARTS;
-        for (taxel, ((whisker, &now), &before)) in self.each.iter_mut().zip(now).zip(before).enumerate() {
+        let (passed, mut sum) = (u32::from(frames) * PARTS, 0);
+        for (taxel, (whisker, &now)) in self.each.iter_mut().zip(now).enumerate() {
             let light = u32::from(now).saturating_sub(whisker.dark.into());
-            let light_before = u32::from(before).saturating_sub(whisker.dark.into());
+            sum += light;
             let age = (u32::from(whisker.age) + passed).min(OLDEST);
             whisker.age = age as u16;
             let highest = u32::from(whisker.peak);
@@ -135,19 +139,13 @@ impl Whiskers {
                 whisker.age = edge(&recent, taxel, whisker.dark, lost);
                 whisker.peak = light as u16;
             }
-            sums = [sums[0] + light, sums[1] + light_before];
-            (most, peak) = (light_before.max(most), peak.max(whisker.peak));
         }
-        self.brightest = self.brightest.max(sums[0]);
+        let sums = [sum, core::mem::replace(&mut self.light, sum)];
+        self.brightest = self.brightest.max(sum);
         let part = sums[0] as f32 / sums[1].max(1) as f32;
         let left = if frames == 1 { part } else { super::root(part) };
-        let limit = ALIKE[0] * most as f32 + ALIKE[1] * f32::from(peak);
-        let is_over = frames <= 2
-            && left < GLOW
-            && self.each.iter().zip(now).zip(before).all(|((whisker, &now), &before)| {
-                let dark = f32::from(whisker.dark);
-                ((f32::from(now) - dark) - part * (f32::from(before) - dark)).abs() <= limit
-            });
+        let before = || ring.frame(NEWEST.saturating_sub(frames.into()));
+        let is_over = frames <= 2 && left < GLOW && self.are_alike(now, before(), part);
         // Noise on the last afterglow is no new light.
         let has_grown = sums[0] > sums[1] + (self.brightest >> AGAIN);
         let was_over = self.is_over;
@@ -158,6 +156,20 @@ impl Whiskers {
         }
         self.tries += 1;
         self.wave(ring, left, sums[0] as f32, config)
+    }
+
+    /// Returns whether each whisker has this part of its light of the frame before.
+    #[inline(never)]
+    fn are_alike(&self, now: &[u16; TAXELS], before: &[u16; TAXELS], part: f32) -> bool {
+        let (mut most, mut peak) = (0, 0);
+        for (whisker, before) in self.each.iter().zip(before) {
+            (most, peak) = (before.saturating_sub(whisker.dark).max(most), whisker.peak.max(peak));
+        }
+        let limit = ALIKE[0] * f32::from(most) + ALIKE[1] * f32::from(peak);
+        self.each.iter().zip(now).zip(before).all(|((whisker, &now), &before)| {
+            let dark = f32::from(whisker.dark);
+            ((f32::from(now) - dark) - part * (f32::from(before) - dark)).abs() <= limit
+        })
     }
 
     /// Asks the wave about the touch, whose afterglow is continued: `left` of it in each frame.
