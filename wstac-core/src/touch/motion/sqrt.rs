@@ -14,9 +14,7 @@ pub(crate) fn sqrt(x: f32) -> f32 {
             "vsqrt.f32 s0, s0",
             "vmov {bits}, s0",
             "vmov s0, {kept}",
-            kept = out(reg) _,
-            bits = inout(reg) bits,
-            options(pure, nomem, nostack),
+            kept = out(reg) _, bits = inout(reg) bits, options(pure, nomem, nostack),
         );
     }
     f32::from_bits(bits)

@@ -198,18 +198,14 @@ impl LiveMotion {
         // An edge that crosses the sensor does not fade.
         let is_crossing = self.slide.as_ref().is_some_and(|slide| !slide.level.is_whole());
         self.faded = if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
-        match &mut self.slide {
-            Some(slide) => {
-                slide.follow(recent, newest, &self.base, frames, self.config.readout);
-                // Not in the longest frames, which catch up.
-                if !slide.tracks.iter().any(|track| track.is_behind) {
-                    slide.alike.look(recent, &self.ages, &self.base, 1);
-                }
-            }
-            None => {
-                let contact = self.arrive(recent);
-                return is_lit.then_some(LiveContact::of(contact, None));
-            }
+        let Some(slide) = &mut self.slide else {
+            let contact = self.arrive(recent);
+            return is_lit.then_some(LiveContact::of(contact, None));
+        };
+        slide.follow(recent, newest, &self.base, frames, self.config.readout);
+        // Not in the longest frames, which catch up.
+        if !slide.tracks.iter().any(|track| track.is_behind) {
+            slide.alike.look(recent, &self.ages, &self.base, 1);
         }
         let slide = self.slide.as_ref().filter(|_| is_lit)?;
         Some(slide.answer(self.config, self.faded < FADES[1]))

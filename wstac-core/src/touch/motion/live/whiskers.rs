@@ -296,7 +296,7 @@ impl EdgePlane {
         let (at, part) = (2 * one + along_x * x + along_y * y, 2 + x * x + y * y);
         let own = times.get(taxel).map_or(0, |time| part * time);
         let most = OLDEST as i32;
-        ((at - own) / (50 - part)).max(-most).min(most)
+        (at - own).checked_div(50 - part).unwrap_or(0).max(-most).min(most)
     }
 
     /// Returns the mean square distance from the plane, the slowness and the curvature along less across, if all is as
@@ -325,8 +325,8 @@ impl EdgePlane {
     }
 }
 
-/// Returns the parts of a frame since light exceeded the level of its peak, which is that of the newest of these frames.
-/// It is on straight lines between frames that were not `lost`.
+/// Returns the parts of a frame since light exceeded the level of its peak, which is in the newest of these frames. It
+/// is on straight lines between frames that were not `lost`.
 #[inline(never)]
 fn edge(recent: &[&[u16; TAXELS]; STEPS], taxel: usize, dark: u16, lost: u8) -> u16 {
     let (mut after, mut at, mut level) = (0, 0, -1);
