@@ -74,6 +74,15 @@ impl<'a> Sample<'a> {
         Self { parts: (first(older, frames), first(newer, frames.saturating_sub(older.len()))) }
     }
 
+    /// Returns the frames from a number from the oldest to before another one, as far as there are: of the older part,
+    /// then of the newer one.
+    pub(crate) fn between(&self, from: usize, to: usize) -> [&'a [Features]; 2] {
+        let (older, newer) = self.parts;
+        let of_newer = |number: usize| number.saturating_sub(older.len()).min(newer.len());
+        let parts = [older.get(from..to.min(older.len())), newer.get(of_newer(from)..of_newer(to))];
+        parts.map(Option::unwrap_or_default)
+    }
+
     /// Returns one feature, 0..10, over the 70 frames. The iterator is empty for another number.
     pub fn feature(&self, feature: usize) -> impl Iterator<Item = i16> + Clone + use<'a> {
         self.frames().filter_map(move |frame| frame.get(feature).copied())

@@ -154,7 +154,7 @@ mod tests {
         }
         let [plain, corrected] = [plain.taxel_ring().unwrap(), corrected.taxel_ring().unwrap()];
         for number in 0..70 {
-            assert_eq!(corrected.frame(number), correction().apply(&plain.frame(number)), "{number}");
+            assert_eq!(*corrected.frame(number), correction().apply(plain.frame(number)), "{number}");
             assert_eq!(corrected.is_lost(number), plain.is_lost(number));
         }
         assert!((0..70).any(|number| corrected.frame(number) != plain.frame(number)));

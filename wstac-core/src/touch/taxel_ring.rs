@@ -253,7 +253,7 @@ impl TaxelRing {
     /// Adds lost frames, each equal to the last one.
     pub fn fill(&mut self, lost: u32) {
         for _ in 0..lost.min(SAMPLE_FRAMES as u32) {
-            let last = self.frame(SAMPLE_FRAMES - 1);
+            let last = self.last_frame();
             if let Some(frame) = self.frames.get_mut(usize::from(self.oldest)) {
                 *frame = last;
             }
@@ -278,8 +278,15 @@ impl TaxelRing {
     }
 
     /// Returns a frame by its age: 0 is the oldest, 69 the last one.
-    pub(crate) fn frame(&self, number: usize) -> [u16; TAXELS] {
-        self.frames.get(self.place(number)).copied().unwrap_or([0; TAXELS])
+    pub(crate) fn frame(&self, number: usize) -> &[u16; TAXELS] {
+        self.frames.get(self.place(number)).unwrap_or(&[0; TAXELS])
+    }
+
+    /// Returns a copy of the last frame.
+    // Inlined, it would be a copy within the ring, which takes a board 1.5 kB of code.
+    #[inline(never)]
+    fn last_frame(&self) -> [u16; TAXELS] {
+        *self.frame(SAMPLE_FRAMES - 1)
     }
 
     fn place(&self, number: usize) -> usize {

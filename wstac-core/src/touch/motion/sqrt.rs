@@ -1,6 +1,27 @@
-//! The square root in few bytes: `libm::sqrtf` takes 300 more.
+//! The square root: the instruction of a processor, or few bytes. `libm::sqrtf` takes 300 more.
 
 /// Returns the square root of a number, rounded to the nearest as IEEE 754 says; NaN of a number below 0.
+#[cfg(fpu)]
+#[inline(never)]
+#[allow(unsafe_code, reason = "the core library has no square root")]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    let mut bits = x.to_bits();
+    // SAFETY: these are instructions on registers. S0, which a stable compiler does not lend, has its value again.
+    unsafe {
+        core::arch::asm!(
+            "vmov {kept}, s0",
+            "vmov s0, {bits}",
+            "vsqrt.f32 s0, s0",
+            "vmov {bits}, s0",
+            "vmov s0, {kept}",
+            kept = out(reg) _, bits = inout(reg) bits, options(pure, nomem, nostack),
+        );
+    }
+    f32::from_bits(bits)
+}
+
+/// Returns the square root of a number, rounded to the nearest as IEEE 754 says; NaN of a number below 0.
+#[cfg(not(fpu))]
 pub(crate) fn sqrt(x: f32) -> f32 {
     if !(x > 0.0 && x < f32::INFINITY) {
         return if x < 0.0 { f32::NAN } else { x };

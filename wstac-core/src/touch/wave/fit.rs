@@ -136,7 +136,7 @@ impl Whisker<'_> {
 }
 
 /// Returns the place of a whisker: columns to the right of the middle, and rows below it.
-pub(super) const fn place_of(taxel: usize) -> [i32; 2] {
+pub(crate) const fn place_of(taxel: usize) -> [i32; 2] {
     // A fifth of what is below 64, for processors that do not divide.
     let row = (taxel as i32 * 13) >> 6;
     [taxel as i32 - row * COLUMNS as i32 - 2, row - 2]

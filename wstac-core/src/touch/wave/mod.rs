@@ -25,10 +25,12 @@ use crate::touch::motion::{
 };
 use crate::touch::taxel_ring::TaxelRing;
 pub use extent::{Extent, Measured};
+pub(crate) use fit::place_of;
 use fit::{Wave as Fitted, Whisker, Whiskers};
 use light::Lines;
 use outline::{Outline, is_crossed, valley};
 use pair::Pair;
+pub(crate) use squares::Moments;
 use squares::{Fit, Normal, Polynomial};
 
 /// What a velocity is known by.

@@ -12,24 +12,31 @@ pub(super) type Polynomial = [f32; 6];
 
 /// Sums over whiskers of weights times the monomials of up to four degrees.
 #[derive(Clone, Copy, Default)]
-pub(super) struct Moments([[i32; 5]; 5]);
+pub(crate) struct Moments([[i32; 5]; 5]);
+
+/// Returns the sums of five values, at the places from -2 to 2, times the place's powers.
+fn powers([a, b, c, d, e]: [i32; 5]) -> [i32; 5] {
+    let (near, far, first, second) = (b + d, a + e, d - b, 2 * (e - a));
+    [c + near + far, first + second, near + 4 * far, first + 4 * second, near + 16 * far]
+}
 
 impl Moments {
     /// Sums up the weights of all whiskers, each below 2^19.
     #[inline(never)]
-    pub(super) fn new(weights: &[i32; TAXELS]) -> Self {
-        let mut moments = Self::default();
-        for (&[a, b, c, d, e], y) in weights.as_chunks::<{ params::COLUMNS }>().0.iter().zip(-2..) {
-            let (near, far, first, second) = (b + d, a + e, d - b, 2 * (e - a));
-            let of_x = [c + near + far, first + second, near + 4 * far, first + 4 * second, near + 16 * far];
-            for (degree, (row, mut value)) in moments.0.iter_mut().zip(of_x).enumerate() {
-                for sum in row.iter_mut().take(5 - degree) {
-                    *sum += value;
-                    value *= y;
-                }
-            }
-        }
-        moments
+    pub(crate) fn new(weights: &[i32; TAXELS]) -> Self {
+        let rows = weights.as_chunks::<{ params::COLUMNS }>().0;
+        let of_x: [[i32; 5]; 5] = core::array::from_fn(|row| powers(rows.get(row).copied().unwrap_or_default()));
+        let [a, b, c, d, e] = &of_x;
+        Self(core::array::from_fn(|k| {
+            let of = |row: &[i32; 5]| row.get(k).copied().unwrap_or(0);
+            powers([of(a), of(b), of(c), of(d), of(e)])
+        }))
+    }
+
+    /// Returns the sums of weights times 1, x, y and their products.
+    pub(crate) fn of_plane(&self) -> [i32; 6] {
+        let [[one, y, yy, ..], [x, xy, ..], [xx, ..], ..] = self.0;
+        [one, x, y, xx, xy, yy]
     }
 
     fn product(&self, a: [usize; 2], b: [usize; 2]) -> f32 {
@@ -41,9 +48,9 @@ impl Moments {
         MONOMIALS.map(|a| MONOMIALS.map(|b| self.product(a, b)))
     }
 
-    /// Returns the sums of weights times 1, x, y and their products.
+    /// Returns [`Moments::of_plane`] as numbers.
     pub(super) fn plane(&self) -> Polynomial {
-        MONOMIALS.map(|exponents| self.product([0, 0], exponents))
+        self.of_plane().map(|sum| sum as f32)
     }
 }
 

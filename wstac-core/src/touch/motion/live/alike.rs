@@ -54,15 +54,19 @@ impl Alike {
         {
             let youngest = ages.iter().fold(all, |youngest, &age| youngest.min(age));
             let end = youngest.min(seen.saturating_add(most));
+            if *seen >= end {
+                continue;
+            }
             for (line, (peak, &age)) in (first..).zip(peaks.iter_mut().zip(ages)) {
-                for seen in *seen..end {
-                    let frame = recent.len().checked_sub(usize::from(age.saturating_sub(seen)));
-                    let feature = frame.and_then(|frame| recent.frame(frame)?.get(line));
-                    *peak = feature.map_or(*peak, |&feature| feature.max(*peak));
+                // The first lit frame is `age` before the end.
+                let of = |seen: u8| (recent.len() + usize::from(seen)).saturating_sub(age.into());
+                for part in recent.between(of(*seen), of(end)) {
+                    for features in part {
+                        *peak = features.get(line).map_or(*peak, |&feature| feature.max(*peak));
+                    }
                 }
             }
-            is_new |= *seen < end;
-            *seen = end.max(*seen);
+            (is_new, *seen) = (true, end);
         }
         if is_new {
             let mut axes = self.peaks.as_chunks::<LINES>().0.iter().zip(base.as_chunks::<LINES>().0);

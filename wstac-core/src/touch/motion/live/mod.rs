@@ -198,46 +198,38 @@ impl LiveMotion {
         // An edge that crosses the sensor does not fade.
         let is_crossing = self.slide.as_ref().is_some_and(|slide| !slide.level.is_whole());
         self.faded = if is_crossing { 0 } else { fading(recent.frame(last.checked_sub(1)?)?, newest, lit, self.faded) };
-        match &mut self.slide {
-            Some(slide) => {
-                slide.follow(recent, newest, &self.base, frames, self.config.readout);
-                // Not in the longest frames, which catch up.
-                if !slide.tracks.iter().any(|track| track.is_behind) {
-                    slide.alike.look(recent, &self.ages, &self.base, 1);
-                }
-            }
-            None => match self.arrive(recent) {
-                Ok(slide) => {
-                    let contact = slide.contact(self.config);
-                    self.slide = Some(slide);
-                    return is_lit.then_some(LiveContact::of(contact, None));
-                }
-                Err(contact) => return is_lit.then_some(LiveContact::of(contact, None)),
-            },
+        let Some(slide) = &mut self.slide else {
+            let contact = self.arrive(recent);
+            return is_lit.then_some(LiveContact::of(contact, None));
+        };
+        slide.follow(recent, newest, &self.base, frames, self.config.readout);
+        // Not in the longest frames, which catch up.
+        if !slide.tracks.iter().any(|track| track.is_behind) {
+            slide.alike.look(recent, &self.ages, &self.base, 1);
         }
         let slide = self.slide.as_ref().filter(|_| is_lit)?;
         Some(slide.answer(self.config, self.faded < FADES[1]))
     }
 
-    /// Returns what is known of a touch whose light has arrived, or the kind of one whose light has not.
-    fn arrive(&self, recent: Sample<'_>) -> Result<Slide, Contact> {
+    /// Looks whether the light of a touch has arrived. Returns the kind of the touch, as far as it is known.
+    fn arrive(&mut self, recent: Sample<'_>) -> Contact {
         let (rows, columns) = self.ages.split_at_checked(ROWS).unwrap_or_default();
         let lit = |ages: &[u8]| ages.iter().map(|&age| u8::from(age > 0)).sum::<u8>();
         let (rows, columns) = (lit(rows), lit(columns));
-        let youngest = self.ages.iter().filter(|&&age| age > 0).min().map_or(0, |age| age - 1);
         if usize::from(rows.min(columns)) < LINES {
             let is_poke = rows.max(columns) <= POKE && rows.min(columns) > 0 && self.faded < FADES[1];
-            return Err(if is_poke { Contact::Poke } else { Contact::Unclear });
+            return if is_poke { Contact::Poke } else { Contact::Unclear };
         }
-        if youngest < AGE {
-            return Err(Contact::Unclear);
+        if self.ages.iter().any(|&age| age <= AGE) {
+            return Contact::Unclear;
         }
         let arrived = arrival(recent, &self.ages, &self.base, self.config.readout);
-        let (tracks, excess) = arrived.ok_or(Contact::Unclear)?;
+        let Some((tracks, excess)) = arrived else { return Contact::Unclear };
         let slowness = slowness(&tracks, self.config.readout);
         let each = tracks.map(|track| track.slowness);
         let (level, alike) = (Level::new(each, slowness), Alike::new(each, recent, &self.ages, &self.base));
-        Ok(Slide { tracks, slowness, excess, level, alike, off: 0.0, is_dimmed: false })
+        let slide = Slide { tracks, slowness, excess, level, alike, off: 0.0, is_dimmed: false };
+        self.slide.insert(slide).contact(self.config)
     }
 }
 
@@ -277,11 +269,11 @@ impl LiveWave {
         let is_known = self.lines.is_touched && frames <= u64::from(LONGEST_FILLED_GAP) + 1;
         let lines = self.lines.push(next_frame, recent, baseline);
         let Some(ring) = taxels.filter(|_| frames > 0 && self.lines.is_touched) else { return lines };
+        let (frames, config) = (frames.min(8) as u8, self.lines.config);
         if !is_known {
-            self.whiskers.begin(ring);
+            self.whiskers.begin(ring, frames);
         }
-        let config = self.lines.config;
-        if let Some((velocity, basis)) = self.whiskers.follow(ring, frames.min(8) as u8, config) {
+        if let Some((velocity, basis)) = self.whiskers.follow(ring, frames, config) {
             return Some(LiveContact { contact: Contact::Slide, velocity: Some(velocity), basis: Some(basis) });
         }
         let lines = lines?;

@@ -178,17 +178,23 @@ fn shifted(
     let after = after >> 4;
     let before = (1 << 12) - after;
     let (first, last) = ((before * before) >> 13, (after * after) >> 13);
-    let value = |index: usize| Some(light(*recent.frame(index)?.get(line)?));
-    let mut index = (recent.len() as i32 - 3 - back) as usize;
-    let [mut p, mut q] = [value(index)?, value(index + 1)?];
-    for [shape, derivative, moment] in sums {
-        index += 1;
-        let r = value(index + 1)?;
+    let from = (recent.len() as i32 - 3 - back) as usize;
+    let mut lights = [0; COMPARISONS + 2];
+    let lights = lights.get_mut(..sums.len() + 2)?;
+    let mut places = lights.iter_mut();
+    for part in recent.between(from, from.wrapping_add(sums.len() + 2)) {
+        for features in part {
+            *places.next()? = light(*features.get(line)?);
+        }
+    }
+    if places.next().is_some() {
+        return None;
+    }
+    for ([shape, derivative, moment], &[p, q, r]) in sums.iter_mut().zip(lights.array_windows()) {
         let y = ((first * p + ((1 << 12) - first - last) * q + last * r) >> 12) - base;
         *shape += y;
         *moment += k * y;
         *derivative += (before * (q - p) + after * (r - q)) >> 12;
-        (p, q) = (q, r);
     }
     Some(())
 }

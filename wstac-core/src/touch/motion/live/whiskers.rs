@@ -1,10 +1,10 @@
 //! What 25 whiskers tell while something slides. A line is lit as soon as one of its five whiskers is, so that lines
 //! alone take a narrow thing for a wide one.
 
-use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
+use crate::params::{SAMPLE_FRAMES, TAXELS};
 use crate::touch::motion::{MotionConfig, Velocity, squares};
 use crate::touch::taxel_ring::TaxelRing;
-use crate::touch::wave::{Basis, Wave, dome, velocity_of};
+use crate::touch::wave::{Basis, Moments, Wave, dome, place_of, velocity_of};
 
 /// The newest frame of a ring.
 const NEWEST: usize = SAMPLE_FRAMES - 1;
@@ -13,19 +13,19 @@ const DARK: usize = 3;
 /// Frames before a touch that a wave is given.
 const BEFORE: usize = 8;
 /// Parts of a frame in which the age of an edge is kept.
-const PARTS: u16 = 64;
+const PARTS: u32 = 64;
 /// The most that an age may be.
-const OLDEST: u16 = 1000 * PARTS;
+const OLDEST: u32 = 1000 * PARTS;
 /// An edge is where light exceeds this part of its peak, in 256ths.
 const LEVEL: i32 = 102;
 /// Age of an edge after which only a peak of this many times the light counts: ridges of a texture are none.
-const SETTLED: u16 = 3 * PARTS;
-const HIGHER: u16 = 4;
+const SETTLED: u32 = 3 * PARTS;
+const HIGHER: u32 = 4;
+const MOST_LIGHT: u32 = u16::MAX as u32;
 /// Frames in which an edge is looked for.
 const STEPS: usize = 7;
-/// A whisker is lit above an eighth of the highest peak; so many may be dark: one may be dead.
+/// A whisker is lit above an eighth of the highest peak; one may be dark, as if it were dead.
 const LIT_SHIFT: u32 = 3;
-const MOST_DARK: usize = 1;
 /// Light that fades is afterglow if less than this part is left of each frame's, of all whiskers alike: within these
 /// parts of the brightest whisker and of the highest peak.
 const GLOW: f32 = 0.75;
@@ -58,7 +58,7 @@ const OFF_AFTER_GLOW: f32 = 0.06;
 /// Least slowness in frames per pitch of a velocity by edges, and the age at which the youngest edge tells nothing
 /// more.
 const LEAST: f32 = 0.3;
-const OLD: u16 = 6 * PARTS;
+const OLD: u32 = 6 * PARTS;
 
 /// The first light of a whisker.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +76,8 @@ pub(super) struct Whiskers {
     /// Frames since the touch began, and since one arrived as a whole.
     since: u8,
     missed: u8,
-    /// The most light of all whiskers in a frame.
+    /// The light of all whiskers in the last frame that arrived, and the most in a frame.
+    light: u32,
     brightest: u32,
     /// Whether there was nothing but afterglow in the newest frame, and in one before light came again.
     is_over: bool,
@@ -93,6 +94,7 @@ impl Whiskers {
         each: [FirstLight { dark: 0, peak: 0, age: 0 }; TAXELS],
         since: 0,
         missed: 0,
+        light: 0,
         brightest: 0,
         is_over: false,
         has_glowed: false,
@@ -101,14 +103,18 @@ impl Whiskers {
         agreed: None,
     };
 
-    /// Begins with a touch whose first line is lit in the newest frame.
-    pub(super) fn begin(&mut self, ring: &TaxelRing) {
+    /// Begins with a touch whose first line is lit in the newest frame, `frames` after the last.
+    pub(super) fn begin(&mut self, ring: &TaxelRing, frames: u8) {
         *self = Self::EMPTY;
         let mut dark = (0..=NEWEST - DARK).rev().filter(|&frame| !ring.is_lost(frame));
-        let dark = [(); 2].map(|()| dark.next().map_or([0; TAXELS], |frame| ring.frame(frame)));
-        for (whisker, (a, b)) in self.each.iter_mut().zip(dark[0].iter().zip(&dark[1])) {
-            whisker.dark = *a.min(b);
+        if let (Some(newer), Some(older)) = (dark.next(), dark.next()) {
+            for (whisker, (a, b)) in self.each.iter_mut().zip(ring.frame(newer).iter().zip(ring.frame(older))) {
+                whisker.dark = *a.min(b);
+            }
         }
+        let before = ring.frame(NEWEST.saturating_sub(frames.into()));
+        let light = self.each.iter().zip(before).map(|(whisker, light)| u32::from(light.saturating_sub(whisker.dark)));
+        self.light = light.sum();
     }
 
     /// Takes the newest frame, `frames` after the last. Returns what is known of a touch that has just ended.
@@ -120,30 +126,26 @@ impl Whiskers {
         if self.missed > 0 {
             return None;
         }
-        let [now, before] = [0, frames.into()].map(|back| ring.frame(NEWEST.saturating_sub(back)));
-        let (mut sums, mut most, mut peak) = ([0_u32; 2], 0, 0);
-        let passed = u16::from(frames) * PARTS;
-        for (taxel, ((whisker, now), before)) in self.each.iter_mut().zip(&now).zip(&before).enumerate() {
-            let [now, before] = [now, before].map(|light| light.saturating_sub(whisker.dark));
-            whisker.age = whisker.age.saturating_add(passed).min(OLDEST);
-            if now > whisker.peak && (whisker.age < SETTLED || now >= whisker.peak.saturating_mul(HIGHER)) {
-                let dark = whisker.dark;
-                let age = edge(now, lost, |back| ring.light(NEWEST - back, taxel).saturating_sub(dark));
-                (whisker.peak, whisker.age) = (now, age);
+        let now = ring.frame(NEWEST);
+        let recent = core::array::from_fn(|back| ring.frame(NEWEST - back));
+        let (passed, mut sum) = (u32::from(frames) * PARTS, 0);
+        for (taxel, (whisker, &now)) in self.each.iter_mut().zip(now).enumerate() {
+            let light = u32::from(now).saturating_sub(whisker.dark.into());
+            sum += light;
+            let age = (u32::from(whisker.age) + passed).min(OLDEST);
+            whisker.age = age as u16;
+            let highest = u32::from(whisker.peak);
+            if light > highest && (age < SETTLED || light >= (highest * HIGHER).min(MOST_LIGHT)) {
+                whisker.age = edge(&recent, taxel, whisker.dark, lost);
+                whisker.peak = light as u16;
             }
-            sums = [sums[0] + u32::from(now), sums[1] + u32::from(before)];
-            (most, peak) = (before.max(most), whisker.peak.max(peak));
         }
-        self.brightest = self.brightest.max(sums[0]);
+        let sums = [sum, core::mem::replace(&mut self.light, sum)];
+        self.brightest = self.brightest.max(sum);
         let part = sums[0] as f32 / sums[1].max(1) as f32;
         let left = if frames == 1 { part } else { super::root(part) };
-        let limit = ALIKE[0] * f32::from(most) + ALIKE[1] * f32::from(peak);
-        let is_over = frames <= 2
-            && left < GLOW
-            && self.each.iter().zip(&now).zip(&before).all(|((whisker, now), before)| {
-                let [now, before] = [now, before].map(|light| f32::from(*light) - f32::from(whisker.dark));
-                (now - part * before).abs() <= limit
-            });
+        let before = || ring.frame(NEWEST.saturating_sub(frames.into()));
+        let is_over = frames <= 2 && left < GLOW && self.are_alike(now, before(), part);
         // Noise on the last afterglow is no new light.
         let has_grown = sums[0] > sums[1] + (self.brightest >> AGAIN);
         let was_over = self.is_over;
@@ -154,6 +156,20 @@ impl Whiskers {
         }
         self.tries += 1;
         self.wave(ring, left, sums[0] as f32, config)
+    }
+
+    /// Returns whether each whisker has this part of its light of the frame before.
+    #[inline(never)]
+    fn are_alike(&self, now: &[u16; TAXELS], before: &[u16; TAXELS], part: f32) -> bool {
+        let (mut most, mut peak) = (0, 0);
+        for (whisker, before) in self.each.iter().zip(before) {
+            (most, peak) = (before.saturating_sub(whisker.dark).max(most), whisker.peak.max(peak));
+        }
+        let limit = ALIKE[0] * f32::from(most) + ALIKE[1] * f32::from(peak);
+        self.each.iter().zip(now).zip(before).all(|((whisker, &now), &before)| {
+            let dark = f32::from(whisker.dark);
+            ((f32::from(now) - dark) - part * (f32::from(before) - dark)).abs() <= limit
+        })
     }
 
     /// Asks the wave about the touch, whose afterglow is continued: `left` of it in each frame.
@@ -207,8 +223,8 @@ impl Whiskers {
         }
         self.slowness = Some(slowness);
         let is_stable = is_steady(0.0) && before.is_some_and(|before| near(before, STABLE, size));
-        let youngest = self.each.iter().map(|whisker| whisker.age).min().unwrap_or(0);
-        if !is_stable || youngest >= OLD || size < LEAST * LEAST {
+        let is_old = |whisker: &FirstLight| u32::from(whisker.age) >= OLD;
+        if !is_stable || self.each.iter().all(is_old) || size < LEAST * LEAST {
             return None;
         }
         velocity_of(slowness, variance * (1.0 / 50.0), config)
@@ -217,115 +233,113 @@ impl Whiskers {
     /// Returns the slowness of rows and columns of edges that cross the sensor at an even speed, and what
     /// [`EdgePlane::is_even`] returns.
     fn front(&self) -> Option<([f32; 2], [f32; 3])> {
-        let peaks = self.each.map(|whisker| whisker.peak);
-        let least = peaks.iter().copied().max().unwrap_or(0) >> LIT_SHIFT;
-        let dark = peaks.iter().filter(|&&peak| peak <= least).count();
-        if dark > MOST_DARK {
-            return None;
+        let (mut peaks, mut times, mut highest) = ([0; TAXELS], [0; TAXELS], 0);
+        for ((whisker, peak), time) in self.each.iter().zip(&mut peaks).zip(&mut times) {
+            (*peak, *time) = (i32::from(whisker.peak), -i32::from(whisker.age));
+            highest = highest.max(*peak);
         }
-        let mut times = self.each.map(|whisker| -f32::from(whisker.age) * (1.0 / PARTS as f32));
+        let mut dark = peaks.iter().enumerate().filter(|(_, peak)| **peak <= highest >> LIT_SHIFT);
+        let (first, None) = (dark.next(), dark.next()) else { return None };
         let mut plane = EdgePlane::new(&times);
-        if dark > 0 {
-            // A dark one is put on the plane of the others.
-            for ((time, peak), place) in times.iter_mut().zip(&peaks).zip(PLACES) {
-                if *peak <= least {
-                    let part = 1.0 / 25.0 + squares(place) * (1.0 / 50.0);
-                    *time = (plane.at(place) - part * *time) / (1.0 - part);
-                }
-            }
+        if let Some((taxel, _)) = first {
+            // It is put on the plane of the others.
+            let of_others = plane.at_without(taxel, &times);
+            *times.get_mut(taxel)? = of_others;
             plane = EdgePlane::new(&times);
         }
-        let even = plane.is_even(&times, &peaks)?;
+        let even = plane.is_even(&peaks)?;
         let most = OFF_AFTER_GLOW * OFF_AFTER_GLOW * squares(plane.slope);
         (!self.has_glowed || even[0] < most).then_some((plane.slope, even))
     }
 }
 
-/// A plane through 25 times, and how these are curved. Polynomials on 5 × 5 places are orthogonal.
+/// A plane through 25 times, and how these are curved. Polynomials on 5 × 5 places are orthogonal, so that each
+/// coefficient is a sum of its own. Sums of times are whole numbers.
 struct EdgePlane {
-    mean: f32,
+    /// The sum of the times, and of their products with columns and rows.
+    sums: [i32; 3],
+    /// Of rows and columns.
     slope: [f32; 2],
     /// Of the square of the row's number, of the column's, and of their product.
     curves: [f32; 3],
+    /// Mean square distance from the plane.
+    off: f32,
 }
+
+/// A part of a frame.
+const PART: f32 = 1.0 / PARTS as f32;
 
 impl EdgePlane {
     #[inline(never)]
-    fn new(times: &[f32; TAXELS]) -> Self {
-        let (mut mean, mut slope, mut curves) = (0.0, [0.0; 2], [0.0; 3]);
-        for (&time, &[row, column]) in times.iter().zip(&PLACES) {
-            mean += time * (1.0 / 25.0);
-            slope = [slope[0] + row * time, slope[1] + column * time];
-            curves[0] += (row * row - 2.0) * time;
-            curves[1] += (column * column - 2.0) * time;
-            curves[2] += row * column * time;
-        }
+    fn new(times: &[i32; TAXELS]) -> Self {
+        let [one, x, y, xx, xy, yy] = Moments::new(times).of_plane();
+        // Below 25 · 2^32.
+        let squares = times.iter().fold(0, |sum, time| sum + u64::from(time.unsigned_abs() * time.unsigned_abs()));
+        let [of_one, of_x, of_y] = [one, x, y].map(|sum| i64::from(sum) * i64::from(sum));
+        let rest = 50 * squares as i64 - 2 * of_one - of_x - of_y;
         Self {
-            mean,
-            slope: slope.map(|sum| sum * (1.0 / 50.0)),
-            curves: [curves[0] * (1.0 / 70.0), curves[1] * (1.0 / 70.0), curves[2] * (1.0 / 100.0)],
+            sums: [one, x, y],
+            slope: [y, x].map(|sum| sum as f32 * (PART / 50.0)),
+            curves: [
+                (yy - 2 * one) as f32 * (PART / 70.0),
+                (xx - 2 * one) as f32 * (PART / 70.0),
+                xy as f32 * (PART / 100.0),
+            ],
+            off: rest as f32 * (PART * PART / 1250.0),
         }
     }
 
-    fn at(&self, [row, column]: [f32; 2]) -> f32 {
-        self.mean + self.slope[0] * row + self.slope[1] * column
+    /// Returns the time at a whisker of the plane through the others.
+    fn at_without(&self, taxel: usize, times: &[i32; TAXELS]) -> i32 {
+        let ([one, along_x, along_y], [x, y]) = (self.sums, place_of(taxel));
+        // In units of a 50th: what the plane has there, and how much of it is by the whisker itself.
+        let (at, part) = (2 * one + along_x * x + along_y * y, 2 + x * x + y * y);
+        let own = times.get(taxel).map_or(0, |time| part * time);
+        let most = OLDEST as i32;
+        (at - own).checked_div(50 - part).unwrap_or(0).max(-most).min(most)
     }
 
     /// Returns the mean square distance from the plane, the slowness and the curvature along less across, if all is as
     /// of an edge of an even speed.
     #[inline(never)]
-    fn is_even(&self, times: &[f32; TAXELS], peaks: &[u16; TAXELS]) -> Option<[f32; 3]> {
+    fn is_even(&self, peaks: &[i32; TAXELS]) -> Option<[f32; 3]> {
         let slowness = super::root(squares(self.slope));
         if slowness <= 0.0 {
             return None;
         }
         let [down, right] = self.slope.map(|part| part / slowness);
-        let (mut off, mut light, mut grown) = (0.0, 0.0, 0.0);
-        for ((time, peak), place) in times.iter().zip(peaks).zip(PLACES) {
-            let late = time - self.at(place);
-            off += late * late * (1.0 / 25.0);
-            light += f32::from(*peak);
-            grown += f32::from(*peak) * (place[0] * down + place[1] * right);
-        }
+        let [light, along_x, along_y, ..] = Moments::new(peaks).of_plane().map(|sum| sum as f32);
+        let grown = along_y * down + along_x * right;
         let [rows, columns, mixed] = self.curves.map(|curve| 4.0 * curve / slowness);
         let along = rows * down * down + columns * right * right + mixed * down * right;
         let across = rows * right * right + columns * down * down - mixed * down * right;
         let twisted = 2.0 * (rows - columns) * down * right + mixed * (right * right - down * down);
         let grown = 2.0 * grown / light;
         let (most, bent) = (OFF[0] * (slowness + OFF[1]), along - across - 0.5 * grown);
-        let is_even = off < most * most
+        let is_even = self.off < most * most
             && bent.abs() < CURVED[0]
             && twisted.abs() < CURVED[1]
             && (across - dome(along, across)).abs() < CURVED[2]
             && grown.abs() < GROWN;
-        is_even.then_some([off, slowness, bent])
+        is_even.then_some([self.off, slowness, bent])
     }
 }
 
-/// Returns the parts of a frame since light exceeded the level of its peak, which is the light of now. It is on
-/// straight lines between frames that were not `lost`.
-fn edge(now: u16, lost: u8, light: impl Fn(usize) -> u16) -> u16 {
-    let (mut after, mut at) = (i32::from(now), 0);
-    let level = (after * LEVEL) >> 8;
-    for back in (1..STEPS).filter(|back| lost >> back & 1 == 0) {
-        let before = i32::from(light(back));
+/// Returns the parts of a frame since light exceeded the level of its peak, which is in the newest of these frames. It
+/// is on straight lines between frames that were not `lost`.
+#[inline(never)]
+fn edge(recent: &[&[u16; TAXELS]; STEPS], taxel: usize, dark: u16, lost: u8) -> u16 {
+    let (mut after, mut at, mut level) = (0, 0, -1);
+    for (back, frame) in (0..).zip(recent).filter(|(back, _)| lost >> back & 1 == 0) {
+        let before = i32::from(frame.get(taxel).map_or(0, |light| light.saturating_sub(dark)));
         if before <= level {
-            let parts = i32::from(PARTS) * (back as i32 - at);
-            let share = ((level - before) * parts).checked_div(after - before).unwrap_or(0);
-            return (back as u16 * PARTS).saturating_sub(share as u16);
+            let share = ((level - before) * PARTS as i32 * (back - at)).checked_div(after - before).unwrap_or(0);
+            return (back * PARTS as i32 - share).max(0) as u16;
         }
-        (after, at) = (before, back as i32);
+        if back == 0 {
+            level = (before * LEVEL) >> 8;
+        }
+        (after, at) = (before, back);
     }
-    (STEPS as u16 - 1) * PARTS
+    (STEPS as u16 - 1) * PARTS as u16
 }
-
-/// Rows and columns of taxels, counted from the middle.
-const PLACES: [[f32; 2]; TAXELS] = {
-    let mut places = [[0.0; 2]; TAXELS];
-    let mut taxel = 0;
-    while taxel < TAXELS {
-        places[taxel] = [(taxel / COLUMNS) as f32 - 2.0, (taxel % COLUMNS) as f32 - 2.0];
-        taxel += 1;
-    }
-    places
-};
