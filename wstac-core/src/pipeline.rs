@@ -474,7 +474,8 @@ impl<G: GreenChannel, L: Ln, B: BaselinePolicy, T: TaxelStore> Pipeline<G, L, B,
     }
 
     /// Returns the number of a feature frame before which nothing is left to report: samples, touches and ends of
-    /// touches that are reported later begin at this frame or behind it.
+    /// touches that are reported later begin at this frame or behind it. [`AtOnce`](crate::touch::at_once::AtOnce) may
+    /// report the end of a touch later.
     ///
     /// The number never goes back. A program that needs only a part of a stream can stop reading by it.
     pub fn settled_frame(&self) -> u64 {

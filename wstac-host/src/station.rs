@@ -271,6 +271,7 @@ impl Station {
 
     /// Gathers a new baseline from the next frame on. A recording in progress would not know of it.
     pub fn rezero(&mut self) {
+        self.report_end();
         let interrupted = self.session.processor_mut().rezero();
         self.interrupt(interrupted);
     }
@@ -280,6 +281,7 @@ impl Station {
     /// # Errors
     /// Layout, format and configuration do not fit each other. Nothing has changed then.
     pub fn reconfigure(&mut self, config: Config) -> Result<(), Error> {
+        self.report_end();
         let interrupted = self.session.processor_mut().reconfigure(&self.info, &config)?;
         self.config = config;
         self.restarted(interrupted);
@@ -312,6 +314,7 @@ impl Station {
         check_room(&file, &path, &kept)?;
         let recording = Excerpt::start(file, &path, &about, self.processor())?;
         // The replay begins with a new baseline, too. The sample that this ends is not part of it.
+        self.report_end();
         let interrupted = self.session.processor_mut().restart();
         self.restarted(interrupted);
         self.recording = Some(recording);
@@ -365,6 +368,12 @@ impl Station {
     /// Takes the sample that an order has ended. Its times are those before a restart.
     fn interrupt(&mut self, sample: Option<InterruptedReport>) {
         self.waiting.extend(sample.map(|sample| Output::Interrupted(sample).after(self.elapsed)));
+    }
+
+    /// Reports the end of a touch that waits for more light, which a new baseline would forget.
+    fn report_end(&mut self) {
+        let end = self.session.processor_mut().take_end();
+        self.waiting.extend(end.map(|end| end.after(self.elapsed)));
     }
 
     /// Goes on behind a restart of the processor, which ended this sample.

@@ -95,14 +95,20 @@ impl Line {
 /// ```
 /// let solved = wstac_host::statistics::solve([[0.0, 1.0, 2.0], [2.0, 1.0, 4.0]]).unwrap();
 /// assert_eq!(solved.map(|row| row[2]), [1.0, 2.0]);
-/// assert_eq!(wstac_host::statistics::solve([[2.0, 1.0, 4.0], [4.0, 2.0, 8.0]]), None);
+/// assert_eq!(wstac_host::statistics::solve([[0.1, 0.3, 1.0], [0.3, 0.9, 2.0]]), None);
 /// ```
 pub fn solve<const N: usize, const ALL: usize>(mut rows: [[f64; ALL]; N]) -> Option<[[f64; ALL]; N]> {
+    let largest = |number: f64, row: &[f64; ALL]| row[..N].iter().fold(number, |most, factor| most.max(factor.abs()));
+    // Rounding makes smaller ones of 0.
+    let least = 1e-12 * rows.iter().fold(0.0, largest);
     for column in 0..N {
         // The largest number of the column, for the least rounding.
         let pivot = (column..N).max_by(|a, b| rows[*a][column].abs().total_cmp(&rows[*b][column].abs()))?;
         rows.swap(column, pivot);
         let divisor = rows[column][column];
+        if divisor.abs() <= least {
+            return None;
+        }
         let own = rows[column].map(|number| number / divisor);
         for row in &mut rows {
             let times = row[column];

@@ -84,6 +84,28 @@ fn every_slide_is_one_event_with_the_right_answers() {
     assert!(worst < 0.12 && least > 0.5, "speed error {worst:.3}, confidence {least:.2}");
 }
 
+fn hash(script: &SceneConfig) -> u64 {
+    let mut scene = Scene::new(script).unwrap();
+    let (mut hash, mut frames) = (0xCBF2_9CE4_8422_2325, 0);
+    while let Some(SimulatedFrame::Frame(frame)) = scene.next_shot() {
+        // FNV-1a.
+        hash = frame.iter().fold(hash, |hash: u64, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01B3));
+        frames += 1;
+    }
+    assert_eq!(frames, scene.frames());
+    hash
+}
+
+/// Checks hashes that were made on x86-64; any other machine must make the same bytes.
+#[test]
+fn a_seed_gives_the_same_bytes_everywhere() {
+    let slide = Slide::new("Sin3".parse().unwrap(), 170.0, 180.0);
+    let small = |seed| hash(&one(&slide, seed, (60, 40)));
+    assert_eq!(small(7), 0xC064_89BF_52B9_42A1);
+    assert_eq!(small(7), small(7));
+    assert_ne!(small(7), small(8));
+}
+
 #[test]
 fn slides_of_a_script_are_an_event_each() {
     let text =
@@ -279,6 +301,31 @@ fn features(text: &str) -> (Vec<[i16; 10]>, u32) {
         features.extend(frame.map(|frame| frame.features));
     }
     (features, lost)
+}
+
+/// Checks whole scenes: drawn taxels are within a level of rendered ones, for every format that allows it.
+#[test]
+fn taxel_fidelity_agrees_with_rendered_frames() {
+    let mut worst = 0.0_f64;
+    for (number, format) in (0..).zip(["GREY", "Y12", "RGB3", "GRBG", "RGBP"]) {
+        let text = |fidelity| {
+            let slide = format!("specimen = \"Sin3\"\nspeed = 150\nseed = {number}\nnoise = 2\ngap = 70");
+            let light = "[light]\nleak = 0.01";
+            let sensor = format!("[sensor]\nsize = [320, 240]\nformat = \"{format}\"\ngain = 2\nblur = 2");
+            format!("{slide}\nfidelity = \"{fidelity}\"\n{light}\n{sensor}")
+        };
+        let (rendered, drawn) = (features(&text("rendered")).0, features(&text("taxel")).0);
+        assert_eq!(rendered.len(), drawn.len());
+        for (a, b) in rendered.iter().flatten().zip(drawn.iter().flatten()) {
+            // In levels of 255 of a row of five taxels.
+            let level = |feature: &i16| 255.0 * (f64::from(*feature) / 2048.0).exp();
+            // Five times the variation of a row of 900 pixels: 0.6 levels, and more in brighter light.
+            let noise = 5.0 * 2.0 * 2.0 * (5.0 * 900.0_f64).sqrt().recip() * 5.0 * (0.6 + (level(a) / 500.0).sqrt());
+            worst = worst.max((level(a) - level(b)).abs() / (0.1 + noise));
+        }
+    }
+    assert!(worst < 1.0, "{worst}");
+    assert!(worst > 0.05, "{worst}: the noise is part of it");
 }
 
 #[test]

@@ -134,8 +134,9 @@ impl Board<'_> {
             self.sent.push(&Message::Slip(slip));
         }
         if let Some(sample) = update.interrupted() {
-            let end = self.at_once.last_end();
-            end.into_iter().for_each(|end| self.sent.push(&Message::ContactEnd(end)));
+            if let Some(end) = self.at_once.last_end() {
+                self.sent.push(&Message::ContactEnd(end));
+            }
             self.sent.push(&Message::InterruptedSample(sample));
         }
         if let Some(event) = update.event() {
@@ -169,9 +170,12 @@ impl Board<'_> {
 
     /// Returns whether there is an answer.
     fn event(&mut self, event: &Event<'_>) -> bool {
-        let Some(answer) = self.at_once.answer(event, &self.law) else { return false };
-        let end = self.at_once.last_end();
-        end.into_iter().for_each(|end| self.sent.push(&Message::ContactEnd(end)));
+        // Whole samples are events of their own, as those of a host are.
+        let early = self.is_at_once.then(|| self.at_once.answer(event, &self.law));
+        let Some(answer) = early.unwrap_or_else(|| Some(self.law.answer(event))) else { return false };
+        if let Some(end) = self.at_once.last_end() {
+            self.sent.push(&Message::ContactEnd(end));
+        }
         let mut answers = Answers::of(event, &answer);
         let models = self.models.iter().filter(|_| answers.has_texture()).collect::<Vec<_>>();
         let velocity = self.law.path_velocity(event, answers.velocity());

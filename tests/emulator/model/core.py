@@ -42,8 +42,8 @@ class Nvic(Registers):
 class Scb(Registers):
     """Vectors, the reset that a program can request, caches and memory protection.
 
-    Caches hold nothing here, and are on after a reset if a bootloader has left them so (`caches`). What counts is whether the core may keep a copy of an address (`keeps`): then nothing but
-    the core may write there.
+    Caches hold nothing here, and are on after a reset if a bootloader has left them so (`caches`). What counts is
+    whether the core may keep a copy of an address (`keeps`): then nothing but the core may write there.
     """
 
     def __init__(self, machine, caches=0):

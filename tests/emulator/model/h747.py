@@ -112,8 +112,8 @@ class H747(H743):
         self.rcc.pmic, self.rcc.timer = Pmic(), Timer3(self.rcc, wiring.clock_hertz)
 
     def boot(self, machine):
-        """Leaves what Arduino's bootloader leaves: the core at 100 MHz, caches on, its variables in the AXI SRAM, its vectors
-        in the DTCM. The supply is as after power-on, since the program may be started by a debugger.
+        """Leaves what Arduino's bootloader leaves: the core at 100 MHz, caches on, and its variables in the AXI SRAM. The
+        supply is as after power-on, since the program may be started by a debugger.
         """
         self.rcc.values |= {
             clocks.CR: 1 | 1 << 12 | 1 << 16 | clocks.BYPASS | clocks.PLL1_ON,

@@ -58,8 +58,9 @@ pub(super) struct Arguments {
 
 const HELP: &str = "\
 Output:
-  It is that of wstac run (see wstac help json). Exit code: 1 if the port
-  cannot be used or carries no message, 2 for wrong arguments, otherwise 0.
+  Records are those of wstac run (see wstac help json). Exit code: 1 if the
+  port cannot be used or carries no message, 2 for wrong arguments,
+  otherwise 0.
 
 To record what a board sends:
   stty -F /dev/ttyACM0 raw 115200; cat /dev/ttyACM0 > board.bin

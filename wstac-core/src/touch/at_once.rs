@@ -16,8 +16,9 @@ const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
 /// The longest block whose two ends are one touch, and the most path on which one end gives light.
 const LONGEST_MM: f32 = 120.0;
 const OF_END_MM: f32 = 40.0;
-/// The frames in which a window of the trigger fires, from the first lit frame of a touch on.
-const FIRES: u8 = 10;
+/// The frames in which the default trigger fires, from the first lit frame of a touch on: its window, and a rest behind
+/// the sample before.
+const FIRES: u8 = 20;
 
 /// Tries to answer the touch under way. The answers are the same on every processor.
 ///
@@ -205,8 +206,7 @@ impl AtOnce {
 
     /// Takes note that a sample has light of the touch of an event before. Returns false.
     fn goes_on(&mut self, frame: u32, event: u32) -> bool {
-        // The end of its light so far is that of the same event: others have been returned.
-        (self.newest, self.slide, self.other_end, self.ended) = (None, None, Some([frame, event]), None);
+        (self.newest, self.slide, self.other_end) = (None, None, Some([frame, event]));
         false
     }
 
@@ -218,8 +218,11 @@ impl AtOnce {
         if slide.is_some_and(|slide| self.path_mm(slide, end.frame as u32) > OF_END_MM) {
             self.newest = None;
         }
-        let since =
-            self.other_end.filter(|other| other[0] == of_end).map_or(0, |[_, slide]| of_end.wrapping_sub(slide));
+        let other_end = self.other_end.filter(|other| other[0] == of_end);
+        if other_end.is_some() {
+            self.other_end = None;
+        }
+        let since = other_end.map_or(0, |[_, event]| of_end.wrapping_sub(event));
         let end = ContactEnd { event_frame: end.event_frame.saturating_sub(since.into()), ..end };
         if let Some([first, last]) = &mut self.slow
             && *first == end.event_frame as u32
@@ -237,10 +240,14 @@ impl AtOnce {
     /// Returns whether more light may come of a touch that has ended. Other light may have come that is not answered.
     fn may_go_on(&self, end: ContactEnd, now: u64, has_light: bool) -> bool {
         let (event, begins) = (end.event_frame as u32, now.saturating_sub(FIRES.into()));
+        // The end of this light is still to come.
+        if self.other_end.is_some_and(|[_, of]| of == event) {
+            return true;
+        }
         let goes_on =
             |slide: &Answered| slide.frame == event && (has_light || self.path_mm(*slide, begins as u32) <= LONGEST_MM);
         let is_dark = begins.saturating_sub(end.frame) >= SLOW_DARK_FRAMES.into();
-        self.newest.as_ref().or(self.slide.as_ref()).is_some_and(goes_on)
+        [&self.newest, &self.slide].into_iter().flatten().any(goes_on)
             || self.slow.is_some_and(|[first, _]| first == event && (has_light || !is_dark))
     }
 

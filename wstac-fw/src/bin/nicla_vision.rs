@@ -3,7 +3,8 @@
 //!
 //! Public sources, which agree: Zephyr's `boards/arduino/nicla_vision`, OpenMV's `boards/ARDUINO_NICLA_VISION`, and
 //! MicroPython's `ports/stm32/boards/ARDUINO_NICLA_VISION`. The supply is the linear regulator in all three, and in
-//! Arduino's mbed-os. A chip with the wrong one hangs until power is off.
+//! Arduino's mbed-os. A chip with the wrong one hangs until power is off. The transceiver's reset,
+//! and what the bootloader leaves and requires, come from Arduino's `mcuboot-arduino-stm32h7`.
 #![no_std]
 #![no_main]
 

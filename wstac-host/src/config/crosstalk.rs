@@ -38,7 +38,7 @@ pub(super) fn correction(matrix: Option<&[Vec<f64>]>, gains: Option<&[f64]>) -> 
         }
     }
     let wrong = || "[layout] crosstalk has no inverse, or one that raises noise four times: expected less cross-talk";
-    let weights = inverse(rows).and_then(Correction::new);
+    let weights = inverse(&rows).and_then(Correction::new);
     weights.map(Some).ok_or_else(|| wrong().into())
 }
 
@@ -62,10 +62,10 @@ fn set_crosstalk(rows: &mut [[f64; 2 * TAXELS]; TAXELS], matrix: &[Vec<f64>]) ->
 }
 
 /// Returns the inverse of a matrix with the unit matrix behind it, in fixed point; `None` if it is too large.
-fn inverse(rows: [[f64; 2 * TAXELS]; TAXELS]) -> Option<[[i16; TAXELS]; TAXELS]> {
+fn inverse(rows: &[[f64; 2 * TAXELS]; TAXELS]) -> Option<[[i16; TAXELS]; TAXELS]> {
     let weight = |number: f64| (number * f64::from(1 << WEIGHT_BITS) + 0.5).floor();
     let is_small = |number: &f64| weight(*number).abs() <= f64::from(i16::MAX);
-    let weights = solve(rows)?.map(|row| core::array::from_fn(|at| row[TAXELS + at]));
+    let weights = solve(*rows)?.map(|row| core::array::from_fn(|at| row[TAXELS + at]));
     weights.iter().flatten().all(is_small).then(|| weights.map(|row: [f64; TAXELS]| row.map(|at| weight(at) as i16)))
 }
 

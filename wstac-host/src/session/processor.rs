@@ -331,11 +331,13 @@ impl Processor {
     pub fn finish<E>(&mut self, emit: impl FnMut(Output) -> Result<(), E>) -> Result<(), E> {
         let (answers, finished) = (&mut self.answers, self.pipeline.finish());
         // The end of a stream completes a sample only with lost frames.
-        let event = finished.event().and_then(|event| answers.whole(&event));
+        if let Some(event) = finished.event().and_then(|event| answers.whole(&event)) {
+            answers.add(event);
+        }
         let ends = answers.at_once.finish(finished.contact_end()).into_iter().flatten();
         let ends: Vec<_> = ends.map(|end| answers.contact_end(end)).collect();
         let sample = finished.interrupted().map(|sample| answers.interrupted(sample));
-        answers.outputs.extend(event.into_iter().chain(ends).chain(sample));
+        answers.outputs.extend(ends.into_iter().chain(sample));
         let (dropped_by, readout) = (self.dropped_by, self.readout);
         let summary = StreamSummary { dropped_by, readout, ..StreamSummary::new(finished.end(), self.dropped) };
         answers.outputs.push(Output::End(summary.by_clock(&answers.context.clock)));
@@ -496,6 +498,12 @@ impl Processor {
         (self.answers.context.clock, self.answers.doubts) = (answers.context.clock, answers.doubts);
         (self.dropped, self.dropped_by) = (dropped, dropped_by);
         Ok(incomplete)
+    }
+
+    /// Returns the end of a touch that waited for more light: a new baseline forgets it.
+    pub(crate) fn take_end(&mut self) -> Option<Output> {
+        let end = self.answers.at_once.last_end()?;
+        Some(self.answers.contact_end(end))
     }
 
     fn forget_motion(&mut self) {

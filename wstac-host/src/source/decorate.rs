@@ -91,14 +91,11 @@ mod tests {
         SourceEvent::Lost { frames, reason: LossReason::Dropped }
     }
 
-    fn fault(kind: FaultKind) -> Planned {
-        Some(Ok(SourceEvent::Fault(Fault::new(kind, "a fault"))))
-    }
-
     /// Returns a plan of two faults in place of these frames.
     fn faults(first: (u64, FaultKind), then: (u64, FaultKind)) -> impl FnMut(u64) -> Planned + Send + 'static {
         move |number| {
-            [&first, &then].into_iter().find(|(at, _)| *at == number).and_then(|(_, kind)| fault(kind.clone()))
+            let (_, kind) = [&first, &then].into_iter().find(|(at, _)| *at == number)?;
+            Some(Ok(SourceEvent::Fault(Fault::new(kind.clone(), "a fault"))))
         }
     }
 

@@ -46,7 +46,9 @@ pub fn every_sensor(given: &[SensorSpec<'_>]) -> Result<Vec<NamedSource>, Error>
             None => {
                 // A file may say anything, and names become those of keys and files.
                 if let Some(wrong) = recorded.iter().find(|name| !is_name(name)) {
-                    let message = format!("the recording has a sensor {wrong:?}, which is no name of a sensor");
+                    let message = format!(
+                        "the recording has a sensor {wrong:?}, which is no name of a sensor; help: --sensor NAME reads one"
+                    );
                     return Err(refused(source, message));
                 }
                 all.extend(recorded.iter().map(|name| of(Some(name), Some(name))));

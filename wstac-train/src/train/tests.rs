@@ -84,6 +84,18 @@ fn labels_and_samples_are_checked() {
 }
 
 #[test]
+fn a_slide_without_a_sample_counts_as_wrong() {
+    let mut slides = recorded(5);
+    let group = "recording Saw3-0";
+    let set_tests = |slide: &mut LabeledSlide| slide.is_test = Some(slide.group.ends_with("-0"));
+    slides.slides.iter_mut().for_each(set_tests);
+    slides.slides.iter_mut().find(|slide| slide.group == group).unwrap().numbers = None;
+    let trial = train(slides, &TrainOptions::default()).unwrap().trial.unwrap();
+    assert_eq!((trial.slides(), trial.right(), trial.without_answer()), (8, 7, 1));
+    assert_eq!(trial.of_class(1), [3, 4]);
+}
+
+#[test]
 fn slides_of_other_groups_calibrate() {
     // The two textures overlap, so that no answer is certain.
     let mut random = 5_u32;

@@ -1,4 +1,7 @@
 //! The square root: the instruction of a processor, or few bytes. `libm::sqrtf` takes 300 more.
+//!
+//! With the instruction of a Cortex-M4F, motion by edges takes 16 % fewer instructions. The golden velocities of
+//! boards compare both.
 
 /// Returns the square root of a number, rounded to the nearest as IEEE 754 says; NaN of a number below 0.
 #[cfg(fpu)]

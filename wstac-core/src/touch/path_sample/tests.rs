@@ -268,3 +268,25 @@ fn light_before_a_touch_under_way_is_not_its_own() {
     let whole = PathSample::of_taxels(&ring(&light), &velocity(120.0, 30.0), config(), 40).unwrap();
     assert_eq!(dark.numbers()[..100], whole.numbers()[..100]);
 }
+
+#[test]
+fn numbers_over_time_are_logarithms_of_each_taxel() {
+    let (pixels, full) = (2500, 2500 * 255);
+    let floor = crate::features::Floor::new(0.5, 255).unwrap();
+    let scale = crate::features::FeatureScale::<Fixed>::new(pixels, 255, 1, floor).unwrap();
+    let mut ring = TaxelRing::new(full);
+    let sum = |frame: usize, taxel: usize| ((frame * 31 + taxel * 977) % 600 * 1000) as u32;
+    for frame in 0..80 {
+        ring.push(&core::array::from_fn(|taxel| sum(frame, taxel)));
+    }
+    ring.fill(1);
+    let numbers = ring.numbers(&scale);
+    for (at, &number) in numbers.iter().enumerate() {
+        // Frames 11 to 79, and the last one once more. Sums of 20 bits lose four of them.
+        let sum = sum((11 + at / TAXELS).min(79), at % TAXELS) >> 4 << 4;
+        let light = (f64::from(sum) / f64::from(full)).max(0.5 / 255.0);
+        assert!((f64::from(number) - 2048.0 * light.ln()).abs() <= 1.0, "{at}: {number}");
+    }
+    // The darkest one is half a gray level, within the rounding of ln 5.
+    assert!((i32::from(*numbers.iter().min().unwrap()) + 12_769).abs() <= 1);
+}

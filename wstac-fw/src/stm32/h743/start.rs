@@ -17,10 +17,10 @@ use embassy_stm32::{Config, Peripherals};
 
 use super::MHZ;
 
-// Runs before anything else: the AXI SRAM, which has the DMA's ring and the crash record, takes one read at a time
-// (READ_ISS_OVERRIDE of the interconnect's target 7). A chip of revision Y returns wrong data otherwise when several
-// are under way (ES0392, 2.2.9); newer ones have no need of it, and lose nothing that this program uses. Rust may not
-// run yet.
+// Runs before anything else: the AXI SRAM, which has the DMA's ring and an STM32H743's crash record, takes one read at
+// a time (READ_ISS_OVERRIDE of the interconnect's target 7). A chip of revision Y returns wrong data otherwise when
+// several are under way (ES0392, 2.2.9); newer ones have no need of it, and lose nothing that this program uses. Rust
+// may not run yet.
 core::arch::global_asm!(
     ".pushsection .text.__pre_init, \"ax\"",
     ".global __pre_init",
@@ -111,7 +111,7 @@ pub fn start(crystal: Crystal, has_usb: bool) -> (Peripherals, bool) {
 }
 
 /// Lets the core keep copies of what it reads of the program, which nothing writes. It keeps none of what others write:
-/// the AXI SRAM with the DMA's ring and the crash record, and the sectors of the settings.
+/// the AXI SRAM with the DMA's ring, the crash record, and the sectors of the settings.
 fn enable_caches() {
     // SAFETY: nobody else uses these parts of the core.
     #[allow(unsafe_code)]
@@ -170,7 +170,12 @@ fn take_over() {
             clear_enable.write(u32::MAX);
             clear_pending.write(u32::MAX);
         }
+        // A region of the bootloader would hold again, and above this program's, once these are enabled.
         (*MPU::PTR).ctrl.write(0);
+        for region in 0..((*MPU::PTR)._type.read() >> 8 & 0xFF) {
+            (*MPU::PTR).rnr.write(region);
+            (*MPU::PTR).rasr.write(0);
+        }
         cortex_m::interrupt::enable();
     }
 }
