@@ -299,6 +299,25 @@ fn an_event_has_one_end_that_of_its_last_light() {
         assert_eq!((found.answers.len(), found.ends.len()), (events, events), "{:?}", found.ends);
         assert_eq!(found.ends.last().map(|end| end.frame - u64::from(later)), end_of(&edge));
     }
+    // A stream that ends while the other end is under way.
+    let (mut pipeline, mut at_once, law) = (
+        pipeline::<TaxelRing>(TriggerConfig::default().one_event_per_touch()),
+        AtOnce::new(config()),
+        ByWave(config()),
+    );
+    let (mut answers, mut ends) = (0, 0);
+    for frame in 0..150 {
+        let update = pipeline.push_taxels(&sums(&|t, x, y| edge(t, x, y) + edge(t - 70.0, x, y), frame));
+        let is_answered = update.touch().or(update.event()).is_some_and(|touch| at_once.answer(&touch, &law).is_some());
+        answers += usize::from(is_answered);
+        ends += usize::from(at_once.end(&update).is_some());
+        if is_answered {
+            pipeline.answer_touch();
+        }
+    }
+    let finished = pipeline.finish();
+    ends += at_once.finish(finished.contact_end()).iter().flatten().count();
+    assert_eq!((answers, ends), (1, 1));
 }
 
 /// Checks that this law answers both of two strokes, 147 mm apart, as it does without [`AtOnce`].
