@@ -479,9 +479,8 @@ impl Sender {
             out.send(&Message::Slip(slip));
         }
         if let Some(interrupted) = update.interrupted() {
-            let end = self.at_once.first_mut().and_then(AtOnce::last_end);
+            let end = self.at_once.first_mut().and_then(AtOnce::restart);
             self.contact_end(end, out);
-            self.at_once = self.at_once.map(|_| AtOnce::new(self.motion));
             out.send(&Message::InterruptedSample(interrupted));
         }
         // An event or a touch under way: there is room for one on the stack.

@@ -37,7 +37,7 @@ use std::time::Duration;
 
 use crate::config::Config;
 use crate::error::Error;
-use crate::output::{Elapsed, InterruptedReport, Output, OutputOptions};
+use crate::output::{Elapsed, Output, OutputOptions};
 use crate::record::about::About;
 use crate::record::{Excerpt, FinishedRecording, check_room};
 use crate::session::{Observer, Processor, Session, Step};
@@ -271,9 +271,8 @@ impl Station {
 
     /// Gathers a new baseline from the next frame on. A recording in progress would not know of it.
     pub fn rezero(&mut self) {
-        self.report_end();
-        let interrupted = self.session.processor_mut().rezero();
-        self.interrupt(interrupted);
+        let ended = self.session.processor_mut().rezero();
+        self.wait_with(ended);
     }
 
     /// Uses another configuration from the next frame on, with a new baseline. The numbers and times of frames go on.
@@ -281,10 +280,9 @@ impl Station {
     /// # Errors
     /// Layout, format and configuration do not fit each other. Nothing has changed then.
     pub fn reconfigure(&mut self, config: Config) -> Result<(), Error> {
-        self.report_end();
-        let interrupted = self.session.processor_mut().reconfigure(&self.info, &config)?;
+        let ended = self.session.processor_mut().reconfigure(&self.info, &config)?;
         self.config = config;
-        self.restarted(interrupted);
+        self.restarted(ended);
         Ok(())
     }
 
@@ -314,9 +312,8 @@ impl Station {
         check_room(&file, &path, &kept)?;
         let recording = Excerpt::start(file, &path, &about, self.processor())?;
         // The replay begins with a new baseline, too. The sample that this ends is not part of it.
-        self.report_end();
-        let interrupted = self.session.processor_mut().restart();
-        self.restarted(interrupted);
+        let ended = self.session.processor_mut().restart();
+        self.restarted(ended);
         self.recording = Some(recording);
         Ok(())
     }
@@ -365,20 +362,14 @@ impl Station {
         Ok(())
     }
 
-    /// Takes the sample that an order has ended. Its times are those before a restart.
-    fn interrupt(&mut self, sample: Option<InterruptedReport>) {
-        self.waiting.extend(sample.map(|sample| Output::Interrupted(sample).after(self.elapsed)));
+    /// Takes what an order has ended. Its times are those before a restart.
+    fn wait_with(&mut self, ended: Vec<Output>) {
+        self.waiting.extend(ended.into_iter().map(|output| output.after(self.elapsed)));
     }
 
-    /// Reports the end of a touch that waits for more light, which a new baseline would forget.
-    fn report_end(&mut self) {
-        let end = self.session.processor_mut().take_end();
-        self.waiting.extend(end.map(|end| end.after(self.elapsed)));
-    }
-
-    /// Goes on behind a restart of the processor, which ended this sample.
-    fn restarted(&mut self, sample: Option<InterruptedReport>) {
-        self.interrupt(sample);
+    /// Goes on behind a restart of the processor, which ended this.
+    fn restarted(&mut self, ended: Vec<Output>) {
+        self.wait_with(ended);
         self.elapsed = self.processor().elapsed();
     }
 }

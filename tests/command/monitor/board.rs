@@ -134,7 +134,7 @@ impl Board<'_> {
             self.sent.push(&Message::Slip(slip));
         }
         if let Some(sample) = update.interrupted() {
-            if let Some(end) = self.at_once.last_end() {
+            if let Some(end) = self.at_once.restart() {
                 self.sent.push(&Message::ContactEnd(end));
             }
             self.sent.push(&Message::InterruptedSample(sample));

@@ -221,7 +221,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let interrupted = signals::flag();
     let sensors = arguments.options.every_sensor(&sensors)?;
     if sensors.len() > 1 && arguments.save_raw.is_some() {
-        conflict("--save-raw is for one sensor, expected one source, or --sensor NAME of a recording");
+        conflict("--save-raw is for one sensor: give one source, or --sensor NAME of a recording");
     }
     let file = arguments.file().map(|path| outputs.create(path)).transpose()?;
     let has_names = sensors.iter().any(|sensor| sensor.name.is_some());

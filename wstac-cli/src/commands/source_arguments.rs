@@ -14,7 +14,7 @@ use crate::open;
 use wstac_host::config::{Config, Estimator};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BEST, ModelFile};
-use wstac_host::monitor::port::port_of;
+use wstac_host::monitor::port::{has_board_bytes, port_of};
 use wstac_host::source::every_sensor::{NamedSource, every_sensor};
 use wstac_host::source::names::SensorSpec;
 use wstac_host::source::open::{OpenOptions, recorded_sensors};
@@ -98,6 +98,10 @@ impl SourceArguments {
     fn with_advice(&self, source: &OsStr, error: Error) -> Error {
         if port_of(source).is_some() {
             let message = "is a board or its bytes, expected frames: wstac run, view and calibrate read a board";
+            return Error::new(error.kind(), source.display(), message);
+        }
+        if has_board_bytes(source.as_ref()) {
+            let message = format!("has a board's bytes, expected frames: wstac run board:{}", source.display());
             return Error::new(error.kind(), source.display(), message);
         }
         if error.kind() != ErrorKind::Usage || self.sensor.is_some() {

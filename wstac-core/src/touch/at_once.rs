@@ -87,8 +87,12 @@ struct Answered {
 impl AtOnce {
     /// Creates the state before the first touch. The parameters are those of the law.
     pub const fn new(config: MotionConfig) -> Self {
+        Self::of(config.pitch_mm() / config.pitch_per_frame())
+    }
+
+    const fn of(seconds_per_frame: f32) -> Self {
         Self {
-            seconds_per_frame: config.pitch_mm() / config.pitch_per_frame(),
+            seconds_per_frame,
             frame: u32::MAX,
             frames: 0,
             is_over: false,
@@ -202,6 +206,14 @@ impl AtOnce {
             self.slow = None;
         }
         Some(end)
+    }
+
+    /// Forgets all touches, as a gap or a new baseline makes it. Returns the end of one of which more light might have
+    /// come.
+    pub fn restart(&mut self) -> Option<ContactEnd> {
+        let end = self.ended.take();
+        *self = Self::of(self.seconds_per_frame);
+        end
     }
 
     /// Takes note that a sample has light of the touch of an event before. Returns false.

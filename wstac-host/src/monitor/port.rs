@@ -46,20 +46,21 @@ pub fn port_of(name: &OsStr) -> Option<&OsStr> {
     let path = std::fs::canonicalize(name).unwrap_or_else(|_| name.into());
     let is_board = match std::fs::metadata(&path).map(|metadata| metadata.file_type()) {
         _ if name.as_bytes().starts_with(b"tcp:") => true,
-        Ok(kind) if kind.is_file() => !is_named_for_frames(Path::new(name)) && has_message(&path),
+        Ok(kind) if kind.is_file() => !is_named_for_frames(Path::new(name)) && has_board_bytes(&path),
         Ok(kind) if !kind.is_char_device() => false,
         _ => SERIAL.iter().any(|start| path.to_string_lossy().starts_with(start)),
     };
     is_board.then_some(name)
 }
 
-/// Returns whether a message of a board is at the start of a file.
-fn has_message(path: &Path) -> bool {
+/// Returns whether a message of a board is at the start of a file, however the file is named.
+pub fn has_board_bytes(path: &Path) -> bool {
     let mut start = Vec::new();
     let mut decoder = Decoder::<LONGEST>::new();
     // A message of another version is one, too: whoever reads the board reports it.
     let is_message = |byte| decoder.push::<Message>(byte).is_some_and(|read| read != Err(DecodeError::Damaged));
-    crate::files::open(path).and_then(|file| file.take(SEARCHED).read_to_end(&mut start)).is_ok()
+    path.is_file()
+        && crate::files::open(path).and_then(|file| file.take(SEARCHED).read_to_end(&mut start)).is_ok()
         && start.into_iter().any(is_message)
 }
 

@@ -461,27 +461,25 @@ impl Processor {
         Ok(())
     }
 
-    /// Gathers a new baseline from the next frame on. It returns the sample that was being captured, which ends here.
-    pub fn rezero(&mut self) -> Option<InterruptedReport> {
-        self.baseline_reported = false;
-        self.forget_motion();
+    /// Gathers a new baseline from the next frame on. Returns what that ends: the end of a touch of which more light
+    /// might have come, and the sample that was being captured.
+    pub fn rezero(&mut self) -> Vec<Output> {
+        let sample = self.pipeline.rezero();
         self.zero = self.pipeline.next_frame();
-        self.pipeline.rezero().map(|sample| InterruptedReport::new(sample, Some(&self.answers.context.clock)))
+        self.forget_motion(sample)
     }
 
     /// Takes the next camera frame as the first of a stream, with a new baseline and without a part of a feature frame.
     ///
     /// The outputs that follow are those of a recording of the frames from here on, apart from the numbers of the
-    /// frames. It returns the sample that was being captured, which ends here.
-    pub fn restart(&mut self) -> Option<InterruptedReport> {
-        self.baseline_reported = false;
-        self.forget_motion();
+    /// frames. Returns what that ends, as [`rezero`](Self::rezero) does.
+    pub fn restart(&mut self) -> Vec<Output> {
         self.sums.restart();
-        let clock = &mut self.answers.context.clock;
-        let incomplete = self.pipeline.restart().map(|sample| InterruptedReport::new(sample, Some(clock)));
+        let sample = self.pipeline.restart();
         self.zero = self.pipeline.next_frame();
-        clock.restart(self.zero);
-        incomplete
+        let ended = self.forget_motion(sample);
+        self.answers.context.clock.restart(self.zero);
+        ended
     }
 
     /// Replaces the configuration of the stream that `info` describes, and restarts as [`restart`](Self::restart) does.
@@ -489,30 +487,26 @@ impl Processor {
     ///
     /// # Errors
     /// Layout, format and configuration do not fit each other. Nothing has changed then.
-    pub fn reconfigure(&mut self, info: &StreamInfo, config: &Config) -> Result<Option<InterruptedReport>, Error> {
+    pub fn reconfigure(&mut self, info: &StreamInfo, config: &Config) -> Result<Vec<Output>, Error> {
         let next = self.pipeline.next_frame();
         let Answering { options, textures, .. } = &self.answers.context;
         let new = Self::starting_at(info, config, *options, next)?.with_textures(textures.clone());
-        let incomplete = self.restart();
+        let ended = self.restart();
         let Self { answers, dropped, dropped_by, .. } = std::mem::replace(self, new);
         (self.answers.context.clock, self.answers.doubts) = (answers.context.clock, answers.doubts);
         (self.dropped, self.dropped_by) = (dropped, dropped_by);
-        Ok(incomplete)
+        Ok(ended)
     }
 
-    /// Returns the end of a touch that waited for more light: a new baseline forgets it.
-    pub(crate) fn take_end(&mut self) -> Option<Output> {
-        let end = self.answers.at_once.last_end()?;
-        Some(self.answers.contact_end(end))
-    }
-
-    fn forget_motion(&mut self) {
-        let Answers { at_once, slip, context, .. } = &mut self.answers;
-        *at_once = AtOnce::new(context.motion);
-        *slip = slip.map(|_| SlipDetector::new(self.pipeline.geometry().rate()));
+    /// Goes on with a new baseline, which ended this sample.
+    fn forget_motion(&mut self, sample: Option<InterruptedSample>) -> Vec<Output> {
+        self.baseline_reported = false;
         if let Some(live) = &mut self.live {
             live.reset();
         }
+        let rate = self.pipeline.geometry().rate();
+        self.answers.slip = self.answers.slip.map(|_| SlipDetector::new(rate));
+        self.answers.interrupt(sample).collect()
     }
 
     /// Returns the motion in the newest frame, if it was asked for and something slides.
@@ -589,6 +583,12 @@ impl Answers {
         RecordTimes::new(frame, Some(&self.context.clock))
     }
 
+    /// Forgets the touches so far. Returns the end of one of which more light might have come, and the sample.
+    fn interrupt(&mut self, sample: Option<InterruptedSample>) -> impl Iterator<Item = Output> + use<> {
+        let end = self.at_once.restart().map(|end| self.contact_end(end));
+        end.into_iter().chain(sample.map(|sample| self.interrupted(sample)))
+    }
+
     fn interrupted(&self, sample: InterruptedSample) -> Output {
         Output::Interrupted(InterruptedReport::new(sample, Some(&self.context.clock)))
     }
@@ -613,10 +613,8 @@ impl Answers {
         let slip = self.slip.as_mut().and_then(|slip| slip.push(update));
         self.outputs.extend(slip.map(|slip| Output::Slip(SlipReport::new(slip, Some(&self.context.clock)))));
         if let Some(sample) = update.interrupted() {
-            let end = self.at_once.last_end().map(|end| self.contact_end(end));
-            self.at_once = AtOnce::new(self.context.motion);
-            self.outputs.extend(end);
-            self.outputs.push(self.interrupted(sample));
+            let ended = self.interrupt(Some(sample));
+            self.outputs.extend(ended);
         }
         if let Some(event) = update.event().and_then(|event| self.whole(&event)) {
             self.add(event);
