@@ -196,7 +196,7 @@ fn bytes_are_used_where_they_lie_and_only_if_aligned() {
     let words = forest();
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let mut shifted = vec![0; bytes.len() + 8];
-    let start = shifted.as_ptr().align_offset(4);
+    let start = 4 + shifted.as_ptr().align_offset(4);
     shifted[start..start + bytes.len()].copy_from_slice(&bytes);
     let length = 4 * words.len();
     let model = Model::from_bytes(&shifted[start..start + length]).unwrap();
@@ -205,5 +205,6 @@ fn bytes_are_used_where_they_lie_and_only_if_aligned() {
         let moved = Model::from_bytes(&shifted[start + off..start + off + length]);
         assert_eq!(moved.err(), Some(ModelError::Alignment));
         assert_eq!(Model::from_bytes(&shifted[start..start + length - off]).err(), Some(ModelError::Alignment));
+        assert_eq!(Model::from_bytes(&shifted[start - off..start + length]).err(), Some(ModelError::Alignment));
     }
 }
