@@ -16,20 +16,20 @@ fn check(words: &[u32], changes: &[Change<'_>]) {
     }
 }
 
-const fn header(half: u8, found: u16) -> Option<ModelError> {
-    Some(ModelError::Header { half, found })
+const fn header(half: u8, found: u16) -> ModelError {
+    ModelError::Header { half, found }
 }
 
-const fn part(half: u32) -> Option<ModelError> {
-    Some(ModelError::Part(half))
+const fn part(half: u32) -> ModelError {
+    ModelError::Part(half)
 }
 
-const fn node(half: u32) -> Option<ModelError> {
-    Some(ModelError::Node(half))
+const fn node(half: u32) -> ModelError {
+    ModelError::Node(half)
 }
 
-const fn label(byte: u32) -> Option<ModelError> {
-    Some(ModelError::Label(byte))
+const fn label(byte: u32) -> ModelError {
+    ModelError::Label(byte)
 }
 
 const OVERFLOW: Option<ModelError> = Some(ModelError::Overflow);
@@ -58,24 +58,24 @@ fn a_header_out_of_range_is_refused() {
     let checksum = ModelError::Checksum { found: good[1], expected: damaged[1] };
     assert_eq!(Model::from_words(&damaged).err(), Some(checksum));
     // No words but the header: its labels are missing.
-    check(&good[..8], &[(&[(4, 8), (12, 16)], label(32))]);
+    check(&good[..8], &[(&[(4, 8), (12, 16)], Some(label(32)))]);
     check(
         &good,
         &[
-            (&[(6, 0)], header(6, 0)),
-            (&[(6, 6)], header(6, 6)),
-            (&[(8, 0)], header(8, 0)),
-            (&[(8, 64)], label(117)),
-            (&[(8, 65)], header(8, 65)),
-            (&[(9, 4)], header(9, 4)),
-            (&[(10, 0)], header(10, 0)),
-            (&[(10, 71)], header(10, 71)),
-            (&[(12, 15)], header(12, 15)),
-            (&[(12, 61)], header(12, 61)),
-            (&[(14, 8)], part(27)),
-            (&[(14, 9)], header(14, 9)),
-            (&[(14, 0x0100)], header(14, 0x0100)),
-            (&[(15, 4)], header(15, 4)),
+            (&[(6, 0)], Some(header(6, 0))),
+            (&[(6, 6)], Some(header(6, 6))),
+            (&[(8, 0)], Some(header(8, 0))),
+            (&[(8, 64)], Some(label(117))),
+            (&[(8, 65)], Some(header(8, 65))),
+            (&[(9, 4)], Some(header(9, 4))),
+            (&[(10, 0)], Some(header(10, 0))),
+            (&[(10, 71)], Some(header(10, 71))),
+            (&[(12, 15)], Some(header(12, 15))),
+            (&[(12, 61)], Some(header(12, 61))),
+            (&[(14, 8)], Some(part(27))),
+            (&[(14, 9)], Some(header(14, 9))),
+            (&[(14, 0x0100)], Some(header(14, 0x0100))),
+            (&[(15, 4)], Some(header(15, 4))),
         ],
     );
     let kind = |found, expected| Some(ModelError::Kind { found, expected });
@@ -92,17 +92,17 @@ fn text_that_is_no_text_is_refused() {
     let long = |length: u8| [&[length][..], &vec![b'a'; length.into()]].concat();
     for (text, expected) in [
         ([long(63), vec![64, 0], vec![b'b'; 64]].concat(), None),
-        ([long(64), vec![0, 0]].concat(), label(44)),
+        ([long(64), vec![0, 0]].concat(), Some(label(44))),
         (vec![1, b'a', 1, 0, b'b', 0, 0, 0], None),
         (vec![1, b'a', 1, 0, b'b', 0, 0, 7], Some(ModelError::End)),
         (vec![1, b'a', 0, 0, 0, 0, 0, 0], Some(ModelError::End)),
-        (vec![1, b'a', 5, 0, b'b', 0, 0, 0], label(46)),
-        (vec![1, 0xFF, 0, 0], label(45)),
+        (vec![1, b'a', 5, 0, b'b', 0, 0, 0], Some(label(46))),
+        (vec![1, 0xFF, 0, 0], Some(label(45))),
         // The least character of two bytes, one of too many bytes, and characters that are cut off.
         (vec![2, 0xC2, 0x80, 0, 0], None),
-        (vec![2, 0xC1, 0xBF, 0, 0], label(45)),
-        (vec![2, 0xC2, b'a', 0, 0], label(45)),
-        ([vec![1, 0xC2, 0x80, 0], vec![b'b'; 128]].concat(), label(45)),
+        (vec![2, 0xC1, 0xBF, 0, 0], Some(label(45))),
+        (vec![2, 0xC2, b'a', 0, 0], Some(label(45))),
+        ([vec![1, 0xC2, 0x80, 0], vec![b'b'; 128]].concat(), Some(label(45))),
     ] {
         assert_eq!(Model::from_words(&with_text(&model, &text)).err(), expected, "{text:?}");
     }
@@ -113,50 +113,50 @@ fn a_forest_with_an_impossible_part_is_refused() {
     check(
         &forest(),
         &[
-            (&[(7, 1)], header(7, 1)),
-            (&[(11, 0)], header(11, 0)),
+            (&[(7, 1)], Some(header(7, 1))),
+            (&[(11, 0)], Some(header(11, 0))),
             (&[(16, 0)], OVERFLOW),
             (&[(16, 0x5555), (17, 0x5555)], None),
             (&[(16, 0x5556), (17, 0x5555)], OVERFLOW),
             // The table ends with the trees, or behind them.
-            (&[(18, 33)], part(53)),
-            (&[(18, 34)], part(20)),
+            (&[(18, 33)], Some(part(53))),
+            (&[(18, 34)], Some(part(20))),
             // Too many trees, too few, and lengths.
-            (&[(11, 4)], part(53)),
-            (&[(11, 2)], part(44)),
-            (&[(27, 0)], part(27)),
-            (&[(44, 9)], part(44)),
+            (&[(11, 4)], Some(part(53))),
+            (&[(11, 2)], Some(part(44))),
+            (&[(27, 0)], Some(part(27))),
+            (&[(44, 9)], Some(part(44))),
             // The first node has a flag, or its right child is itself, inside of its left one, behind a gap or the end.
-            (&[(28, SAME)], node(28)),
-            (&[(30, 0)], node(28)),
-            (&[(30, 4)], node(31)),
-            (&[(30, 7)], node(31)),
-            (&[(30, 9)], node(28)),
+            (&[(28, SAME)], Some(node(28))),
+            (&[(30, 0)], Some(node(28))),
+            (&[(30, 4)], Some(node(31))),
+            (&[(30, 7)], Some(node(31))),
+            (&[(30, 9)], Some(node(28))),
             // Features and leaves, also of right children.
-            (&[(34, BOTH | NARROW | 700)], node(34)),
-            (&[(33, 9)], node(31)),
-            (&[(33, 9 << 8)], node(31)),
-            (&[(38, LEFT_LEAF | 3 << 10)], node(38)),
-            (&[(42, 9)], node(40)),
-            (&[(43, 9)], node(40)),
+            (&[(34, BOTH | NARROW | 0x2BC)], Some(node(34))),
+            (&[(33, 9)], Some(node(31))),
+            (&[(33, 9 << 8)], Some(node(31))),
+            (&[(38, LEFT_LEAF | 3 << 10)], Some(node(38))),
+            (&[(42, 9)], Some(node(40))),
+            (&[(43, 9)], Some(node(40))),
             // The entry of the shared leaf: no classes, too many of a class, a class that is none.
-            (&[(20, 0)], node(48)),
-            (&[(25, 4)], node(48)),
-            (&[(24, 3)], node(48)),
+            (&[(20, 0)], Some(node(48))),
+            (&[(25, 4)], Some(node(48))),
+            (&[(24, 3)], Some(node(48))),
             // Entries behind the table, and one that reaches beyond it.
-            (&[(49, 25)], node(48)),
-            (&[(16, 9), (25, 1), (49, 8)], node(48)),
+            (&[(49, 25)], Some(node(48))),
+            (&[(16, 9), (25, 1), (49, 8)], Some(node(48))),
         ],
     );
     // More classes in an entry than there are.
     let part_of = [2, 0, 7, 0, 2, 0, 1, 0, 0, 1, 0, 2, BOTH | SAME, 1];
-    check(&file(3, 0, 1, 1, &part_of), &[(&[], node(28)), (&[(20, 1)], None)]);
-    check(&file(3, 0, 1, 1, &[1, 0, 0]), &[(&[], part(20))]);
+    check(&file(3, 0, 1, 1, &part_of), &[(&[], Some(node(28))), (&[(20, 1)], None)]);
+    check(&file(3, 0, 1, 1, &[1, 0, 0]), &[(&[], Some(part(20)))]);
 }
 
 #[test]
 fn trees_are_as_deep_as_their_check_can_follow() {
-    for (depth, expected) in [(256, None), (257, node(21 + 3 * 256))] {
+    for (depth, expected) in [(256, None), (257, Some(node(21 + 3 * 256)))] {
         // Every left child is a node, and its right sibling waits.
         let mut nodes = vec![];
         for level in 0..depth {
@@ -170,7 +170,7 @@ fn trees_are_as_deep_as_their_check_can_follow() {
 
 #[test]
 fn boosted_trees_with_an_impossible_part_are_refused() {
-    let shared = [(&[(16, 3)][..], part(16)), (&[(11, 5)], header(11, 5)), (&[(7, 0)], header(7, 0))];
+    let shared = [(&[(16, 3)][..], Some(part(16))), (&[(11, 5)], Some(header(11, 5))), (&[(7, 0)], Some(header(7, 0)))];
     check(&boosted(false), &shared);
     check(&boosted(true), &shared);
     check(
@@ -182,20 +182,20 @@ fn boosted_trees_with_an_impossible_part_are_refused() {
         &[
             (&[(18, INFINITE)], OVERFLOW),
             (&[(21, INFINITE)], OVERFLOW),
-            (&[(29, INFINITE)], node(26)),
-            (&[(31, INFINITE)], node(26)),
+            (&[(29, INFINITE)], Some(node(26))),
+            (&[(31, INFINITE)], Some(node(26))),
         ],
     );
-    check(&file(4, 2, 1, 0, &[1, 0, 0]), &[(&[], part(16))]);
-    check(&file(4, 2, 3, 0, &[1, 0, 0, 0, 0, 0]), &[(&[], part(16))]);
+    check(&file(4, 2, 1, 0, &[1, 0, 0]), &[(&[], Some(part(16)))]);
+    check(&file(4, 2, 3, 0, &[1, 0, 0, 0, 0, 0]), &[(&[], Some(part(16)))]);
     // One leaf that is cut off, and one beside a node.
     let one = |number, tree: &[u16]| file(4, number, 1, 1, &[&[1, 0, 0, 1, 0, 0, tree.len() as u16], tree].concat());
-    check(&one(2, &[LEFT_LEAF, 0]), &[(&[], node(23))]);
+    check(&one(2, &[LEFT_LEAF, 0]), &[(&[], Some(node(23)))]);
     let single = LEFT_LEAF | 1 << 10;
-    check(&one(2, &[LEFT_LEAF, 0, 5, BOTH, 0, 1, 2]), &[(&[], None), (&[(23, single)], node(23))]);
+    check(&one(2, &[LEFT_LEAF, 0, 5, BOTH, 0, 1, 2]), &[(&[], None), (&[(23, single)], Some(node(23)))]);
     check(
         &one(3, &[LEFT_LEAF, 0, 0, 0, BOTH, 0, 0, 0, 0, 0]),
-        &[(&[], None), (&[(23, single)], node(23)), (&[(26, INFINITE)], node(23))],
+        &[(&[], None), (&[(23, single)], Some(node(23))), (&[(26, INFINITE)], Some(node(23)))],
     );
 }
 
@@ -204,18 +204,18 @@ fn a_linear_model_with_an_impossible_part_is_refused() {
     check(
         &linear(1, 3, 3, &[0; 3], |_, _| 0),
         &[
-            (&[(7, 3)], header(7, 3)),
-            (&[(11, 1)], header(11, 1)),
-            (&[(16, 2)], part(16)),
-            (&[(17, 1)], part(16)),
-            (&[(10, 69)], part(18)),
+            (&[(7, 3)], Some(header(7, 3))),
+            (&[(11, 1)], Some(header(11, 1))),
+            (&[(16, 2)], Some(part(16))),
+            (&[(17, 1)], Some(part(16))),
+            (&[(10, 69)], Some(part(18))),
         ],
     );
     // One row for three classes.
-    check(&linear(1, 3, 1, &[0], |_, _| 0), &[(&[], part(16))]);
+    check(&linear(1, 3, 1, &[0], |_, _| 0), &[(&[], Some(part(16)))]);
     // A single class has no pairs, so no rows.
     check(&file(2, 2, 1, 0, &[0, 0]), &[(&[], None)]);
-    check(&with_text(&file(2, 2, 1, 0, &[]), &[0; 4]), &[(&[], part(16))]);
+    check(&with_text(&file(2, 2, 1, 0, &[]), &[0; 4]), &[(&[], Some(part(16)))]);
 }
 
 /// Returns a network of one frame with so many sums in its two layers.
@@ -232,16 +232,20 @@ fn a_network_with_an_impossible_part_is_refused() {
     check(
         &small_network(2, 1, 2),
         &[
-            (&[(11, 1)], header(11, 1)),
-            (&[(16, 1)], part(16)),
-            (&[(17, 1)], part(16)),
-            (&[(18, 100)], part(18)),
+            (&[(11, 1)], Some(header(11, 1))),
+            (&[(16, 1)], Some(part(16))),
+            (&[(17, 1)], Some(part(16))),
+            (&[(18, 100)], Some(part(18))),
             (&[(19, 47)], None),
         ],
     );
-    for (classes, hidden, sums, expected) in
-        [(2, 1, 1, None), (2, 1, 3, part(34)), (3, 1, 1, part(34)), (3, 128, 3, None), (3, 129, 3, part(18))]
-    {
+    for (classes, hidden, sums, expected) in [
+        (2, 1, 1, None),
+        (2, 1, 3, Some(part(34))),
+        (3, 1, 1, Some(part(34))),
+        (3, 128, 3, None),
+        (3, 129, 3, Some(part(18))),
+    ] {
         check(&small_network(classes, hidden, sums), &[(&[], expected)]);
     }
     // A word between the scores and the labels.
@@ -249,7 +253,7 @@ fn a_network_with_an_impossible_part_is_refused() {
     let labels = longer[6] as usize;
     longer.insert(labels / 2, 0);
     (longer[2], longer[6]) = (longer[2] + 1, longer[6] + 2);
-    check(&longer, &[(&[], part(34))]);
-    check(&file(5, 2, 1, 0, &[2, 0]), &[(&[], part(18))]);
-    check(&with_text(&file(5, 2, 1, 0, &[2]), &[0; 6]), &[(&[], part(16))]);
+    check(&longer, &[(&[], Some(part(34)))]);
+    check(&file(5, 2, 1, 0, &[2, 0]), &[(&[], Some(part(18)))]);
+    check(&with_text(&file(5, 2, 1, 0, &[2]), &[0; 6]), &[(&[], Some(part(16)))]);
 }
