@@ -4,11 +4,12 @@ import fs from 'node:fs';
 import { Flash, PowerFailed } from './flash.mjs';
 import { ofKind, same } from './host.mjs';
 import { Board } from './machine.mjs';
-import { carried } from './settings.mjs';
+import { asked, carried } from './settings.mjs';
 import {
   BEGIN,
   BOARD_MODEL,
   FORGET_MODEL,
+  FORGET_TEXTURE,
   LEARN,
   LEARNED,
   LEARNING,
@@ -123,7 +124,7 @@ export function models(name, host, program, file) {
 
 /**
  * A texture is learned from five slides, and kept: without power, a slide of it has its name, and a slide of another texture
- * is what the host says with the model that is compiled in.
+ * is what the host says with the model that is compiled in. It can be forgotten.
  */
 export function learning(name, host, program, model) {
   const problems = [];
@@ -159,6 +160,12 @@ export function learning(name, host, program, model) {
   const names = contents(after.sent).filter((content) => content[0] === LEARNED).map((content) => [...content.subarray(1)]);
   const one = [1, ...NAME, ...new Array(8).fill(0)];
   if (names.length !== 1 || !same(names[0], one)) problems.push(`the learned textures are ${JSON.stringify(names)}`);
-  for (const flash of [board.flash, after.flash]) problems.push(...flash.problems);
+
+  const begun = asked(after, request(FORGET_TEXTURE, ...NAME), LEARNED, BEGIN).some((content) => content[0] === BEGIN);
+  if (!begun) problems.push('the board does not start again without the texture');
+  const forgotten = new Board(program, [], {}, carried(after.flash));
+  const left = asked(forgotten, request(TEXTURES), LEARNED).find((content) => content[0] === LEARNED);
+  if (!left || left.subarray(1).some((byte) => byte !== 0)) problems.push('the texture is not forgotten');
+  for (const flash of [board.flash, after.flash, forgotten.flash]) problems.push(...flash.problems);
   host.say(name, problems.slice(0, 5));
 }

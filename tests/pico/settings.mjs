@@ -20,7 +20,7 @@ export function carried(flash) {
  * Sends a request when the board uses frames. Returns the contents that come back until all of these kinds have come, or
  * for two seconds.
  */
-function asked(board, wanted, ...kinds) {
+export function asked(board, wanted, ...kinds) {
   while (!board.uses()) board.frame(null);
   const sent = board.sent.length;
   const found = () => contents(board.sent.slice(sent));

@@ -3,8 +3,8 @@
 const VERSION = 4;
 // Requests, as in tests/emulator/check.py: their numbers.
 export const HELLO = 0, FEATURES = 1, SETTINGS = 8, SET = 9, FORGET = 10;
-export const TEXTURES = 11, LEARN = 12, MODEL = 15, SEND_MODEL = 16, MODEL_PIECE = 17, FORGET_MODEL = 18;
-export const BOOTLOADER = 19;
+export const TEXTURES = 11, LEARN = 12, FORGET_TEXTURE = 14;
+export const MODEL = 15, SEND_MODEL = 16, MODEL_PIECE = 17, FORGET_MODEL = 18, BOOTLOADER = 19;
 // Messages.
 export const BEGIN = 0, IN_USE = 16, ANSWER = 17, LEARNING = 18, LEARNED = 19, BOARD_MODEL = 20, BOOTLOADER_IS = 22;
 /** The bytes of a piece of a model. */

@@ -186,3 +186,27 @@ pub fn file_bytes(path: &Path) -> Result<Vec<u8>, Error> {
         Error::new(ErrorKind::Format, path.display(), message)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_of_no_model_are_refused() {
+        let version = ModelError::Version(b'3').to_string();
+        let magic = ModelError::Magic.to_string();
+        for (name, bytes, expected) in [
+            ("a.wsm", &b"WSM1\0\0\0"[..], "7 bytes, expected a multiple of four"),
+            ("a.wsm", b"WSM2\0\0\0\0\0", "9 bytes, expected a multiple of four"),
+            ("a.wsm", b"WSM3\0", &version),
+            ("a.wsm", b"WSM", &magic),
+            ("a.onnx", b"\x08\x07", &format!("{magic}; help: wstac model import a.onnx -o a.wsm")),
+        ] {
+            let error = ModelFile::of_bytes(name.into(), bytes).unwrap_err();
+            assert_eq!(error.to_string(), format!("{name}: {expected}"));
+        }
+        for start in [b"WSM1", b"WSM2"] {
+            assert!(ModelFile::of_bytes("a.wsm".into(), start).is_ok());
+        }
+    }
+}

@@ -200,6 +200,7 @@ fn a_calibration_that_is_not_valid_is_refused() {
     assert_eq!(model(&factor(0, 0, 0)), refused);
     assert_eq!(model(&factor(5, 32, 0)), refused);
     assert_eq!(model(&factor(5, 0, 64)), refused);
+    assert_eq!(model(&[]), refused);
     assert_eq!(model(&[5, 0]), refused);
     assert_eq!(model(&[&factor(5, 0, 0)[..], &[0, 0]].concat()), refused);
     let projected = |dimensions: u16, shift: u16, zero: u16, bias: u16, more: usize| {
@@ -243,6 +244,14 @@ fn a_calibration_that_is_not_valid_is_refused() {
     let mut odd = good.clone();
     odd[6] += 1;
     assert_eq!(Model::from_words(&sealed(odd)).unwrap_err(), ModelError::Calibration(good[6] + 1));
+    // One half more between the calibration and its start, so that the labels start in the middle of a word.
+    let mut halves: Vec<u16> = good.iter().flat_map(|word| [*word as u16, (word >> 16) as u16]).collect();
+    halves.insert(good[6] as usize - 2, 0);
+    halves.push(0);
+    let mut moved: Vec<u32> =
+        halves.as_chunks::<2>().0.iter().map(|[low, high]| u32::from(*low) | u32::from(*high) << 16).collect();
+    (moved[2], moved[6]) = (good[2] + 1, good[6] + 1);
+    assert_eq!(Model::from_words(&sealed(moved)).unwrap_err(), ModelError::Calibration(good[6] + 1));
     let mut filled = good.clone();
     filled[labels / 2] |= 1 << 16;
     assert_eq!(Model::from_words(&sealed(filled)).unwrap_err(), ModelError::Calibration(labels as u32));

@@ -94,6 +94,27 @@ fn sums_at_the_limits_are_exact() {
 }
 
 #[test]
+fn sums_are_of_32_bits_only_if_none_can_exceed_them() {
+    // Two weights of 32767 reach 32768 times 65534: a bias of 65535 is the largest that fits.
+    let largest = 0x7FFF_7FFF;
+    for (number, inputs, biases, weights, fits) in [
+        // The first row's second word, and the second row's, of two rows; then a third row.
+        (2, 4, &[65_535, 0][..], vec![0, 0, largest, 0], true),
+        (2, 4, &[65_536, 0], vec![0, 0, largest, 0], false),
+        (2, 4, &[0, 65_536], vec![0, 0, 0, largest], false),
+        (2, 4, &[0, 0, 65_535], vec![0, 0, 0, 0, 0, largest], true),
+        (2, 4, &[0, 0, 65_536], vec![0, 0, 0, 0, 0, largest], false),
+        // Words of int8: -128, -1, -128, -1 are 258.
+        (1, 1020, &[0], vec![0xFF80_FF80; 255], false),
+        (1, 1016, &[0], vec![0xFF80_FF80; 254], true),
+    ] {
+        let words: Vec<u32> = biases.iter().flat_map(|&bias| [bias, 0]).chain(weights).collect();
+        let rows = rows::Rows::new(&words, biases.len(), inputs, number).unwrap();
+        assert_eq!(rows.fits_32_bits, fits, "{number} {biases:?}");
+    }
+}
+
+#[test]
 fn one_class_is_always_the_answer() {
     // A score above the bound of two classes is possible, too.
     let boosted = [file(4, 2, 1, 0, &[1, 0, 0, 0, 0, 0]), file(4, 2, 1, 0, &[1, 0, 0, 0, 5, 0])];
@@ -196,7 +217,7 @@ fn bytes_are_used_where_they_lie_and_only_if_aligned() {
     let words = forest();
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let mut shifted = vec![0; bytes.len() + 8];
-    let start = shifted.as_ptr().align_offset(4);
+    let start = 4 + shifted.as_ptr().align_offset(4);
     shifted[start..start + bytes.len()].copy_from_slice(&bytes);
     let length = 4 * words.len();
     let model = Model::from_bytes(&shifted[start..start + length]).unwrap();
@@ -205,5 +226,6 @@ fn bytes_are_used_where_they_lie_and_only_if_aligned() {
         let moved = Model::from_bytes(&shifted[start + off..start + off + length]);
         assert_eq!(moved.err(), Some(ModelError::Alignment));
         assert_eq!(Model::from_bytes(&shifted[start..start + length - off]).err(), Some(ModelError::Alignment));
+        assert_eq!(Model::from_bytes(&shifted[start - off..start + length]).err(), Some(ModelError::Alignment));
     }
 }
