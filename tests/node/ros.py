@@ -30,7 +30,7 @@ def check_cdr(programs):
     held = programs.folder / "held.toml"
     held.write_text(HELD)
     expected, slips = programs.run(source), [record for record in programs.run(f"scene:{held}") if record["kind"] == "slip"]
-    with programs.node(source, f"scene:{held}", "--zenoh-encoding", "cdr", "--listen", endpoint) as node:
+    with programs.node(f"sensor={source}", f"held=scene:{held}", "--zenoh-encoding", "cdr", "--listen", endpoint) as node:
         listener = Listener(endpoint, raw=True)
         until(lambda: len(listener.messages.get("wstac/sensor/event", [])) == 3, "three events")
         kept = [reply.ok for reply in listener.session.get("wstac/sensor/event/*", timeout=PATIENCE)]
