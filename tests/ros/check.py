@@ -55,10 +55,11 @@ def main() -> None:
     if built.returncode:
         sys.exit(f"check.py: colcon build has failed\n{built.stdout}")
     print("\n".join(line for line in built.stdout.splitlines() if line.startswith(("Finished", "Summary"))), flush=True)
-    # As install/setup.bash does. Discovery by multicast stays on this machine.
-    heard = f". install/setup.sh && ip link set lo up && exec {sys.executable} {TESTS / 'heard.py'} {board} {node}"
+    # Discovery by multicast stays on this machine. install/setup.sh would need a path without blanks.
+    heard = '. install/setup.bash && ip link set lo up && exec "$@"'
     network = ("unshare", "--net") if os.geteuid() == 0 else ("unshare", "--map-root-user", "--net")
-    subprocess.run([*network, "sh", "-c", heard], check=True, cwd=folder, env=variables)
+    command = (*network, "bash", "-c", heard, "bash", sys.executable, TESTS / "heard.py", board, node)
+    subprocess.run(command, check=True, cwd=folder, env=variables)
     print(f"ros: {distribution}: passed", flush=True)
 
 

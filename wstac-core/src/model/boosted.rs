@@ -51,7 +51,7 @@ impl<'a> Boosted<'a> {
             return Err(ModelError::Part(HEADER_HALVES as u32));
         }
         let scores = half(words, HEADER_HALVES);
-        if scores as u8 != header.classes && !(scores == 1 && header.classes == 2) || scores > 0xFF {
+        if scores != header.classes as u16 && !(scores == 1 && header.classes == 2) {
             return Err(ModelError::Part(HEADER_HALVES as u32));
         }
         if floats && !trees::is_moderate(half(words, HEADER_HALVES + 2)) {
