@@ -23,6 +23,9 @@ def main() -> None:
     distribution, *paths = sys.argv[1:]
     wheel, board, node, folder = (Path(path).resolve() for path in paths)
     prefix = Path(sys.prefix)
+    for path in (folder, prefix):
+        if " " in str(path):
+            sys.exit(f'check.py: "{path}" has a blank, which the scripts of colcon do not take: use a path without one')
     for file in (prefix / "share").glob("**/*.cmake"):
         text = file.read_text(encoding="utf-8")
         if BUILT_IN in text:
@@ -55,7 +58,7 @@ def main() -> None:
     if built.returncode:
         sys.exit(f"check.py: colcon build has failed\n{built.stdout}")
     print("\n".join(line for line in built.stdout.splitlines() if line.startswith(("Finished", "Summary"))), flush=True)
-    # Discovery by multicast stays on this machine. install/setup.sh would need a path without blanks.
+    # Discovery by multicast stays on this machine.
     heard = '. install/setup.bash && ip link set lo up && exec "$@"'
     network = ("unshare", "--net") if os.geteuid() == 0 else ("unshare", "--map-root-user", "--net")
     command = (*network, "bash", "-c", heard, "bash", sys.executable, TESTS / "heard.py", board, node)
