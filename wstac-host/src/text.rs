@@ -176,6 +176,6 @@ fn text_of_texture(line: &mut String, texture: &Texture) -> fmt::Result {
     match (texture.known, texture.confidence) {
         (Some(false), _) => line.write_str("unknown"),
         (_, Some(confidence)) => write!(line, "{} (confidence {})", words.join(", "), certainty(confidence)),
-        (_, None) => line.write_str(&words.join(", ")),
+        (_, None) => write!(line, "{} (no confidence)", words.join(", ")),
     }
 }

@@ -89,7 +89,8 @@ impl Arguments {
 }
 
 const NO_READOUT: &str = "no presses tell the readout, or they were too fast or too slow; if the camera has a rolling shutter, \
-                          press a flat plate on all whiskers within 20 to 300 ms, hold it, and let go, three times";
+                          press a flat plate on all whiskers within 20 to 300 ms, hold it, and let go, three times; without a \
+                          readout, deviations allow for any";
 
 const HELP: &str = r#"Pictures that can be used:
   It may be turned by up to 15 degrees, seen in perspective or through a

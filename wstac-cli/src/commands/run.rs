@@ -167,8 +167,9 @@ const HELP: &str = r#"Sources:
 
 Answers:
   An event is one touch: a slide, a press, a poke, or unclear. Only a slide
-  has speed, direction and texture. 0° is to the right, 90° up.
-  "reliable" means that they hold within their standard deviations.
+  has speed, direction and texture. 0° is to the right along the sensor's
+  rows, 90° up. "reliable" means that most speeds and directions hold
+  within their standard deviations.
   wstac help answers says more, also about models.
 
 Output:

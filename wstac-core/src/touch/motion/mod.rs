@@ -37,7 +37,7 @@ pub struct Velocity {
     pub mm_s: f32,
     /// Standard deviation of the speed, in mm/s.
     pub mm_s_sd: f32,
-    /// Direction in degrees, counterclockwise from the right of the picture: 0 ≤ degrees < 360.
+    /// Direction in degrees, counterclockwise from the right along the sensor's rows: 0 ≤ degrees < 360.
     pub degrees: f32,
     /// Standard deviation of the direction, in degrees.
     pub degrees_sd: f32,
