@@ -349,19 +349,32 @@ def check_cpp(programs, wstac):
     sanitized = ["-std=c++11", "-fno-exceptions", "-fsanitize=address,undefined", *warnings]
     run(["g++", *sanitized, "-I", include, moved, "-o", program, "-L", library, f"-Wl,-rpath,{library}", "-lwstac"])
     same(programs.run(program), "140 frames, 1 event, moved\n", "a sensor that is moved")
+    # A source that has nothing for a while is read to its end.
+    video = subprocess.run([wstac.command, "scene", "render", "Saw3@150,90deg", "-o", "-"], capture_output=True, check=True).stdout
+    with subprocess.Popen([program, "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as paused:
+        paused.stdin.write(video[: len(video) // 2])
+        paused.stdin.flush()
+        first = paused.stdout.readline()
+        rest = paused.communicate(video[len(video) // 2 :])[0]
+    said = (first + rest).decode().splitlines()
+    same((said[0], said[-1]), ("waiting", "140 frames, 1 event, moved"), "a source that pauses")
     print(f"C++: {len(slips)} {'slip' if len(slips) == 1 else 'slips'} by two standards without exceptions, and a sensor that is moved")
 
 
 MOVED = """
 #include <cstdio>
 #include <wstac.hpp>
-int main()
+int main(int argc, char **argv)
 {
-    wstac::Sensor first = wstac::Sensor::open("scene:Saw3@150,90deg");
+    wstac::Sensor first = wstac::Sensor::open(argc > 1 ? argv[1] : "scene:Saw3@150,90deg");
     wstac::Sensor second(static_cast<wstac::Sensor &&>(first));
     first = wstac::Sensor::open("scene:Saw3@0");
     unsigned events = 0, frames = 0;
     const bool is_read = second.each([&](const WstacRecord &record) noexcept {
+        if (record.kind == WSTAC_KIND_WAITING) {
+            std::puts("waiting");
+            std::fflush(stdout);
+        }
         events += record.kind == WSTAC_KIND_EVENT;
         frames = record.kind == WSTAC_KIND_END ? static_cast<unsigned>(record.frame) : frames;
         return true;

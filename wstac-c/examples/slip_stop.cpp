@@ -12,19 +12,14 @@ int main(int argc, char **argv)
         return 2;
     }
     wstac::Sensor sensor = wstac::Sensor::open(argv[1]);
-    // A camera without a frame gives no record within a second: go on.
-    bool ended = false;
-    while (sensor && !ended) {
-        sensor.each([&ended](const WstacRecord &record) noexcept {
-            if (record.kind == WSTAC_KIND_SLIP) {
-                std::printf("frame %.0f: slip since frame %.0f\n", double(record.frame), double(record.onset_frame));
-                stop();
-            }
-            ended = record.kind == WSTAC_KIND_END;
-            return true;
-        });
-    }
-    if (!sensor)
+    const bool is_read = sensor && sensor.each([](const WstacRecord &record) noexcept {
+        if (record.kind == WSTAC_KIND_SLIP) {
+            std::printf("frame %.0f: slip since frame %.0f\n", double(record.frame), double(record.onset_frame));
+            stop();
+        }
+        return true;
+    });
+    if (!is_read)
         std::fprintf(stderr, "%s: %s\n", wstac_error_text(sensor.status()), sensor.error());
-    return sensor ? 0 : 1;
+    return is_read ? 0 : 1;
 }

@@ -31,11 +31,12 @@ public:
     static Sensor of_frames(const WstacFrames &frames, const WstacOptions &options = WstacOptions()) noexcept
     {
         Sensor sensor;
+        sensor.is_pushed_ = true;
         sensor.status_ = wstac_open_frames(&frames, &options, &sensor.handle_);
         return sensor;
     }
 
-    Sensor(Sensor &&other) noexcept : handle_(other.handle_), status_(other.status_)
+    Sensor(Sensor &&other) noexcept : handle_(other.handle_), status_(other.status_), is_pushed_(other.is_pushed_)
     {
         other.handle_ = nullptr;
         other.status_ = WSTAC_STATUS_NULL;
@@ -45,6 +46,7 @@ public:
     {
         std::swap(handle_, other.handle_);
         std::swap(status_, other.status_);
+        std::swap(is_pushed_, other.is_pushed_);
         return *this;
     }
 
@@ -77,15 +79,16 @@ public:
     /// Ends the stream (wstac_finish). next() gives what is pending.
     bool finish() noexcept { return done(wstac_finish(handle_)); }
 
-    /// Calls take(record) for each record that is there: of a source until its end, of pushed frames until more are
-    /// needed. take returns false to stop earlier. It must not throw. Returns whether no call failed.
+    /// Calls take(record) for each record: of a source until its end, with WSTAC_KIND_WAITING within a second if there is
+    /// none; of pushed frames until more are needed. take returns false to stop earlier. It must not throw. Returns
+    /// whether no call failed.
     template <typename Take>
     bool each(Take &&take) noexcept
     {
         WstacRecord record = WstacRecord();
         bool goes_on = true;
         while (goes_on && next(record)) {
-            if (record.kind == WSTAC_KIND_WAITING)
+            if (is_pushed_ && record.kind == WSTAC_KIND_WAITING)
                 return true;
             goes_on = take(static_cast<const WstacRecord &>(record)) && record.kind != WSTAC_KIND_END;
         }
@@ -99,7 +102,7 @@ public:
     Wstac *get() const noexcept { return handle_; }
 
 private:
-    Sensor() noexcept : handle_(nullptr), status_(WSTAC_STATUS_NULL) {}
+    Sensor() noexcept : handle_(nullptr), status_(WSTAC_STATUS_NULL), is_pushed_(false) {}
 
     bool done(WstacStatus status) noexcept
     {
@@ -109,6 +112,7 @@ private:
 
     Wstac *handle_;
     WstacStatus status_;
+    bool is_pushed_;
 };
 
 }  // namespace wstac
