@@ -43,6 +43,10 @@ def test_what_a_wave_tells_of_a_ball(tmp_path: Path) -> None:
     assert event.record == line
     [early] = wstac.open(f"scene:{scene}", config=wstac.Config.read(config), at_once=True)
     assert early.sample.shape == (10, 0) and early.completed_ns < event.completed_ns
+    frames = wstac.simulate(scene).frames
+    pipeline = wstac.Pipeline(fps=30, config=wstac.Config.read(config), at_once=True)
+    [pushed] = [event for event in map(pipeline.push, frames) if event]
+    assert (pushed.completed_ns, pushed.record) == (early.completed_ns, early.record)
     assert event.basis == "outline" and event.contacts == 1 and event.reliable
     row = event.to_dict()
     assert (row["place_mm"], row["place_sd_mm"]) == (line["place_mm"]["value"], line["place_mm"]["sd"])

@@ -73,7 +73,7 @@ type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 #[pymethods]
 impl Pipeline {
     #[new]
-    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths, timed, record, labels))]
+    #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths, at_once, timed, record, labels))]
     #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
     fn new(
         format: &str,
@@ -86,6 +86,7 @@ impl Pipeline {
         models: Vec<Model>,
         motion: bool,
         paths: bool,
+        at_once: bool,
         timed: bool,
         record: Option<PathBuf>,
         labels: Labels,
@@ -99,7 +100,7 @@ impl Pipeline {
         let session = Session::of_frames(info)
             .config(config.0.clone())
             .textures(textures(&models)?)
-            .outputs(OutputOptions { features: true, samples: true, motion, paths })
+            .outputs(OutputOptions { features: true, samples: !at_once, motion, paths })
             .build()
             .map_err(crate::failed_by)?;
         let frame_bytes = whole_frame(session.processor());

@@ -92,7 +92,8 @@ class Pipeline(Recorded):
     ([], [], [], [], [])
 
     With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in
-    it. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`).
+    it. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`). With `at_once`,
+    an event comes as soon as its answers are certain, without a sample.
 
     `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
     `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error`
@@ -123,6 +124,7 @@ class Pipeline(Recorded):
         range: Optional[str] = None,
         motion: bool = False,
         path_samples: bool = False,
+        at_once: bool = False,
         timed: bool = False,
         record: Optional[Path] = None,
         labels: Optional[Mapping[str, str]] = None,
@@ -138,7 +140,7 @@ class Pipeline(Recorded):
         made = (_frames.rate(fps), native_config(config), native_models(models, model), bytes_per_row, matrix, range)
         file = None if record is None else os.fsdecode(record)
         self._timed = bool(timed)
-        self._made = (*made, bool(motion), bool(path_samples), self._timed, file, labels)
+        self._made = (*made, bool(motion), bool(path_samples), bool(at_once), self._timed, file, labels)
         self._native: Optional[_wstac.Pipeline] = None
         self._features: Optional[NDArray[np.int16]] = None
         if format is not None and self._size is not None:
@@ -266,6 +268,7 @@ def _native(
     range: Optional[str],
     motion: bool = False,
     path_samples: bool = False,
+    at_once: bool = False,
     timed: bool = False,
     record: Optional[str] = None,
     labels: Optional[Mapping[str, str]] = None,
@@ -274,5 +277,5 @@ def _native(
     if bytes_per_row is not None:
         bytes_per_row = _frames.count("bytes_per_row", bytes_per_row, 1, (1 << 32) - 1)
     given = config or _wstac.Config()
-    wanted = (motion, path_samples, timed, record, dict(labels or {}))
+    wanted = (motion, path_samples, at_once, timed, record, dict(labels or {}))
     return _wstac.Pipeline(code, size, bytes_per_row, rate, matrix, range, given, models, *wanted)

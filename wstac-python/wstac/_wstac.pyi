@@ -86,6 +86,7 @@ class Pipeline:
         models: list[Model],
         motion: bool,
         paths: bool,
+        at_once: bool,
         timed: bool,
         record: Optional[str],
         labels: dict[str, str],
