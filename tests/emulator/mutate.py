@@ -15,7 +15,7 @@ picture: a constant change of these is named, and only a calibration sees it.
 import sys
 
 from emulate import FRAME, HEIGHT, WIDTH, Board
-from model.larger import Gc2145, Ov2640, Ov5640
+from model.larger import Gc2145, Mt9m114, Ov2640, Ov5640
 from model.sensor import Hm01b0, Hm0360, Ov7670, Ov7690, Ov7692, Ov7725, WordSensor
 
 MUST = ("pins", "size", "format", "chroma", "rate", "automatic")
@@ -82,7 +82,7 @@ def check(elf, sensor, name):
 
 def main():
     """Checks all sensors, or those that are named."""
-    all_of_them = (Ov7725, Ov7690, Ov7692, Ov7670, Ov2640, Gc2145, Ov5640, Hm0360, Hm01b0)
+    all_of_them = (Ov7725, Ov7690, Ov7692, Ov7670, Ov2640, Gc2145, Ov5640, Mt9m114, Hm0360, Hm01b0)
     sensors = {sensor.__name__.upper(): sensor for sensor in all_of_them}
     if len(sys.argv) < 2 or any(name not in sensors for name in sys.argv[2:]):
         sys.exit(__doc__)

@@ -734,6 +734,7 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
     loop {
         watchdog.pet();
         bus.restart_sensor().await;
+        Timer::after(WAKES).await;
         free(bus);
         restart_if_wanted(*store, line);
         // A host that has just connected should know, too.
@@ -753,10 +754,6 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
             }
             Err(fault) => fault,
         };
-        Timer::after(WAKES).await;
-        if let Some(id) = sensor::mt9m114(bus) {
-            fault = Fault::SensorUnknown { id };
-        }
         if let Fault::SensorGone { .. } = fault {
             fault = gone(bus);
         }

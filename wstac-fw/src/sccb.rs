@@ -2,7 +2,8 @@
 //!
 //! OmniVision's serial camera control bus has registers with addresses of eight bits. It is I²C without the repeated
 //! start, and acknowledge has no meaning for a sensor's own bytes. A read is a write of the register's address, a stop,
-//! and a read. Other sensors have addresses of 16 bits and a repeated start.
+//! and a read. Other sensors have addresses of 16 bits and a repeated start. Each byte has an address, also in values
+//! of two bytes.
 //!
 //! An absent sensor shows as an address without acknowledge.
 
@@ -15,6 +16,8 @@ pub enum Addressing {
     Byte,
     /// Sixteen, the high byte first, on I²C.
     Word,
+    /// The same, with values of two bytes from even addresses on, the high one first.
+    Wide,
 }
 
 /// The registers of one sensor on a bus.
@@ -41,17 +44,18 @@ impl<'b, B: I2c> Registers<'b, B> {
     /// # Errors
     /// Returns the errors of the bus, such as no acknowledge.
     pub fn read(&mut self, register: u16) -> Result<u8, B::Error> {
-        let mut value = [0];
+        let mut values = [0; 2];
         let [high, low] = register.to_be_bytes();
-        match self.addressing {
-            Addressing::Byte => {
-                self.bus.write(self.address, &[low])?;
-                self.bus.read(self.address, &mut value)?;
-            }
-            Addressing::Word => self.bus.write_read(self.address, &[high, low], &mut value)?,
+        // Of a register of two bytes, both are read.
+        let is_wide = self.addressing == Addressing::Wide;
+        let (even, read) = if is_wide { (low & !1, &mut values[..]) } else { (low, &mut values[..1]) };
+        if self.addressing == Addressing::Byte {
+            self.bus.write(self.address, &[low])?;
+            self.bus.read(self.address, read)?;
+        } else {
+            self.bus.write_read(self.address, &[high, even], read)?;
         }
-        let [value] = value;
-        Ok(value)
+        Ok(if even == low { values[0] } else { values[1] })
     }
 
     /// Writes a register.
@@ -62,7 +66,16 @@ impl<'b, B: I2c> Registers<'b, B> {
         let [high, low] = register.to_be_bytes();
         match self.addressing {
             Addressing::Byte => self.bus.write(self.address, &[low, value]),
-            Addressing::Word => self.bus.write(self.address, &[high, low, value]),
+            Addressing::Word | Addressing::Wide => self.bus.write(self.address, &[high, low, value]),
         }
+    }
+
+    /// Writes a value of two bytes, the high one first.
+    ///
+    /// # Errors
+    /// Returns the errors of the bus, such as no acknowledge.
+    pub fn write_both(&mut self, register: u16, [first, second]: [u8; 2]) -> Result<(), B::Error> {
+        let [high, low] = register.to_be_bytes();
+        self.bus.write(self.address, &[high, low, first, second])
     }
 }

@@ -1,8 +1,9 @@
-"""Sensors of two and five million pixels: what their registers make of the pins.
+"""Sensors of one to five million pixels: what their registers make of the pins.
 
 The registers and bits are those of public drivers, not those of the firmware's tables: Linux's, OpenMV's, Espressif's
-and Zephyr's of the OV2640, Linux's and Espressif's of the OV5640, and Linux's, Espressif's and MediaTek's of the
-GC2145. What none of them says is a guess, and the comment says so.
+and Zephyr's of the OV2640, Linux's and Espressif's of the OV5640, Linux's, Espressif's and MediaTek's of the GC2145,
+and Linux's, OpenMV's, NXP's, Alif's and MediaTek's of the MT9M114. What none of them says is a guess, and the comment
+says so.
 """
 
 from .sensor import GAMMA_AT_RESET, STRAIGHT, XCLK, Sensor, WordSensor, curve, doublings
@@ -383,3 +384,161 @@ class Gc2145(Sensor):
 
     def bars(self):
         return bool(self[0x81] & 1)
+
+
+class Mt9m114(WordSensor):
+    """MT9M114, whose registers below 0x8000 take values of two bytes alone. Its own processor does commands, and reads
+    the variables from 0xC800 on only when its configuration changes.
+    """
+
+    ADDRESS, IDENTITY = 0x48, {0x0000: 0x24, 0x0001: 0x81}
+    DEFAULTS = {
+        0x0080: 0x80, 0xA805: 0xFF, 0xB404: 0x00, 0xB405: 0x32, 0xBC03: 0x0F, 0xC801: 0x04, 0xC803: 0x04, 0xC804: 0x03,
+        0xC805: 0xCB, 0xC806: 0x05, 0xC807: 0x0B, 0xC808: 0x02, 0xC809: 0xDC, 0xC80A: 0x6C, 0xC80D: 0x01, 0xC812: 0x03,
+        0xC813: 0xEF, 0xC814: 0x06, 0xC815: 0x35, 0xC837: 0x20, 0xC857: 0x78, 0xC858: 0x05, 0xC85A: 0x02, 0xC85B: 0xD0,
+        0xC868: 0x05, 0xC86A: 0x02, 0xC86B: 0xD0, 0xC86D: 0x10, 0xC86F: 0x18, 0xC88C: 0x1E, 0xC88E: 0x1E, 0xC909: 0x03,
+        0xC92F: 0x02, 0xC932: 0x01, 0xC941: 0xDC, 0xC942: 0x38, 0xC943: 0x30, 0xC97E: 0x01, 0xC980: 0x09, 0xC981: 0xA0,
+        0xC982: 0x07, 0xC984: 0x80, 0xC985: 0x40,
+    }  # fmt: skip
+    RESET, SWITCHES, NOMINAL = (0x001B, 0x01), (0xA805, 1), 420
+    AUTOMATIC = ((1, 0xC83C, 0xC83D),)
+    # How often a command is seen under way, which is a guess.
+    TAKES = 3
+
+    def power_on(self):
+        super().power_on()
+        self.history, self.busy, self.known = [], 0, None
+
+    def read(self):
+        """Returns a register. The command under way is in the low byte of its own."""
+        self._point()
+        if self.pointer == 0x0081 and self.busy:
+            self.busy, self.pointer = self.busy - 1, self.pointer + 1
+            return 0x02
+        return super().read()
+
+    def stop(self):
+        """Ends a transfer. A part of a value of two bytes is not taken, which is a guess."""
+        register = int.from_bytes(self.written[:2], "big")
+        if register < 0x8000 and (register | len(self.written)) & 1:
+            del self.written[2:]
+        super().stop()
+
+    def _set(self, register, value):
+        super()._set(register, value)
+        self.known = None
+        if register == 0x001B:
+            self.busy, self.registers[register] = self.TAKES, value
+        if register == 0x0081 and self[0x0081] & 0x0F:
+            self.busy = self.TAKES
+            self.registers[0x0080], self.registers[0x0081] = 0x80 if self._configured()[1] else 0x00, 0x00
+
+    def _configured(self):
+        """Returns the values with which the configuration has changed, and whether the last command had success: that
+        other commands fail is a guess.
+        """
+        if self.known is None:
+            written, acting, success = {}, {}, True
+            for place, value in self.history:
+                written[place] = self.slips.get(place, value)
+                if place == 0x0081 and written[place] & 0x0F:
+                    told = written[place] & 0x0F, written.get(0x0080, 0) & 0x80, written.get(0xDC00)
+                    success = told == (0x02, 0x80, 0x28) and self._fits({**self.DEFAULTS, **written})
+                    acting = dict(written) if success else acting
+            self.known = acting, success
+        return self.known
+
+    def __getitem__(self, place):
+        if 0xC800 <= place < 0xCC00:
+            return self._configured()[0].get(place, self.DEFAULTS.get(place, 0))
+        return super().__getitem__(place)
+
+    @staticmethod
+    def _windows(values):
+        """Returns the last column and row, the pixels that leave the array, the first of those that are cut out, and
+        the sizes that are cut out and sent. Of sums of two by two, seven are lost at the sides: Zephyr's and Alif's
+        pictures of 640 x 480 come from 1294 x 974.
+        """
+        at = lambda place: values.get(place, 0) << 8 | values.get(place + 1, 0)
+        sums = 2 if values.get(0xC835, 0) & 0x30 else 1, 2 if values.get(0xC834, 0) & 0x03 else 1
+        last = at(0xC806), at(0xC804)
+        fed = (last[0] + 1 - at(0xC802)) // sums[0] - 7, (last[1] + 1 - at(0xC800)) // sums[1] - 7
+        return last, fed, (at(0xC854), at(0xC856)), (at(0xC858), at(0xC85A)), (at(0xC868), at(0xC86A))
+
+    def _fits(self, values):
+        """Returns whether windows lie in each other, and none is enlarged: Linux allows no others, of at least 32."""
+        last, fed, first, cut, out = self._windows(values)
+        inside = last[0] < 1296 and last[1] < 976 and all(at + size <= most for at, size, most in zip(first, cut, fed))
+        return inside and all(32 <= sent <= size for sent, size in zip(out, cut))
+
+    def _acting(self):
+        return self._windows({**self.DEFAULTS, **self._configured()[0]})
+
+    def drives(self):
+        """Returns whether frames come: in reset, over MIPI and without syncs, none do."""
+        runs = not self[0x001B] & 1 and not self[0xC985] & 7 and not self[0xC86D] & 0x20
+        return self.present and self.is_on() and runs
+
+    def clock(self):
+        """Returns pixels per second. The PLL's formula is NXP's; without it, a pixel takes two clocks, as in Linux."""
+        if not self[0xC97E] & 1:
+            return XCLK / 2
+        return XCLK * self[0xC981] / ((self[0xC980] & 0x3F) + 1) / ((self[0xC982] & 0x3F) + 1)
+
+    def array_line(self):
+        """Returns the seconds of a line, which has at least the 303 clocks more than pixels that Linux knows of."""
+        return max(self.number(0xC814, 0xC815, 5), self._acting()[1][0] + 303) / self.clock()
+
+    def lines(self):
+        """Returns the lines of a frame. The highest rate of automatic exposure lengthens it, which is a guess."""
+        told = self.number(0xC808, 0xC809, 8) << 16 | self.number(0xC80A, 0xC80B, 8)
+        clocks = self.number(0xC814, 0xC815, 5) * self.number(0xC88C, 0xC88D, 8)
+        limit = 256 * told // max(clocks, 1)
+        return max(self.number(0xC812, 0xC813, 8), self._acting()[1][1] + 21, limit)
+
+    def period(self):
+        return self.array_line() * self.lines()
+
+    def row(self):
+        *_, cut, out = self._acting()
+        return self.array_line() * cut[1] / out[1]
+
+    def size(self):
+        return self._acting()[-1]
+
+    def bytes_per_line(self):
+        """Returns the bytes of a line, of which codes of BT.656 are eight. A pixel has two, in a clock each."""
+        return on_time(super().bytes_per_line(), 2 * self.clock(), self.row()) + (self[0xC86D] & 8)
+
+    def format(self):
+        kind = self[0xC86C] & 3
+        if kind:
+            return "RGB" if kind == 1 else "RAW"
+        return "YUYV" if self[0xC86D] & 2 else "UYVY"
+
+    def chroma(self):
+        """Returns U and V if an effect fixes them, as MediaTek's driver names them: 1 is gray, 2 sepia."""
+        middle = 0x80 if self[0xC86F] & 0x10 else 0
+        return {1: (middle, middle), 2: (0x23, 0xB2)}.get(self[0xC874] & 7)
+
+    def light(self):
+        """Returns the table of exposure, gain and gamma. How much other bits change is a guess."""
+        lines = min(self.number(0xC83C, 0xC83D, 8), self.lines() - 2)
+        gain = lines / self.nominal * self.number(0xC836, 0xC837, 1) / 0x20
+        gain *= (1 if self[0xC834] & 3 == 3 else 0.5) * (1 if self[0xC835] & 0x30 == 0x30 else 0.5)
+        for place, right, bits in (
+            (0xB405, 0, 0x10), (0xBC03, 0, 0x08), (0xC86F, 0x08, 0x2C), (0xC874, 0, 0x04), (0xC909, 0, 0x02),
+            (0xC92F, 0, 0xFF), (0xC932, 0, 0xFF), (0xC942, 0x20, 0xFF), (0xC943, 0x20, 0xFF), (0xC95F, 0, 0x03),
+        ):  # fmt: skip
+            gain *= 1 + 0.02 * bin((self[place] ^ right) & bits).count("1")
+        straight = self.number(0xC940, 0xC941, 8) == 100
+        return curve(round(gain, 6), STRAIGHT if straight else GAMMA_AT_RESET, 64 if straight else 0x06)
+
+    def view(self):
+        """Returns how the picture lies: an even first column and row of the array, and the window of its sums."""
+        first = self._acting()[2]
+        right, down = (self.number(high, high + 1, 8) - at for high, at in ((0xC802, 320), (0xC800, 240)))
+        return bool(self[0xC835] & 1), bool(self[0xC835] & 2), right // 2 + first[0], down // 2 + first[1]
+
+    def bars(self):
+        return self[0xC84C] == 2

@@ -273,25 +273,6 @@ class WordSensor(Sensor):
             del self.written[:2]
 
 
-class Mt9m114(WordSensor):
-    """The identity of an MT9M114. Nothing else is modeled."""
-
-    ADDRESS, IDENTITY = 0x48, {0x0000: 0x24, 0x0001: 0x81}
-
-    def drives(self):
-        """Returns that the port is not driven before its firmware is set up."""
-        return False
-
-    def period(self):
-        return 1 / 30
-
-    def row(self):
-        return self.period() / self.size()[1]
-
-    def size(self):
-        return 1280, 960
-
-
 class Ov7690(Sensor):
     ADDRESS, IDENTITY = 0x21, {0x0A: 0x76, 0x0B: 0x91, 0x1C: 0x7F, 0x1D: 0xA2}
     DEFAULTS = {

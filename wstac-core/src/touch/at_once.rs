@@ -22,10 +22,11 @@ const FIRES: u8 = 20;
 
 /// Tries to answer the touch under way. The answers are the same on every processor.
 ///
-/// After each frame a program asks [`answer`](Self::answer) about the touch or the event, and then [`end`](Self::end). A
-/// board with little stack asks [`is_time`](Self::is_time), its law, and [`takes`](Self::takes) instead of `answer`.
-/// Before it reports an event, it reports what [`last_end`](Self::last_end) returns; behind a gap or before a new
-/// baseline it calls [`restart`](Self::restart), and at the end of a stream [`finish`](Self::finish).
+/// After each frame a program asks [`answer`](Self::answer) about the touch or the event, and then
+/// [`end`](Self::end). A board with little stack asks [`is_time`](Self::is_time), its law, and
+/// [`takes`](Self::takes) instead of `answer`. Before it reports an event, it reports what
+/// [`last_end`](Self::last_end) returns; behind a gap or before a new baseline it calls
+/// [`restart`](Self::restart), and at the end of a stream [`finish`](Self::finish).
 ///
 /// ```
 /// use wstac_core::law::ByWave;

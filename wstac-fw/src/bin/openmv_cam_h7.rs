@@ -1,4 +1,4 @@
-//! The firmware of an OpenMV Cam H7 with its OV7725. Events go out of its USB. It runs behind the camera's
+//! The firmware of an OpenMV Cam H7 with its OV7725 or MT9M114. Events go out of its USB. It runs behind the camera's
 //! bootloader, which stays as it is.
 #![no_std]
 #![no_main]

@@ -1,5 +1,6 @@
 //! Camera sensors. Tables make each of them send QVGA at the rate of [`setup`] with a fixed light response.
-//! One procedure identifies them and sets them up, whether their registers have addresses of 8 or of 16 bits.
+//! One procedure identifies them and sets them up, whether their registers have addresses of 8 or of 16 bits, and
+//! values of one or of two bytes.
 //!
 //! A rate is made by lines without pixels. Their number keeps every rate from 15 to 60 frames per second within 0.4 %,
 //! and the rows of a frame as close together as the clock allows. Above 30, a sensor skips every second line, or its
@@ -11,6 +12,7 @@
 pub mod gc2145;
 pub mod hm01b0;
 pub mod hm0360;
+pub mod mt9m114;
 pub mod ov2640;
 pub mod ov5640;
 pub mod ov7670;
@@ -19,7 +21,7 @@ pub mod ov7692;
 pub mod ov7725;
 pub mod watch;
 
-use core::{fmt, mem};
+use core::{fmt, iter, mem};
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
@@ -153,14 +155,6 @@ pub fn longest_exposure(sensors: &[CameraSensor]) -> u16 {
 /// A sensor that rests sends one of so many frames. The sample of a touch that ends the rest begins ten frames before
 /// it, so more than 7 of its frames were filled: its event is not reliable (SPEC §3).
 pub const RESTS: u16 = 4;
-
-/// Returns the identity of an MT9M114, which newer OpenMV Cams have in place of an OV7725 and no table drives. It
-/// answers 45 ms after its reset.
-pub fn mt9m114(bus: &mut impl I2c) -> Option<u16> {
-    let mut id = [0; 2];
-    bus.write_read(0x48, &[0, 0], &mut id).ok()?;
-    Some(u16::from_be_bytes(id))
-}
 
 /// The registers that decide what a sensor sends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -311,18 +305,31 @@ impl CameraSensor {
     /// Returns any [`SensorError`]. The sensor may then be left partly set up; the next attempt begins with a reset
     /// again.
     pub fn set_up<B: I2c>(&self, bus: &mut B, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
+        let is_wide = self.addressing == Addressing::Wide;
+        if is_wide {
+            // A reset by its pin takes as long as another one.
+            delay.delay_ms(self.reset_ms);
+        }
         self.identify(bus)?;
         let mut port = Port(Registers::new(bus, self.address, self.addressing));
-        port.write(self.reset)?;
-        delay.delay_ms(self.reset_ms);
-        for setting in self.once.iter().copied().chain(self.table()) {
-            port.write(setting)?;
-            port.verify(setting)?;
+        if is_wide {
+            mt9m114::restart(&mut port, delay)?;
+        } else {
+            port.write(self.reset)?;
+            delay.delay_ms(self.reset_ms);
+        }
+        let mut settings = self.once.iter().copied().chain(self.table()).peekable();
+        while let Some(first) = settings.next() {
+            let second = settings.next_if(|second| is_wide && second.register == first.register | 1);
+            port.transfer(first, second)?;
+            for setting in iter::once(first).chain(second) {
+                port.verify(setting)?;
+            }
         }
         for &setting in self.start {
             port.write(setting)?;
         }
-        Ok(())
+        if is_wide { mt9m114::change(&mut port, delay) } else { Ok(()) }
     }
 
     /// Returns the settings of the sensor with which it rests: it sends one of [`RESTS`] frames. `None` if it has none.
@@ -375,8 +382,19 @@ impl<B: I2c> Port<'_, B> {
         self.0.write(register, value).map_err(|error| SensorError::Bus { register, error })
     }
 
-    fn verify(&mut self, Setting { register, value }: Setting) -> Result<(), SensorError<B::Error>> {
-        let found = self.read(register)?;
+    /// Writes one setting, or two of a register of two bytes.
+    fn transfer(&mut self, first: Setting, second: Option<Setting>) -> Result<(), SensorError<B::Error>> {
+        let Some(second) = second else { return self.write(first) };
+        let Setting { register, value } = first;
+        self.0.write_both(register, [value, second.value]).map_err(|error| SensorError::Bus { register, error })
+    }
+
+    fn verify(&mut self, setting: Setting) -> Result<(), SensorError<B::Error>> {
+        self.verify_bits(setting, 0xFF)
+    }
+
+    fn verify_bits(&mut self, Setting { register, value }: Setting, mask: u8) -> Result<(), SensorError<B::Error>> {
+        let found = self.read(register)? & mask;
         let values = RegisterValues { address: self.0.address(), found, expected: value };
         if found == value { Ok(()) } else { Err(SensorError::NotTaken { register, values }) }
     }

@@ -1,5 +1,6 @@
 //! Tests every step on the bus, in order, and every way in which a step can fail.
 
+use std::iter;
 use std::string::ToString;
 use std::vec::Vec;
 
@@ -11,6 +12,7 @@ use wstac_core::wire::RegisterValues;
 use super::gc2145::{GC2145, gc2145};
 use super::hm01b0::{DataWires, HM01B0, hm01b0, with};
 use super::hm0360::{HM0360, hm0360};
+use super::mt9m114::{MT9M114, mt9m114};
 use super::ov2640::{OV2640, ov2640};
 use super::ov5640::{OV5640, ov5640};
 use super::ov7670::{OV7670, ov7670};
@@ -21,7 +23,7 @@ use super::watch::Watch;
 use super::{Addressing, CameraSensor, ExposurePart, RESTS, SensorError, Setting, longest_exposure};
 
 const OMNIVISION: [CameraSensor; 5] = [OV7690, OV7692, OV7725, OV7670, OV2640];
-const ALL: [CameraSensor; 12] = [
+const ALL: [CameraSensor; 13] = [
     OV7690,
     OV7692,
     OV7725,
@@ -31,6 +33,7 @@ const ALL: [CameraSensor; 12] = [
     OV2640,
     GC2145,
     OV5640,
+    MT9M114,
     hm01b0(DataWires::One),
     hm01b0(DataWires::Four),
     hm01b0(DataWires::Eight),
@@ -46,40 +49,72 @@ fn is_read(sensor: &CameraSensor, Setting { register, value }: Setting) -> Vec<T
             Transaction::read(sensor.address, [value].into()),
         ]),
         Addressing::Word => Vec::from([Transaction::write_read(sensor.address, [high, low].into(), [value].into())]),
+        Addressing::Wide => {
+            let both = if low % 2 == 0 { [value, 0x5A] } else { [0x5A, value] };
+            Vec::from([Transaction::write_read(sensor.address, [high, low & 0xFE].into(), both.into())])
+        }
     }
 }
 
 fn is_written(sensor: &CameraSensor, Setting { register, value }: Setting) -> Transaction {
     let [high, low] = register.to_be_bytes();
-    Transaction::write(
-        sensor.address,
-        match sensor.addressing {
-            Addressing::Byte => [low, value].into(),
-            Addressing::Word => [high, low, value].into(),
-        },
-    )
+    let bytes = if sensor.addressing == Addressing::Byte { Vec::from([low, value]) } else { [high, low, value].into() };
+    Transaction::write(sensor.address, bytes)
 }
 
-/// Returns the steps on the bus that a read takes.
-fn steps_of_read(sensor: &CameraSensor) -> usize {
-    if sensor.addressing == Addressing::Byte { 2 } else { 1 }
+/// Returns settings in groups that one transfer writes: two bytes of a number, or else one.
+fn groups<'a>(sensor: &CameraSensor, settings: &'a [Setting]) -> impl Iterator<Item = &'a [Setting]> {
+    let is_wide = sensor.addressing == Addressing::Wide;
+    settings.chunk_by(move |a, b| is_wide && a.register % 2 == 0 && b.register == a.register + 1)
+}
+
+/// Returns the step that writes a group, with its register.
+fn write_of(sensor: &CameraSensor, group: &[Setting]) -> (u16, Transaction) {
+    let [high, low] = group[0].register.to_be_bytes();
+    let pair = || [high, low, group[0].value, group[1].value].into();
+    let step = if group.len() == 2 { Transaction::write(sensor.address, pair()) } else { is_written(sensor, group[0]) };
+    (group[0].register, step)
 }
 
 fn settings(sensor: &CameraSensor) -> Vec<Setting> {
     sensor.once.iter().chain(sensor.settings.iter().copied().flatten()).copied().collect()
 }
 
-/// Returns all steps on the bus if nothing is wrong.
-fn whole(sensor: &CameraSensor) -> Vec<Transaction> {
-    let mut steps: Vec<_> = sensor.bank.iter().map(|setting| is_written(sensor, *setting)).collect();
-    steps.extend(sensor.identity.into_iter().flat_map(|setting| is_read(sensor, setting)));
-    steps.push(is_written(sensor, sensor.reset));
-    for setting in settings(sensor) {
-        steps.push(is_written(sensor, setting));
-        steps.extend(is_read(sensor, setting));
+/// Returns the settings of a number of two bytes.
+fn number(register: u16, value: u16) -> [Setting; 2] {
+    let [high, low] = value.to_be_bytes();
+    [Setting { register, value: high }, Setting { register: register + 1, value: low }]
+}
+
+/// Returns all steps on the bus if nothing is wrong, each with the register that it is about.
+fn steps(sensor: &CameraSensor) -> Vec<(u16, Transaction)> {
+    let reads = |setting: Setting| is_read(sensor, setting).into_iter().map(move |step| (setting.register, step));
+    // A command is done at once, without an error; other bits do not matter.
+    let done = [(0x0081, 0xF0), (0x0081, 0xF0), (0x0080, 0x8F)].map(|(register, value)| Setting { register, value });
+    let waits = || done.into_iter().filter(|_| sensor.addressing == Addressing::Wide).flat_map(reads);
+    let mut steps: Vec<_> = sensor.bank.iter().map(|setting| write_of(sensor, &[*setting])).collect();
+    steps.extend(sensor.identity.into_iter().flat_map(reads));
+    match sensor.addressing {
+        // Into reset, and out of it again.
+        Addressing::Wide => steps.extend([1, 0].map(|value| write_of(sensor, &number(0x001A, value)))),
+        _ => steps.push(write_of(sensor, &[sensor.reset])),
     }
-    steps.extend(sensor.start.iter().map(|setting| is_written(sensor, *setting)));
+    steps.extend(waits());
+    for group in groups(sensor, &settings(sensor)) {
+        steps.push(write_of(sensor, group));
+        steps.extend(group.iter().copied().flat_map(reads));
+    }
+    steps.extend(sensor.start.iter().map(|setting| write_of(sensor, &[*setting])));
+    if sensor.addressing == Addressing::Wide {
+        steps.push(write_of(sensor, &number(0x0080, 0x8002)));
+    }
+    steps.extend(waits());
     steps
+}
+
+/// Returns the steps without their registers.
+fn whole(sensor: &CameraSensor) -> Vec<Transaction> {
+    steps(sensor).into_iter().map(|(_, step)| step).collect()
 }
 
 /// Sets the sensor up over a bus that expects these steps and no others.
@@ -110,23 +145,13 @@ fn another_sensor_is_named_and_nothing_is_written_to_it() {
 fn no_acknowledge_at_any_step_ends_it_there_and_names_the_register() {
     let error = ErrorKind::NoAcknowledge(NoAcknowledgeSource::Address);
     for sensor in ALL {
-        let steps = whole(&sensor);
-        for at in 0..steps.len() {
-            let mut steps = steps[..=at].to_vec();
+        for (at, (expected, _)) in steps(&sensor).into_iter().enumerate() {
+            let mut steps = whole(&sensor)[..=at].to_vec();
             steps[at] = steps[at].clone().with_error(error);
             let Err(SensorError::Bus { register, error: found }) = set_up(&sensor, &steps) else {
                 panic!("{}, step {at}: no error", sensor.name)
             };
-            assert_eq!(found, error);
-            // The bank takes one step, the identity two reads, the reset one step, and each setting a step and a read.
-            let read = steps_of_read(&sensor);
-            let registers = sensor.bank.iter().map(|setting| setting.register);
-            let registers = registers.chain(sensor.identity.iter().flat_map(|setting| [setting.register].repeat(read)));
-            let registers = registers.chain([sensor.reset.register]);
-            let settings = settings(&sensor);
-            let registers = registers.chain(settings.iter().flat_map(|setting| [setting.register].repeat(read + 1)));
-            let expected = registers.chain(sensor.start.iter().map(|setting| setting.register)).nth(at).unwrap();
-            assert_eq!(register, expected, "{}, step {at}", sensor.name);
+            assert_eq!((register, found), (expected, error), "{}, step {at}", sensor.name);
         }
     }
 }
@@ -134,12 +159,15 @@ fn no_acknowledge_at_any_step_ends_it_there_and_names_the_register() {
 #[test]
 fn a_setting_that_is_not_taken_is_named() {
     for sensor in ALL {
-        for (k, setting) in settings(&sensor).into_iter().enumerate() {
-            let mut steps = whole(&sensor);
-            let read = steps_of_read(&sensor);
-            // The steps before the read of the setting.
-            let bank = usize::from(sensor.bank.is_some());
-            steps.truncate(bank + 2 * read + 1 + k * (read + 1) + 1);
+        let whole = whole(&sensor);
+        // The first write of a setting: reads of the identity come before it.
+        let first = write_of(&sensor, groups(&sensor, &settings(&sensor)).next().unwrap()).1;
+        let mut at = whole.iter().position(|step| *step == first).unwrap();
+        for setting in settings(&sensor) {
+            let read = is_read(&sensor, setting);
+            at += whole[at..].windows(read.len()).position(|steps| steps == read).unwrap();
+            let mut steps = whole[..at].to_vec();
+            at += read.len();
             let found = setting.value ^ 1;
             steps.extend(is_read(&sensor, Setting { value: found, ..setting }));
             let values = RegisterValues { address: sensor.address, found, expected: setting.value };
@@ -147,6 +175,22 @@ fn a_setting_that_is_not_taken_is_named() {
             assert_eq!(set_up(&sensor, &steps), Err(error), "{}", sensor.name);
         }
     }
+}
+
+#[test]
+fn a_command_is_waited_for_and_its_failure_is_named() {
+    let (sensor, whole) = (MT9M114, whole(&MT9M114));
+    let (before, done) = whole.split_at(whole.len() - 3);
+    let read = |register, value| is_read(&sensor, Setting { register, value });
+    let ends = |end: &[Vec<Transaction>]| set_up(&sensor, &[before, &end.concat()].concat());
+    let busy = |times| iter::repeat_n(read(0x0081, 0x02), times).flatten().collect::<Vec<_>>();
+    assert_eq!(ends(&[busy(499), done.into()]), Ok(()));
+    let not_taken = |register, found, expected| {
+        let values = RegisterValues { address: sensor.address, found, expected };
+        Err(SensorError::NotTaken { register, values })
+    };
+    assert_eq!(ends(&[busy(501)]), not_taken(0x0081, 0x02, 0x00));
+    assert_eq!(ends(&[done[..2].into(), read(0x0080, 0x7F)]), not_taken(0x0080, 0x00, 0x80));
 }
 
 #[test]
@@ -184,9 +228,10 @@ fn automatic_controls_are_off_before_their_values_are_set() {
         let gains: &[u16] = match (sensor.name, sensor.addressing) {
             ("OV2640", _) => &[0x00],
             ("GC2145", _) => &[0xB0, 0xB3, 0xB4, 0xB5],
+            ("MT9M114", _) => &[0xC836, 0xC837],
             ("OV5640", _) => &[0x350A, 0x350B, 0x3400, 0x3401, 0x3402, 0x3403, 0x3404, 0x3405],
             (_, Addressing::Byte) => &[0x00, 0x01, 0x02, 0x03],
-            (_, Addressing::Word) => &[0x0205, 0x020E, 0x020F],
+            _ => &[0x0205, 0x020E, 0x020F],
         };
         let mut values = sensor.exposure.iter().map(|part| part.register).chain(gains.iter().copied());
         assert!(values.all(|value| place(value) > place(sensor.switches)), "{}", sensor.name);
@@ -259,6 +304,7 @@ fn the_longest_exposure_fits_in_a_frame() {
         (OV2640, 672 - 4),
         (OV5640, 984 - 4),
         (GC2145, 415 - 8),
+        (MT9M114, 464 - 2),
     ] {
         assert!(sensor.longest_exposure <= most, "{}", sensor.name);
     }
@@ -330,6 +376,13 @@ fn at_a_slow_rate<const FPS: u32>() {
     let lines = word(&sensor, 0x07) + word(&sensor, 0x0D) + 16;
     has_rate(&sensor, FPS, 1, clocks, lines, clock);
     assert!(4 * clock <= 28_750);
+
+    // A pixel of two bytes for each two of the clocks that come in, of sums of two rows.
+    let sensor = mt9m114::<FPS>();
+    assert_eq!((at(&sensor, 0xC97E), word(&sensor, 0xC834)), (0, 0x0330));
+    let clock = (word(&sensor, 0xC808) << 16 | word(&sensor, 0xC80A)) / 1000;
+    assert_eq!(clock, 24_000 / 2);
+    has_rate(&sensor, FPS, 1, word(&sensor, 0xC814), word(&sensor, 0xC812), clock);
 }
 
 fn at_a_rate<const FPS: u32, const IS_FAST: bool>() {

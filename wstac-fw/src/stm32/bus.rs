@@ -72,8 +72,8 @@ impl SensorBus {
     ) -> Self {
         let (clock, data) = (Pin::of(scl.port(), scl.pin()), Pin::of(sda.port(), sda.pin()));
         let mut config = i2c::Config::default();
-        // Three transfers are made between two stripes.
-        config.timeout = Duration::from_micros(600);
+        // Three transfers are made between two stripes. One of six bytes takes 570 µs.
+        config.timeout = Duration::from_micros(700);
         let i2c = I2c::new_blocking(peripheral, scl, sda, config);
         Self { i2c, registers: I::REGISTERS, scl: clock, sda: data, power }
     }

@@ -35,8 +35,8 @@ use crate::node::{self, Board, HANGS, Node, Watchdog};
 #[cfg(feature = "settings")]
 use crate::sensor::longest_exposure;
 use crate::sensor::{
-    CameraSensor, WHOLE_FPS, gc2145::GC2145, hm01b0::HM01B0, hm0360::HM0360, ov2640::OV2640, ov5640::OV5640,
-    ov7670::OV7670, ov7690::OV7690, ov7692::OV7692, ov7725::OV7725,
+    CameraSensor, WHOLE_FPS, gc2145::GC2145, hm01b0::HM01B0, hm0360::HM0360, mt9m114::MT9M114, ov2640::OV2640,
+    ov5640::OV5640, ov7670::OV7670, ov7690::OV7690, ov7692::OV7692, ov7725::OV7725,
 };
 use crate::serial::Serial;
 #[cfg(not(feature = "settings"))]
@@ -55,7 +55,7 @@ static SENSORS: &[CameraSensor] = if MHZ < ANY_SENSOR_MHZ {
 } else if setup::FPS > WHOLE_FPS {
     &[OV7690, OV7692, OV7725, HM0360, HM01B0]
 } else {
-    &[OV7690, OV7692, OV7725, OV7670, OV2640, GC2145, OV5640, HM0360, HM01B0]
+    &[OV7690, OV7692, OV7725, OV7670, OV2640, GC2145, OV5640, MT9M114, HM0360, HM01B0]
 };
 /// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;

@@ -21,8 +21,6 @@ use crate::output::{
 use crate::plural::counted;
 use crate::texture::Texture;
 
-/// The identity of the sensor of newer OpenMV Cams.
-const MT9M114: u16 = 0x2481;
 const OV7670: u16 = 0x7673;
 
 /// The state of a board, as its messages show it.
@@ -374,10 +372,10 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
 }
 
 fn identity_in_words(id: u16) -> String {
-    let name = match id {
-        MT9M114 => " (an MT9M114; OpenMV Cams need an OV7725)",
-        OV7670 => " (an OV7670, which has at most 30 frames per second; help: build the firmware with WSTAC_FPS=30)",
-        _ => "",
+    let name = if id == OV7670 {
+        " (an OV7670, which has at most 30 frames per second; help: build the firmware with WSTAC_FPS=30)"
+    } else {
+        ""
     };
     format!("{id:#06x}{name}")
 }
