@@ -59,9 +59,9 @@ def main() -> None:
         sys.exit(f"check.py: colcon build has failed\n{built.stdout}")
     print("\n".join(line for line in built.stdout.splitlines() if line.startswith(("Finished", "Summary"))), flush=True)
     # Discovery by multicast stays on this machine.
-    heard = '. install/setup.bash && ip link set lo up && exec "$@"'
+    heard = '. install/setup.sh && ip link set lo up && exec "$@"'
     network = ("unshare", "--net") if os.geteuid() == 0 else ("unshare", "--map-root-user", "--net")
-    command = (*network, "bash", "-c", heard, "bash", sys.executable, TESTS / "heard.py", board, node)
+    command = (*network, "sh", "-c", heard, "sh", sys.executable, TESTS / "heard.py", board, node)
     subprocess.run(command, check=True, cwd=folder, env=variables)
     print(f"ros: {distribution}: passed", flush=True)
 
