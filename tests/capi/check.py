@@ -351,7 +351,7 @@ def check_cpp(programs, wstac):
     same(programs.run(program), "140 frames, 1 event, moved\n", "a sensor that is moved")
     # A source that has nothing for a while is read to its end.
     video = subprocess.run([wstac.command, "scene", "render", "Saw3@150,90deg", "-o", "-"], capture_output=True, check=True).stdout
-    with subprocess.Popen([program, "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as paused:
+    with subprocess.Popen(["timeout", "60", program, "-"], stdin=subprocess.PIPE, stdout=subprocess.PIPE) as paused:
         paused.stdin.write(video[: len(video) // 2])
         paused.stdin.flush()
         first = paused.stdout.readline()
@@ -382,7 +382,15 @@ int main(int argc, char **argv)
     wstac::Sensor third(static_cast<wstac::Sensor &&>(second));
     WstacRecord record = WstacRecord();
     const bool refuses = !first && !second.next(record) && second.status() == WSTAC_STATUS_NULL;
-    std::printf("%u frames, %u event, %s\\n", frames, events, is_read && third && refuses ? "moved" : "wrong");
+    WstacFrames of_frames = WstacFrames();
+    of_frames.width = of_frames.height = 400;
+    of_frames.format = "GREY";
+    const bool is_whole = static_cast<bool>(third);
+    wstac::Sensor pushed = wstac::Sensor::of_frames(of_frames);
+    third = static_cast<wstac::Sensor &&>(pushed);
+    // It waits for frames, so nothing comes.
+    const bool returns = third.each([](const WstacRecord &) noexcept { return true; });
+    std::printf("%u frames, %u event, %s\\n", frames, events, is_read && refuses && is_whole && returns ? "moved" : "wrong");
 }
 """
 # What a header defines: types, constants of enumerations, variables and functions.

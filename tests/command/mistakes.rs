@@ -57,7 +57,10 @@ fn files_of_another_kind_say_what_to_do_with_them() {
         (&["plot", board, "-o", &path(&folder.0.join("none.svg"))], frames),
         (&["doctor", board], frames),
         (&["serve", board], frames),
-        (&["run", &video], &*format!("has a board's bytes, expected frames: wstac run board:{video}")),
+        (
+            &["run", &video],
+            "board.mp4: has a board's bytes, expected frames: wstac run, view and calibrate read them as board:FILE",
+        ),
         (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),
         (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
     ] {

@@ -673,9 +673,9 @@ class Check:
             problems.append(f"the log says {log}, expected {said}")
         self.say(name, problems)
 
-    def never(self, name, said, told, sensor=Ov7725, first=(), **how):
+    def never(self, name, said, told, sensor=Ov7725, first=(), elf=None, **how):
         """The sensor cannot be used: this is reported, after `first`, and again to a host that connects later."""
-        board = self.board([], sensor)
+        board = self.board([], sensor, elf=elf)
         for key, value in how.items():
             setattr(board.sensor, key, value)
         machine = board.machine
@@ -1034,6 +1034,8 @@ def main():
         other_sensor = lambda: Ov7725(0x21, {0x0A: 0x26, 0x0B: 0x56})
         unknown = "says it is 0x2656, which the firmware does not know"
         check.never("another sensor", [UNKNOWN], unknown, sensor=other_sensor)
+        slower = r"says it is 0x2481 \(an MT9M114, which has at most 30 frames per second; .*"
+        check.never("an MT9M114 at 60 frames per second", [UNKNOWN], slower, Mt9m114, elf=f"{check.elf}.60")
         kept = (
             r"does not keep what register 0x64 is set to \(address 0x21, found 0x1f, expected 0xfb\); help: check the "
             "sensor's type, the supply voltage, .*"

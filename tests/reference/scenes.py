@@ -21,7 +21,7 @@ SPECIMENS = ("Fla0", "Sin2", "Sin3", "Sin4", "Saw2", "Saw3", "Saw4", "Tri2", "Tr
 """The ten of the paper, in its order."""
 
 DIRECTIONS = (0, 90, 180, 270)
-"""In degrees, counterclockwise in the picture."""
+"""In degrees, counterclockwise from the right along the sensor's rows."""
 
 WORKERS = 2
 """Commands that run at the same time."""

@@ -46,6 +46,7 @@ def test_what_a_wave_tells_of_a_ball(tmp_path: Path) -> None:
     frames = wstac.simulate(scene).frames
     pipeline = wstac.Pipeline(fps=30, config=wstac.Config.read(config), at_once=True)
     [pushed] = [event for event in map(pipeline.push, frames) if event]
+    assert pushed.sample.shape == (10, 0)
     assert (pushed.completed_ns, pushed.record) == (early.completed_ns, early.record)
     assert event.basis == "outline" and event.contacts == 1 and event.reliable
     row = event.to_dict()

@@ -164,7 +164,7 @@ typedef struct WstacEvent {
   /// Frames of the sample that were lost and filled: 0 to 70.
   uint32_t frames_filled;
   /// The baseline was quiet, and at most a tenth of the sample was filled. By arrival times also: speed and direction
-  /// hold within their standard deviations, and the kind of the touch is clear.
+  /// mostly hold within their standard deviations, and the kind of the touch is clear.
   bool reliable;
   /// Why there is no speed; null if there is one.
   const char *why_no_speed;
@@ -195,7 +195,7 @@ typedef struct WstacEvent {
   /// Why the touch is unclear or the answers are not reliable; null if they are, by a law of durations, and if a
   /// board does not say.
   const char *why_not_reliable;
-  /// Why there is no texture, or why it is unknown or may be wrong; null otherwise.
+  /// Why there is no texture, or which speeds the model knows if that of the slide is none; null otherwise.
   const char *why_texture;
   /// What speed and direction are known by: "edge" (an edge that covers the sensor: only the motion across it is
   /// known) or "outline" (an object that is narrower than the sensor, or a corner); null unless 25 taxels were asked.

@@ -2,7 +2,8 @@
  * @file
  * WSTac for C++: the handle of wstac.h as a class that closes itself, from C++11 on.
  *
- * Nothing here throws, allocates or blocks more than the function of wstac.h that it calls, which describes it.
+ * Nothing here throws or allocates, and nothing but each() blocks more than the function of wstac.h that it calls,
+ * which describes it.
  */
 
 #ifndef WSTAC_HPP
@@ -79,9 +80,9 @@ public:
     /// Ends the stream (wstac_finish). next() gives what is pending.
     bool finish() noexcept { return done(wstac_finish(handle_)); }
 
-    /// Calls take(record) for each record: of a source until its end, with WSTAC_KIND_WAITING within a second if there is
-    /// none; of pushed frames until more are needed. take returns false to stop earlier. It must not throw. Returns
-    /// whether no call failed.
+    /// Calls take(record) for each record. Of a source it does so until its end, with WSTAC_KIND_WAITING within a
+    /// second if there is none; of pushed frames until more are needed. take returns false to stop earlier. It must
+    /// not throw. Returns whether no call failed.
     template <typename Take>
     bool each(Take &&take) noexcept
     {

@@ -38,7 +38,7 @@ pub struct Answer {
     /// Whether the answers are reliable.
     ///
     /// By a law of durations it says only that the event is: see [`Event::reliable`]. By arrival times it also says
-    /// that speed and direction hold within their standard deviations, and that the kind of the touch is clear.
+    /// that speed and direction mostly hold within their standard deviations, and that the kind of the touch is clear.
     pub reliable: bool,
     /// Why the touch is unclear, or why its answers are not reliable; `None` if they are, and by a law of durations.
     pub doubt: Option<Reason>,

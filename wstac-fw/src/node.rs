@@ -44,7 +44,8 @@ const LUMA_TEST: Duration = Duration::from_millis(250);
 const BUS_FAILURES: u32 = 30;
 /// The microseconds after which the watchdog restarts a program that hangs.
 pub const HANGS: u32 = 4_000_000;
-// A self-test with a second try, and 150 ms for the resets of each.
+// A self-test with a second try, and 150 ms for the resets of each. An MT9M114 has no second try: it may take 1.8 s for
+// its resets and commands.
 const _: () = assert!(
     2 * (2 * sensor::six_frames(setup::FPS) as u64 + SELF_TEST.as_millis() + LUMA_TEST.as_millis() + 150)
         <= HANGS as u64 / 1000
@@ -754,6 +755,11 @@ async fn find<B: Board, const WIDTH: usize, const STRIPES: usize>(
             }
             Err(fault) => fault,
         };
+        if setup::FPS > sensor::WHOLE_FPS
+            && let Some(id) = sensor::mt9m114::identity(bus)
+        {
+            fault = Fault::SensorUnknown { id };
+        }
         if let Fault::SensorGone { .. } = fault {
             fault = gone(bus);
         }

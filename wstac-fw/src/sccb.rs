@@ -16,7 +16,7 @@ pub enum Addressing {
     Byte,
     /// Sixteen, the high byte first, on I²C.
     Word,
-    /// The same, with values of two bytes from even addresses on, the high one first.
+    /// Sixteen on I²C, and values of two bytes from even addresses on, the high one first.
     Wide,
 }
 

@@ -100,7 +100,7 @@ impl Pipeline {
         let session = Session::of_frames(info)
             .config(config.0.clone())
             .textures(textures(&models)?)
-            .outputs(OutputOptions { features: true, samples: !at_once, motion, paths })
+            .outputs(OutputOptions { features: true, samples: !at_once || paths, motion, paths })
             .build()
             .map_err(crate::failed_by)?;
         let frame_bytes = whole_frame(session.processor());

@@ -62,7 +62,7 @@ pub(crate) struct SourceOptions {
 impl SourceOptions {
     /// Returns the outputs that are wanted.
     fn outputs(&self, features: bool) -> OutputOptions {
-        OutputOptions { features, samples: !self.at_once, motion: self.motion, paths: self.paths }
+        OutputOptions { features, samples: !self.at_once || self.paths, motion: self.motion, paths: self.paths }
     }
 
     /// Returns the name of an option that is given and that a board cannot follow.

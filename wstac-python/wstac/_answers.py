@@ -178,8 +178,8 @@ class Event:
     reliable: bool
     """The baseline was quiet, and at most 7 frames were filled.
 
-    By arrival times also: speed and direction hold within their standard deviations, and the kind of the touch is
-    clear.
+    By arrival times also: speed and direction mostly hold within their standard deviations, and the kind of the
+    touch is clear.
     """
     why: dict[str, str]
     """Reasons of missing answers, by answer: "speed", "direction", "texture"; and "reliable", if the answers are not.

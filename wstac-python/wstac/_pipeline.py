@@ -93,7 +93,8 @@ class Pipeline(Recorded):
 
     With `motion`, `motions` has speed and direction of every frame while something slides. Those of a push are new in
     it. With `path_samples`, events have the samples that models of the path take (`Event.path_sample`). With `at_once`,
-    an event comes as soon as its answers are certain, without a sample.
+    an event comes as soon as its answers are certain, without a sample; `path_samples` and models over time wait for
+    it.
 
     `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
     `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error`

@@ -35,7 +35,7 @@ class Truth:
     speed: float | None
     """Speed at the first touch in mm/s; None unless it slides."""
     direction: float | None
-    """Direction in degrees, counterclockwise from the sensor's rows; None unless it slides."""
+    """Direction in degrees, counterclockwise; 0 is right along the sensor's rows; None unless it slides."""
     start_frame: int
     """Camera frame of the first touch."""
     start_s: float

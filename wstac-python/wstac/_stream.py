@@ -437,13 +437,14 @@ def open(
     by default. `models` is one or several of "builtin", paths and `Model`s; without it, events have no texture, also
     those of scenes. `model` is another name of it, as the command has; `read`, `simulate` and `Pipeline` take it, too.
 
-    The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested from a
-    camera or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera, such as
-    {"gain": 3}. `motion` gives a `Motion` of every frame while something slides, among the records. With
-    `path_samples`, events have the samples that models of the path take (`Event.path_sample`). With `at_once`, an event
-    comes as soon as its answers are certain, without a sample. `every` hands out all frames of a camera, even if the
-    program is slower. `sensor` is the name of one sensor of a recording of several. With `paced`, a file or scene is
-    read at the rate of its frames. Raises `Error` if the source cannot be used.
+    The other arguments are the options of `wstac run` of the same name. `fps`, `format` and `size` are requested
+    from a camera or scene. `fps`, `matrix` and `range` replace what a file says. `controls` are those of a camera,
+    such as {"gain": 3}. `motion` gives a `Motion` of every frame while something slides, among the records. With
+    `path_samples`, events have the samples that models of the path take (`Event.path_sample`). With `at_once`, an
+    event comes as soon as its answers are certain, without a sample; `path_samples` and models over time wait for
+    it. `every` hands out all frames of a camera, even if the program is slower. `sensor` is the name of one sensor
+    of a recording of several. With `paced`, a file or scene is read at the rate of its frames. Raises `Error` if
+    the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", model="builtin") as stream:

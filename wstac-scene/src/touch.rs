@@ -106,7 +106,8 @@ pub struct Slide {
     pub specimen: Specimen,
     /// Its speed at the first touch, in mm/s.
     pub speed_mm_s: f64,
-    /// The direction of its motion in degrees, counterclockwise from the right of the picture: 0 ≤ degrees < 360.
+    /// The direction of its motion in degrees, counterclockwise from the right along the sensor's rows:
+    /// 0 ≤ degrees < 360.
     pub direction_deg: f64,
     /// The angle by which the block is turned against its motion, in degrees, counterclockwise: its edges and its
     /// texture arrive at that angle. 0 is at right angles to the motion.

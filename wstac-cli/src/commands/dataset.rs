@@ -139,8 +139,8 @@ The arrays of FILE.npz, n samples in the order of their slides:
   y_depth    int64 (n,): mm, the radius of a Sphere; float64 if
              one is no integer
   speed      float64 (n,): mm/s
-  direction  int64 (n,): degrees, counterclockwise from its rows;
-             float64 if one is no integer
+  direction  int64 (n,): degrees, counterclockwise; 0 is right along
+             the rows; float64 if one is no integer
   seed       uint64 (n,): of the slide's scene
   reliable   bool (n,): baseline quiet and at most 7 frames filled
   duration   int64 (n,): of the event in frames; -1 if it is cut off or

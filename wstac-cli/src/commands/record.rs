@@ -344,7 +344,7 @@ fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64, is_live: b
 /// Returns labels by name, each once.
 fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     let labels = by_name(given.to_vec()).map_err(|message| Error::new(ErrorKind::Usage, "--label", message))?;
-    for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str())) {
+    for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str()) && *name != "task") {
         note(format_args!("label {name} is kept; wstac dataset reads only {}, and task for LeRobot", NAMES.join(", ")));
     }
     Ok(labels)

@@ -101,7 +101,7 @@ impl SourceArguments {
             return Error::new(error.kind(), source.display(), message);
         }
         if has_board_bytes(source.as_ref()) {
-            let message = format!("has a board's bytes, expected frames: wstac run board:{}", source.display());
+            let message = "has a board's bytes, expected frames: wstac run, view and calibrate read them as board:FILE";
             return Error::new(error.kind(), source.display(), message);
         }
         if error.kind() != ErrorKind::Usage || self.sensor.is_some() {

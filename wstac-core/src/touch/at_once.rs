@@ -25,7 +25,7 @@ const FIRES: u8 = 20;
 /// After each frame a program asks [`answer`](Self::answer) about the touch or the event, and then
 /// [`end`](Self::end). A board with little stack asks [`is_time`](Self::is_time), its law, and
 /// [`takes`](Self::takes) instead of `answer`. Before it reports an event, it reports what
-/// [`last_end`](Self::last_end) returns; behind a gap or before a new baseline it calls
+/// [`last_end`](Self::last_end) returns; behind an interrupted sample or before a new baseline it calls
 /// [`restart`](Self::restart), and at the end of a stream [`finish`](Self::finish).
 ///
 /// ```
@@ -214,8 +214,9 @@ impl AtOnce {
         Some(end)
     }
 
-    /// Forgets all touches, as a gap or a new baseline makes it. Returns the end of one of which more light might have
-    /// come.
+    /// Forgets all touches, as behind an interrupted sample or before a new baseline. Returns the end of one of which
+    /// more light might have come.
+    #[must_use = "it is the end of a touch"]
     pub fn restart(&mut self) -> Option<ContactEnd> {
         let end = self.ended.take();
         *self = Self::of(self.seconds_per_frame);

@@ -290,7 +290,7 @@ typedef struct WstacFwEvent {
 typedef struct WstacFwMotion {
   /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
   int32_t contact;
-  /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
+  /// Whether speed and direction mostly hold within their deviations; for a press or a poke, whether the event is
   /// reliable. wstac_fw_link_event refuses any other byte than 0 and 1.
   WstacFwBool reliable;
   /// The speed in mm/s; 0 unless it slides.

@@ -53,7 +53,7 @@ pub enum WstacFwContact {
 pub struct WstacFwMotion {
     /// The kind of the touch: a WstacFwContact. Only a slide has a speed, a direction and a texture.
     pub contact: i32,
-    /// Whether speed and direction hold within their standard deviations; for a press or a poke, whether the event is
+    /// Whether speed and direction mostly hold within their deviations; for a press or a poke, whether the event is
     /// reliable. wstac_fw_link_event refuses any other byte than 0 and 1.
     pub reliable: WstacFwBool,
     /// The speed in mm/s; 0 unless it slides.

@@ -320,7 +320,8 @@ impl CameraSensor {
         }
         let mut settings = self.once.iter().copied().chain(self.table()).peekable();
         while let Some(first) = settings.next() {
-            let second = settings.next_if(|second| is_wide && second.register == first.register | 1);
+            let second =
+                settings.next_if(|second| is_wide && first.register & 1 == 0 && second.register == first.register + 1);
             port.transfer(first, second)?;
             for setting in iter::once(first).chain(second) {
                 port.verify(setting)?;

@@ -112,14 +112,17 @@ const fn table(lines: u16, fps: u8) -> [Setting; 59] {
 
 /// Registers without a public meaning, as Linux, OpenMV, Zephyr and NXP set them; then what goes with the window.
 const RUNS: &[Run<'_>] = &[
+    (0x001E, &[0x07, 0x77]), // how fast the pins change
+    (0x301A, &[0x02, 0x18]), // bit 9: bad frames are not sent, as in Linux and OpenMV
     (0x316A, &[0x82, 0x70, 0x82, 0x70, 0x82, 0x02]),
     (0x3180, &[0x87, 0xFF]),
     (0x30D4, &[0x60, 0x80]),
     (0x3ED0, &[0x23, 0x05, 0x77, 0xCF]),
     (0x3E14, &[0xFF, 0x39]),
     (0xA802, &[0x00, 0x08]),
-    (0xC80E, &[0x01, 0xC3, (FINE_MOST >> 8) as u8, FINE_MOST as u8]),
+    (0xC80C, &[0x00, 0x01, 0x01, 0xC3, (FINE_MOST >> 8) as u8, FINE_MOST as u8]),
     (0xC816, &[0x00, 0xE0, 0x00, 0xF3]),
+    (0xC826, &[0x00, 0x20]),
     (0xC914, &[0x00, 0x00, 0x00, 0x00, 0x01, 0x3F, 0x00, 0xEF, 0x00, 0x00, 0x00, 0x00, 0x00, 0x3F, 0x00, 0x2F]),
     (0xC92F, &[0x00]), // no sharper edges
     (0xC932, &[0x00]),
@@ -138,6 +141,13 @@ const SUCCESS: u8 = 0x80;
 const COMMANDS: u8 = 0x0F;
 /// The milliseconds after which a command is late.
 const LATEST_MS: u32 = 500;
+
+/// Returns the identity of an MT9M114 that a firmware finds whose rate it does not reach.
+pub fn identity(bus: &mut impl I2c) -> Option<u16> {
+    let mut id = [0; 2];
+    bus.write_read(MT9M114.address, &[0, 0], &mut id).ok()?;
+    Some(u16::from_be_bytes(id))
+}
 
 /// Resets the sensor, and waits until it has started.
 pub(super) fn restart<B: I2c>(port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {

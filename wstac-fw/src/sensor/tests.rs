@@ -4,6 +4,7 @@ use std::iter;
 use std::string::ToString;
 use std::vec::Vec;
 
+use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
 use embedded_hal_mock::eh1::delay::NoopDelay;
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
@@ -177,6 +178,15 @@ fn a_setting_that_is_not_taken_is_named() {
     }
 }
 
+/// Adds up delays, in nanoseconds.
+struct Slept(u32);
+
+impl DelayNs for Slept {
+    fn delay_ns(&mut self, ns: u32) {
+        self.0 += ns;
+    }
+}
+
 #[test]
 fn a_command_is_waited_for_and_its_failure_is_named() {
     let (sensor, whole) = (MT9M114, whole(&MT9M114));
@@ -184,7 +194,12 @@ fn a_command_is_waited_for_and_its_failure_is_named() {
     let read = |register, value| is_read(&sensor, Setting { register, value });
     let ends = |end: &[Vec<Transaction>]| set_up(&sensor, &[before, &end.concat()].concat());
     let busy = |times| iter::repeat_n(read(0x0081, 0x02), times).flatten().collect::<Vec<_>>();
-    assert_eq!(ends(&[busy(499), done.into()]), Ok(()));
+    assert_eq!(ends(&[busy(500), done[1..].into()]), Ok(()));
+    // It is reset by its pin, then by a register, and out of it.
+    let (mut bus, mut slept) = (Mock::new(&whole), Slept(0));
+    assert_eq!(sensor.set_up(&mut bus, &mut slept), Ok(()));
+    bus.done();
+    assert_eq!(slept.0, 3 * 45_000_000);
     let not_taken = |register, found, expected| {
         let values = RegisterValues { address: sensor.address, found, expected };
         Err(SensorError::NotTaken { register, values })

@@ -21,7 +21,9 @@ use crate::output::{
 use crate::plural::counted;
 use crate::texture::Texture;
 
+// Sensors that a firmware may find and not drive.
 const OV7670: u16 = 0x7673;
+const MT9M114: u16 = 0x2481;
 
 /// The state of a board, as its messages show it.
 #[derive(Clone, Debug)]
@@ -372,12 +374,12 @@ pub(super) fn fault_in_words(fault: &Fault<'_>) -> String {
 }
 
 fn identity_in_words(id: u16) -> String {
-    let name = if id == OV7670 {
-        " (an OV7670, which has at most 30 frames per second; help: build the firmware with WSTAC_FPS=30)"
-    } else {
-        ""
+    let name = match id {
+        OV7670 => "OV7670",
+        MT9M114 => "MT9M114",
+        _ => return format!("{id:#06x}"),
     };
-    format!("{id:#06x}{name}")
+    format!("{id:#06x} (an {name}, which has at most 30 frames per second; help: build the firmware with WSTAC_FPS=30)")
 }
 
 /// Returns why a camera may not answer whose bus has such lines, and what to check first.

@@ -196,7 +196,8 @@ impl TactileEvent {
         }
     }
 
-    /// Returns the reason why there is no texture, or why it may be wrong.
+    /// Returns the reason why there is no texture, or which speeds the model knows if that of the slide is none of
+    /// them.
     pub fn why_texture(&self) -> Option<String> {
         let why = |speeds| format!("the speed is outside of those that the model knows: {speeds}");
         let none = self.texture.as_ref().err().map(|reason| reason.as_str().to_owned());

@@ -463,6 +463,7 @@ impl Processor {
 
     /// Gathers a new baseline from the next frame on. Returns what that ends: the end of a touch of which more light
     /// might have come, and the sample that was being captured.
+    #[must_use = "the end of a touch is among it"]
     pub fn rezero(&mut self) -> Vec<Output> {
         let sample = self.pipeline.rezero();
         self.zero = self.pipeline.next_frame();
@@ -473,6 +474,7 @@ impl Processor {
     ///
     /// The outputs that follow are those of a recording of the frames from here on, apart from the numbers of the
     /// frames. Returns what that ends, as [`rezero`](Self::rezero) does.
+    #[must_use = "the end of a touch is among it"]
     pub fn restart(&mut self) -> Vec<Output> {
         self.sums.restart();
         let sample = self.pipeline.restart();

@@ -21,7 +21,7 @@ pub(crate) struct RosMessage {
 pub(crate) struct Header<'a> {
     /// The time of the last frame that was taken.
     pub(crate) stamp: SystemTime,
-    /// The coordinate frame of the sensor: x to the right of the picture, y up.
+    /// The coordinate frame of the sensor: x to the right along its rows, y up.
     pub(crate) frame_id: &'a str,
 }
 

@@ -230,6 +230,7 @@ entries! {
     end_at_once(at_once: &mut AtOnce, update: &Update<'_>) -> Option<ContactEnd> { at_once.end(update) }
     finish_at_once(at_once: &mut AtOnce, end: Option<ContactEnd>) -> [Option<ContactEnd>; 2] { at_once.finish(end) }
     last_end(at_once: &mut AtOnce) -> Option<ContactEnd> { at_once.last_end() }
+    restart_at_once(at_once: &mut AtOnce) -> Option<ContactEnd> { at_once.restart() }
     new_at_once(config: MotionConfig) -> AtOnce { AtOnce::new(config) }
     answer_by_any(law: &AnyLaw, event: &Event<'_>) -> Answer { law.answer(event) }
     by_wave(event: &Event<'_>, taxels: &TaxelRing, config: MotionConfig) -> TaxelMotion { wave::by_wave(event, taxels, config) }

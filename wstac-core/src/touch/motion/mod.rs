@@ -68,7 +68,7 @@ pub struct Motion {
     /// By coherence it is the explained part of the lines' energy. By edges it is 1 less the mean square deviation of
     /// the arrival times from their straight line, in units of (1 + |slowness|)² frames². By a wave it is 0.
     pub coherence: f32,
-    /// Whether speed and direction hold within their standard deviations.
+    /// Whether speed and direction mostly hold within their standard deviations.
     pub reliable: bool,
     /// Why the touch is unclear, or why its answers are not reliable: the first reason that holds; `None` if they are.
     pub doubt: Option<Reason>,
