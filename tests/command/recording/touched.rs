@@ -6,7 +6,7 @@ use std::fs::File;
 use wstac_host::config::Config;
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::record::FinishedRecording;
-use wstac_host::session::{Observer, Phase};
+use wstac_host::session::{Observer, Phase, Session};
 use wstac_host::source::{Labels, Source};
 use wstac_host::station::{Station, Turn};
 use wstac_host::texture::Textures;
@@ -90,6 +90,16 @@ fn an_order_behind_an_event_does_not_lose_its_end() {
         };
         (end.frame, end.time_ns)
     });
+    // Without a station, the processor returns it.
+    let source = SceneSource::new(&SceneConfig::from_toml("a touch", slide).unwrap()).unwrap();
+    let mut session = Session::builder(Box::new(source)).build().unwrap();
+    let is_event = |output: &Output| matches!(output, Output::Event(_));
+    while !is_event(&session.next().unwrap().unwrap()) {}
+    while session.processor().phase() != Phase::Watching {
+        session.step(&mut Kept::default()).unwrap();
+    }
+    let [Output::ContactEnd(end)] = &session.processor_mut().rezero()[..] else { panic!("no end") };
+    assert_eq!((end.frame, end.time_ns), ends[1]);
     assert!(ends[1..].iter().all(|end| end.0 < ends[0].0), "{ends:?}");
     assert!(ends.iter().all(|end| end.1 == Some(end.0 * 100_000_000 / 3)), "{ends:?}");
 }
