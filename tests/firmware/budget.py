@@ -143,6 +143,6 @@ def check(numbers, keys=ROWS):
 def write(numbers):
     """Writes the table into the page."""
     before, rest = PAGE.read_text().split(BEGIN)
-    after = rest.split(END)[1]
+    after = rest.split(END, 1)[1]
     lines = "\n".join(table(numbers))
     PAGE.write_text(f"{before}{BEGIN}\n{lines}\n\nCompiler: {boards.compiler()}.\n\n{END}{after}")
