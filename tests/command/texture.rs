@@ -152,8 +152,8 @@ fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
     let before = &found[place("texture") - 1];
     assert_eq!((&before["kind"], &before["frame"]), (&"features".into(), &(first + 29).into()));
     let text = String::from_utf8(run(&["run", SCENE, "--model", early]).stdout).unwrap();
-    let line =
-        format!("at frame {}: texture {pattern}, from the first 30 frames of the event at frame {first}", first + 30);
+    let end = format!("from the first 30 frames of the event at frame {first}");
+    let line = format!("at frame {}: texture {pattern} (no confidence), {end}", first + 30);
     assert!(text.starts_with(&line), "{text}");
 }
 
