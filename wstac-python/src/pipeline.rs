@@ -74,7 +74,11 @@ type Pushed<'py> = (Vec<Bound<'py, PyAny>>, Bound<'py, PyAny>);
 impl Pipeline {
     #[new]
     #[pyo3(signature = (format, size, bytes_per_row, rate, matrix, range, config, models, motion, paths, at_once, timed, record, labels))]
-    #[expect(clippy::too_many_arguments, reason = "the package calls it, by one keyword each")]
+    #[expect(
+        clippy::too_many_arguments,
+        clippy::fn_params_excessive_bools,
+        reason = "the package calls it, by one keyword each"
+    )]
     fn new(
         format: &str,
         size: (u32, u32),
