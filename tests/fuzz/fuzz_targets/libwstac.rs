@@ -41,6 +41,7 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
     let models = [string(input, &[c"builtin:boosted", c"none.wsm"])?, string(input, &[c"builtin:svm"])?];
     let models: Vec<*const c_char> = models.iter().map(|name| name.as_ptr()).chain([ptr::null()]).collect();
     let config = string(input, &[c"none.toml"])?;
+    let text = string(input, &[c"[trigger]\nwindow = 7\n", c"[sensor]\nreadout_ms = 0\n", c""])?;
     let choice = |input: &mut Unstructured<'_>| {
         Ok(if input.ratio(1, 16)? { input.arbitrary()? } else { u8::from(input.arbitrary::<bool>()?) })
     };
@@ -60,6 +61,8 @@ fn program(input: &mut Unstructured<'_>) -> Result<()> {
         every_frame: if input.ratio(1, 16)? { choice(input)? } else { 0 },
         keep_controls: if input.ratio(1, 16)? { choice(input)? } else { 0 },
         sensor: if input.ratio(1, 16)? { format.as_ptr() } else { ptr::null() },
+        at_once: choice(input)?,
+        config_text: if input.ratio(1, 8)? { text.as_ptr() } else { ptr::null() },
     };
     let options = if input.ratio(1, 4)? { ptr::null() } else { &raw const options };
     let mut handle: *mut Wstac = ptr::null_mut();
