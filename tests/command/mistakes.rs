@@ -50,17 +50,17 @@ fn files_of_another_kind_say_what_to_do_with_them() {
     let other = path(&folder.file("notes.txt", "not a source"));
     let onnx = path(&folder.file("forest.onnx", "not a model file"));
     let board = concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/examples/board.bin");
-    let video = path(&folder.file("board.mp4", std::fs::read(board).unwrap()));
+    let [video, recording] =
+        ["board.mp4", "board.mcap"].map(|name| path(&folder.file(name, std::fs::read(board).unwrap())));
     let frames = "board.bin: is a board or its bytes, expected frames: wstac run, view and calibrate read a board";
+    let bytes = "has a board's bytes, expected frames: wstac run, view and calibrate read them as board:FILE";
     for (arguments, expected) in [
         (&["record", board, "-o", &path(&folder.0.join("none.mcap"))][..], frames),
         (&["plot", board, "-o", &path(&folder.0.join("none.svg"))], frames),
         (&["doctor", board], frames),
         (&["serve", board], frames),
-        (
-            &["run", &video],
-            "board.mp4: has a board's bytes, expected frames: wstac run, view and calibrate read them as board:FILE",
-        ),
+        (&["run", &video], &format!("board.mp4: {bytes}")),
+        (&["run", &recording], &format!("board.mcap: {bytes}")),
         (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),
         (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
     ] {

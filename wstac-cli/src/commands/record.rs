@@ -50,7 +50,7 @@ pub(super) struct Arguments {
 
     /// A label of the recording, such as specimen=Saw3
     ///
-    /// wstac dataset reads specimen, speed, direction and sensor.
+    /// wstac dataset reads specimen, speed, direction and sensor; for LeRobot also task.
     #[arg(long = "label", value_name = "NAME=VALUE", value_parser = labels::parse)]
     labels: Vec<(String, String)>,
 
@@ -344,8 +344,8 @@ fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64, is_live: b
 /// Returns labels by name, each once.
 fn labels(given: &[(String, String)]) -> Result<Labels, Error> {
     let labels = by_name(given.to_vec()).map_err(|message| Error::new(ErrorKind::Usage, "--label", message))?;
-    for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str()) && *name != "task") {
-        note(format_args!("label {name} is kept; wstac dataset reads only {}, and task for LeRobot", NAMES.join(", ")));
+    for name in labels.keys().filter(|name| !NAMES.contains(&name.as_str())) {
+        note(format_args!("label {name} is kept; wstac dataset reads only {}", NAMES.join(", ")));
     }
     Ok(labels)
 }

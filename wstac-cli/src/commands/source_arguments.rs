@@ -149,7 +149,12 @@ impl SourceArguments {
             super::wrong_arguments(clap::error::ErrorKind::ArgumentConflict, message).exit();
         }
         if self.sensor.is_none() {
-            return every_sensor(given);
+            return every_sensor(given).map_err(|error| {
+                match given.iter().find(|sensor| sensor.source.to_string_lossy() == error.subject()) {
+                    Some(wrong) => self.with_advice(wrong.source, error),
+                    None => error,
+                }
+            });
         }
         let plain = |sensor: &SensorSpec<'_>| NamedSource {
             name: sensor.name.map(str::to_owned),

@@ -3,8 +3,8 @@
 use crate::source::Labels;
 use crate::visible::is_plain;
 
-/// Names of the labels that a data set uses.
-pub const NAMES: [&str; 4] = ["specimen", "speed", "direction", "sensor"];
+/// Names of the labels that a data set uses; the task is for LeRobot.
+pub const NAMES: [&str; 5] = ["specimen", "speed", "direction", "sensor", "task"];
 
 /// Parses a label as a person writes it: NAME=VALUE.
 ///
