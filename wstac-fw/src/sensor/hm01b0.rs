@@ -107,6 +107,7 @@ pub(super) const fn with<const FPS: u32, const IS_FAST: bool, const PART: u16>(w
         identity: [set(0x0000, 0x01), set(0x0001, 0xB0)],
         reset: set(0x0103, 0x01),
         reset_ms: 100,
+        commands: None,
         once: &[],
         settings,
         start: &START,

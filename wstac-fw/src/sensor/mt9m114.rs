@@ -6,6 +6,9 @@
 //! of Linux without the PLL: a pixel takes two of 24 MHz, and has two bytes. The rate is arithmetic: a frame takes
 //! 862 × 464 pixels.
 //!
+//! OpenMV's driver turns the picture by 180°, which the others and this table do not: an OpenMV Cam has this sensor
+//! upside down, and its OV7725 not.
+//!
 //! Registers from 0x8000 on are variables of a processor in the sensor, and those from 0xC800 to 0xC9FF act when it is
 //! told to change its configuration. A number of two bytes is written in one transfer.
 //!
@@ -41,13 +44,12 @@
 //! | 0xC984, 0xC985 | 2–0: 0 for the parallel port |
 //! | 0xDC00 | next state |
 
-use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 
 use super::ov7690::ov7690;
 use super::{
-    Addressing, CameraSensor, ExposurePart, Port, Run, SensorError, Setting, Signals, Suspects, WHOLE_FPS, count,
-    frame_lines, readout_at, runs, set, usual_exposure,
+    Addressing, CameraSensor, Commands, ExposurePart, Run, Setting, Signals, Suspects, WHOLE_FPS, count, frame_lines,
+    readout_at, runs, set, usual_exposure,
 };
 use crate::setup;
 
@@ -63,7 +65,8 @@ pub(super) const fn mt9m114<const FPS: u32>() -> CameraSensor {
         addressing: Addressing::Wide,
         identity: [set(0x0000, 0x24), set(0x0001, 0x81)],
         reset: set(0x001B, 0x01),
-        reset_ms: RESET_MS,
+        reset_ms: 45,
+        commands: Some(&COMMANDS),
         once: &TUNING,
         settings: const { &[&table(frame_lines(LINES, FPS), FPS as u8)] },
         start: &START,
@@ -134,43 +137,12 @@ static TUNING: [Setting; count(RUNS)] = runs(RUNS);
 /// The configuration is to change, then frames begin.
 static START: [Setting; 1] = [set(0xDC00, 0x28)];
 
-/// The milliseconds of a reset.
-const RESET_MS: u32 = 45;
-/// Of 0x0080 and 0x0081, the bits of success and of commands under way.
-const SUCCESS: u8 = 0x80;
-const COMMANDS: u8 = 0x0F;
-/// The milliseconds after which a command is late.
-const LATEST_MS: u32 = 500;
+/// A success is bit 15 of 0x0080, and a change of the state bit 1.
+static COMMANDS: Commands = Commands { change: [set(0x0080, 0x80), set(0x0081, 0x02)], under_way: 0x0F };
 
 /// Returns the identity of an MT9M114 that a firmware finds whose rate it does not reach.
 pub fn identity(bus: &mut impl I2c) -> Option<u16> {
     let mut id = [0; 2];
     bus.write_read(MT9M114.address, &[0, 0], &mut id).ok()?;
     Some(u16::from_be_bytes(id))
-}
-
-/// Resets the sensor, and waits until it has started.
-pub(super) fn restart<B: I2c>(port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
-    for reset in [MT9M114.reset, set(MT9M114.reset.register, 0x00)] {
-        port.transfer(set(0x001A, 0x00), Some(reset))?;
-        delay.delay_ms(RESET_MS);
-    }
-    wait(port, delay)
-}
-
-/// Changes the state of the sensor, and waits until it has done so.
-pub(super) fn change<B: I2c>(port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
-    port.transfer(set(0x0080, SUCCESS), Some(set(0x0081, 0x02)))?;
-    wait(port, delay)
-}
-
-fn wait<B: I2c>(port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
-    for _ in 0..LATEST_MS {
-        if port.read(0x0081)? & COMMANDS == 0 {
-            break;
-        }
-        delay.delay_ms(1);
-    }
-    port.verify_bits(set(0x0081, 0x00), COMMANDS)?;
-    port.verify_bits(set(0x0080, SUCCESS), SUCCESS)
 }

@@ -45,6 +45,7 @@ pub(super) const fn ov7690<const FPS: u32>() -> CameraSensor {
         identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
         reset: set(0x12, 0x80),
         reset_ms: 5,
+        commands: None,
         once: &[],
         settings: At::<FPS>::OV7690,
         start: &[],

@@ -24,7 +24,7 @@ use super::watch::Watch;
 use super::{Addressing, CameraSensor, ExposurePart, RESTS, SensorError, Setting, longest_exposure};
 
 const OMNIVISION: [CameraSensor; 5] = [OV7690, OV7692, OV7725, OV7670, OV2640];
-const ALL: [CameraSensor; 13] = [
+const ALL: [CameraSensor; 14] = [
     OV7690,
     OV7692,
     OV7725,
@@ -35,6 +35,8 @@ const ALL: [CameraSensor; 13] = [
     GC2145,
     OV5640,
     MT9M114,
+    // One with numbers of two bytes and without commands.
+    CameraSensor { commands: None, ..MT9M114 },
     hm01b0(DataWires::One),
     hm01b0(DataWires::Four),
     hm01b0(DataWires::Eight),
@@ -92,13 +94,15 @@ fn steps(sensor: &CameraSensor) -> Vec<(u16, Transaction)> {
     let reads = |setting: Setting| is_read(sensor, setting).into_iter().map(move |step| (setting.register, step));
     // A command is done at once, without an error; other bits do not matter.
     let done = [(0x0081, 0xF0), (0x0081, 0xF0), (0x0080, 0x8F)].map(|(register, value)| Setting { register, value });
-    let waits = || done.into_iter().filter(|_| sensor.addressing == Addressing::Wide).flat_map(reads);
+    let waits = || done.into_iter().filter(|_| sensor.commands.is_some()).flat_map(reads);
     let mut steps: Vec<_> = sensor.bank.iter().map(|setting| write_of(sensor, &[*setting])).collect();
     steps.extend(sensor.identity.into_iter().flat_map(reads));
     match sensor.addressing {
-        // Into reset, and out of it again.
-        Addressing::Wide => steps.extend([1, 0].map(|value| write_of(sensor, &number(0x001A, value)))),
+        Addressing::Wide => steps.push(write_of(sensor, &number(0x001A, 1))),
         _ => steps.push(write_of(sensor, &[sensor.reset])),
+    }
+    if sensor.commands.is_some() {
+        steps.push(write_of(sensor, &number(0x001A, 0)));
     }
     steps.extend(waits());
     for group in groups(sensor, &settings(sensor)) {
@@ -106,7 +110,7 @@ fn steps(sensor: &CameraSensor) -> Vec<(u16, Transaction)> {
         steps.extend(group.iter().copied().flat_map(reads));
     }
     steps.extend(sensor.start.iter().map(|setting| write_of(sensor, &[*setting])));
-    if sensor.addressing == Addressing::Wide {
+    if sensor.commands.is_some() {
         steps.push(write_of(sensor, &number(0x0080, 0x8002)));
     }
     steps.extend(waits());
@@ -195,11 +199,12 @@ fn a_command_is_waited_for_and_its_failure_is_named() {
     let ends = |end: &[Vec<Transaction>]| set_up(&sensor, &[before, &end.concat()].concat());
     let busy = |times| iter::repeat_n(read(0x0081, 0x02), times).flatten().collect::<Vec<_>>();
     assert_eq!(ends(&[busy(500), done[1..].into()]), Ok(()));
-    // It is reset by its pin, then by a register, and out of it.
+    // Into reset, and out of it.
     let (mut bus, mut slept) = (Mock::new(&whole), Slept(0));
     assert_eq!(sensor.set_up(&mut bus, &mut slept), Ok(()));
     bus.done();
-    assert_eq!(slept.0, 3 * 45_000_000);
+    assert_eq!(slept.0, 2 * 45_000_000);
+    assert!(sensor.longest_set_up() >= 2 * 45 + 2 * 500 + settings(&sensor).len() as u32);
     let not_taken = |register, found, expected| {
         let values = RegisterValues { address: sensor.address, found, expected };
         Err(SensorError::NotTaken { register, values })
@@ -441,7 +446,7 @@ fn has_rate(sensor: &CameraSensor, fps: u32, rows: impl Into<f64>, clocks: u32, 
     let rate = f64::from(clock) * 1000.0 / f64::from(clocks * lines);
     assert!((rate / f64::from(fps) - 1.0).abs() < 0.004, "{}: {rate}", sensor.name);
     // Frames are six when settings have settled, and the exposure is nearly all of one, or 26 ms.
-    assert!(sensor.settle_ms * fps >= 6000 - fps, "{}", sensor.name);
+    assert!(u32::from(sensor.settle_ms) * fps >= 6000 - fps, "{}", sensor.name);
     let (exposure, longest) = (exposure(sensor), u32::from(sensor.longest_exposure));
     assert!(exposure <= longest && longest <= lines - 2, "{}: {exposure} of {lines} lines", sensor.name);
     let exposed_ms = f64::from(exposure * clocks) / f64::from(clock);
