@@ -5,7 +5,6 @@ Registers are those of RM0456. Limits of clocks are those of its sections about 
 
 from copy import copy
 
-from unicorn import UC_HOOK_MEM_READ
 from unicorn.arm_const import UC_CPU_ARM_CORTEX_M33
 
 from . import camera, clocks, flash, ports, timer, usart
