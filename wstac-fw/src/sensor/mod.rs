@@ -46,21 +46,8 @@ const fn set(register: u16, value: u8) -> Setting {
     Setting { register, value }
 }
 
-/// A register, and the values from it upwards.
-type Run<'a> = (u16, &'a [u8]);
-
-const fn count(runs: &[Run<'_>]) -> usize {
-    let (mut sum, mut run) = (0, 0);
-    while run < runs.len() {
-        sum += runs[run].1.len();
-        run += 1;
-    }
-    sum
-}
-
-/// Returns the settings of runs, of which there are `N`.
-const fn runs<const N: usize>(runs: &[Run<'_>]) -> [Setting; N] {
-    assert!(count(runs) == N, "the number of a table's settings is another");
+/// Returns the settings of runs, of which there are `N`: each is a register, and the values from it upwards.
+const fn runs<const N: usize>(runs: &[(u16, &[u8])]) -> [Setting; N] {
     let (mut settings, mut next, mut run) = ([set(0, 0); N], 0, 0);
     while run < runs.len() {
         let (first, values) = runs[run];
@@ -71,6 +58,30 @@ const fn runs<const N: usize>(runs: &[Run<'_>]) -> [Setting; N] {
         }
         run += 1;
     }
+    assert!(next == N, "the number of a table's settings is another");
+    settings
+}
+
+/// Returns the settings of a text of hexadecimal numbers, of which there are `N`: a register with a colon, and the
+/// values from it upwards.
+const fn dump<const N: usize>(text: &str) -> [Setting; N] {
+    let (text, mut at, mut register) = (text.as_bytes(), 0, 0);
+    let (mut settings, mut next, mut number) = ([set(0, 0); N], 0, None);
+    while at <= text.len() {
+        let byte = if at < text.len() { text[at] } else { b' ' };
+        match (number, (byte as char).to_digit(16)) {
+            (None, Some(digit)) => number = Some(digit as u16),
+            (Some(high), Some(digit)) => number = Some(high << 4 | digit as u16),
+            (Some(value), None) if byte == b':' => (register, number) = (value, None),
+            (Some(value), None) => {
+                settings[next] = set(register, value as u8);
+                (register, next, number) = (register + 1, next + 1, None);
+            }
+            (None, None) => {}
+        }
+        at += 1;
+    }
+    assert!(next == N, "the number of a table's settings is another");
     settings
 }
 

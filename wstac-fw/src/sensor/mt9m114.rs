@@ -48,7 +48,7 @@ use embedded_hal::i2c::I2c;
 
 use super::ov7690::ov7690;
 use super::{
-    Addressing, CameraSensor, Commands, ExposurePart, Run, Setting, Signals, Suspects, WHOLE_FPS, count, frame_lines,
+    Addressing, CameraSensor, Commands, ExposurePart, Setting, Signals, Suspects, WHOLE_FPS, dump, frame_lines,
     readout_at, runs, set, usual_exposure,
 };
 use crate::setup;
@@ -114,25 +114,16 @@ const fn table(lines: u16, fps: u8) -> [Setting; 59] {
 }
 
 /// Registers without a public meaning, as Linux, OpenMV, Zephyr and NXP set them; then what goes with the window.
-const RUNS: &[Run<'_>] = &[
-    (0x001E, &[0x07, 0x77]), // how fast the pins change
-    (0x301A, &[0x02, 0x18]), // bit 9: bad frames are not sent, as in Linux and OpenMV
-    (0x316A, &[0x82, 0x70, 0x82, 0x70, 0x82, 0x02]),
-    (0x3180, &[0x87, 0xFF]),
-    (0x30D4, &[0x60, 0x80]),
-    (0x3ED0, &[0x23, 0x05, 0x77, 0xCF]),
-    (0x3E14, &[0xFF, 0x39]),
-    (0xA802, &[0x00, 0x08]),
-    (0xC80C, &[0x00, 0x01, 0x01, 0xC3, (FINE_MOST >> 8) as u8, FINE_MOST as u8]),
-    (0xC816, &[0x00, 0xE0, 0x00, 0xF3]),
-    (0xC826, &[0x00, 0x20]),
-    (0xC914, &[0x00, 0x00, 0x00, 0x00, 0x01, 0x3F, 0x00, 0xEF, 0x00, 0x00, 0x00, 0x00, 0x00, 0x3F, 0x00, 0x2F]),
-    (0xC92F, &[0x00]), // no sharper edges
-    (0xC932, &[0x00]),
-];
-const FINE_MOST: u16 = CLOCKS - 235;
-
-static TUNING: [Setting; count(RUNS)] = runs(RUNS);
+///
+/// 0x001E is how fast the pins change. By bit 9 of 0x301A, bad frames are not sent, as in Linux and OpenMV. From 0xC92F
+/// on, no edges are sharper.
+static TUNING: [Setting; 52] = dump(
+    "001E: 07 77  301A: 02 18  316A: 82 70 82 70 82 02  3180: 87 FF  30D4: 60 80  3ED0: 23 05 77 CF  3E14: FF 39
+     A802: 00 08  C80C: 00 01 01 C3 02 73  C816: 00 E0 00 F3  C826: 00 20
+     C914: 00 00 00 00 01 3F 00 EF 00 00 00 00 00 3F 00 2F  C92F: 00  C932: 00",
+);
+/// The longest part of an exposure is in 0xC810.
+const _: () = assert!(CLOCKS - 235 == 0x0273);
 
 /// The configuration is to change, then frames begin.
 static START: [Setting; 1] = [set(0xDC00, 0x28)];
