@@ -162,7 +162,6 @@ class Ports:
         return [f"P{'ABCDEFGHIJK'[port]}{number}" for port, number in inputs if not is_pulled(port, number)]
 
     def _changed(self):
-        is_on = self.sensor_is_on()
-        if self.wiring.power and not (self.was_on and is_on):
+        was_on, self.was_on = self.was_on, self.sensor_is_on()
+        if self.wiring.power and not (was_on and self.was_on):
             self.sensor.power_on()
-        self.was_on = is_on

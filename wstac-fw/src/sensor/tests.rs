@@ -1,12 +1,11 @@
 //! Tests every step on the bus, in order, and every way in which a step can fail.
 
-use std::iter;
 use std::string::ToString;
 use std::vec::Vec;
+use std::{iter, slice};
 
-use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::{ErrorKind, NoAcknowledgeSource};
-use embedded_hal_mock::eh1::delay::NoopDelay;
+use embedded_hal_mock::eh1::delay::{CheckedDelay, NoopDelay, Transaction as Wait};
 use embedded_hal_mock::eh1::i2c::{Mock, Transaction};
 use wstac_core::wire::RegisterValues;
 
@@ -97,22 +96,19 @@ fn steps(sensor: &CameraSensor) -> Vec<(u16, Transaction)> {
     let waits = || done.into_iter().filter(|_| sensor.commands.is_some()).flat_map(reads);
     let mut steps: Vec<_> = sensor.bank.iter().map(|setting| write_of(sensor, &[*setting])).collect();
     steps.extend(sensor.identity.into_iter().flat_map(reads));
-    match sensor.addressing {
-        Addressing::Wide => steps.push(write_of(sensor, &number(0x001A, 1))),
-        _ => steps.push(write_of(sensor, &[sensor.reset])),
-    }
-    if sensor.commands.is_some() {
-        steps.push(write_of(sensor, &number(0x001A, 0)));
-    }
+    let whole = number(0x001A, 1);
+    steps.push(write_of(
+        sensor,
+        if sensor.addressing == Addressing::Wide { &whole } else { slice::from_ref(&sensor.reset) },
+    ));
+    steps.extend(sensor.commands.map(|_| write_of(sensor, &number(0x001A, 0))));
     steps.extend(waits());
     for group in groups(sensor, &settings(sensor)) {
         steps.push(write_of(sensor, group));
         steps.extend(group.iter().copied().flat_map(reads));
     }
     steps.extend(sensor.start.iter().map(|setting| write_of(sensor, &[*setting])));
-    if sensor.commands.is_some() {
-        steps.push(write_of(sensor, &number(0x0080, 0x8002)));
-    }
+    steps.extend(sensor.commands.map(|_| write_of(sensor, &number(0x0080, 0x8002))));
     steps.extend(waits());
     steps
 }
@@ -182,15 +178,6 @@ fn a_setting_that_is_not_taken_is_named() {
     }
 }
 
-/// Adds up delays, in nanoseconds.
-struct Slept(u32);
-
-impl DelayNs for Slept {
-    fn delay_ns(&mut self, ns: u32) {
-        self.0 += ns;
-    }
-}
-
 #[test]
 fn a_command_is_waited_for_and_its_failure_is_named() {
     let (sensor, whole) = (MT9M114, whole(&MT9M114));
@@ -200,10 +187,9 @@ fn a_command_is_waited_for_and_its_failure_is_named() {
     let busy = |times| iter::repeat_n(read(0x0081, 0x02), times).flatten().collect::<Vec<_>>();
     assert_eq!(ends(&[busy(500), done[1..].into()]), Ok(()));
     // Into reset, and out of it.
-    let (mut bus, mut slept) = (Mock::new(&whole), Slept(0));
-    assert_eq!(sensor.set_up(&mut bus, &mut slept), Ok(()));
-    bus.done();
-    assert_eq!(slept.0, 2 * 45_000_000);
+    let (mut bus, mut waits) = (Mock::new(&whole), CheckedDelay::new(&[Wait::delay_ms(45), Wait::delay_ms(45)]));
+    assert_eq!(sensor.set_up(&mut bus, &mut waits), Ok(()));
+    (bus.done(), waits.done());
     assert!(sensor.longest_set_up() >= 2 * 45 + 2 * 500 + settings(&sensor).len() as u32);
     let not_taken = |register, found, expected| {
         let values = RegisterValues { address: sensor.address, found, expected };
@@ -348,10 +334,8 @@ fn rates_readouts_and_exposures_are_those_of_the_tables() {
     at_a_rate::<31, true>();
     at_a_rate::<45, true>();
     at_a_rate::<60, true>();
-    at_a_slow_rate::<15>();
-    at_a_slow_rate::<20>();
-    at_a_slow_rate::<25>();
-    at_a_slow_rate::<30>();
+    let slow: [fn(); 4] = [at_a_slow_rate::<15>, at_a_slow_rate::<20>, at_a_slow_rate::<25>, at_a_slow_rate::<30>];
+    slow.iter().for_each(|checks| checks());
     // The clock of one wire would be 48 MHz.
     let lines = |sensor: CameraSensor| sensor.table().find(|set| set.register == 0x3060).unwrap().value & 3;
     assert_eq!([DataWires::Four, DataWires::Eight].map(|wires| lines(with::<60, true, 1>(wires))), [1, 1]);
