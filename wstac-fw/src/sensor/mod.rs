@@ -21,7 +21,7 @@ pub mod ov7692;
 pub mod ov7725;
 pub mod watch;
 
-use core::{fmt, iter, mem};
+use core::{iter, mem};
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
@@ -252,18 +252,6 @@ pub enum SensorError<E> {
         /// The values found and expected.
         values: RegisterValues,
     },
-}
-
-impl<E: fmt::Debug> fmt::Display for SensorError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bus { register, error } => write!(f, "the bus failed at register {register:#04x}: {error:?}"),
-            Self::Identity { found, expected } => write!(f, "the sensor is {found:#06x}, expected {expected:#06x}"),
-            Self::NotTaken { register, values: RegisterValues { found, expected, .. } } => {
-                write!(f, "register {register:#04x} holds {found:#04x}, expected {expected:#04x}")
-            }
-        }
-    }
 }
 
 /// The former name of [`CameraSensor`].
