@@ -67,6 +67,7 @@ class Board:
         chip, self.sensor = wiring.chip or (wiring.kind or H743)(wiring), sensor()
         self.frame_time = wiring.clock_hertz // 30
         self.machine = machine = Machine(elf, chip.boot if wiring.bootloader else None, wiring.chip)
+        self.sensor.now = lambda: machine.now / wiring.clock_hertz
         self.rcc, self.dma, self.flash, others = chip.parts(machine, wiring)
         self.ports = ports.Ports(wiring, self.sensor, self.rcc)
         self.dcmi = chip.Dcmi(self.dma, self.ports)

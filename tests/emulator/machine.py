@@ -285,7 +285,7 @@ class Machine:
             slice_ = 1
         try:
             self.uc.emu_start(self.pc | 1, 0xFFFF_FFFE, count=slice_)
-        except UcError as error:
+        except UcError:
             pc = self.uc.reg_read(UC_ARM_REG_PC)
             if pc >= 0xFFFF_FF00:
                 self._leave()

@@ -1,7 +1,6 @@
 //! The pixel formats that a board can be built for. Their rows can be summed as they arrive.
 
 use std::env;
-use std::fmt::Write;
 
 use wstac_core::green::any::YcbcrMethod;
 
@@ -65,7 +64,7 @@ impl Pixels {
     }
 
     /// Returns the format's items of `setup.rs`. For YUYV, `yuv` is the configured method to green.
-    pub fn source(&self, yuv: YcbcrMethod) -> Result<String, String> {
+    pub fn source(&self, yuv: YcbcrMethod) -> String {
         let color = "wstac_core::green::ycbcr::YcbcrEncoding { matrix: wstac_core::green::ycbcr::YcbcrMatrix::Bt601, \
                       range: wstac_core::green::ycbcr::QuantizationRange::Limited }";
         let (kind, value) = if self.name == "YUYV" {
@@ -74,9 +73,7 @@ impl Pixels {
         } else {
             (self.kind.to_owned(), self.value.to_owned())
         };
-        let mut source = String::new();
-        write!(
-            source,
+        format!(
             "/// The type that turns the camera's pixels into green.
 pub type GreenChannel = wstac_core::green::{kind};
 /// The value of [`GreenChannel`]. YCbCr is BT.601 with limited range, as cameras send it.
@@ -88,7 +85,5 @@ pub const PIXEL_BYTES: usize = {};
 ",
             self.format, self.bytes,
         )
-        .map_err(|error| error.to_string())?;
-        Ok(source)
     }
 }

@@ -1,6 +1,5 @@
 //! Turns a configuration and a model file into `setup.rs`, the source that is compiled in.
 
-use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 use wstac_core::green::any::YcbcrMethod;
@@ -34,7 +33,7 @@ pub fn source(
     if config.green.yuv != YcbcrMethod::default() && pixels.name != "YUYV" {
         println!("cargo::warning=[green] yuv has no effect: frames of {} have no chroma", pixels.name);
     }
-    source += &pixels.source(config.green.yuv)?;
+    source += &pixels.source(config.green.yuv);
     source += &match model {
         Some(file) => texture(&file, &config)
             .map_err(|error| format!("WSTAC_MODEL={}: {error}{}", file.display(), where_from(&file)))?,
@@ -91,9 +90,7 @@ fn configuration(config: &Config, pixels: &Pixels) -> Result<String, String> {
     let frame = config.layout.frame().map_or_else(String::new, |[width, height]| {
         format!("assert!(frame.width() == {width} && frame.height() == {height}, \"[layout] frame is [{width}, {height}]\");\n    ")
     });
-    let mut source = String::new();
-    write!(
-        source,
+    Ok(format!(
         "/// The log kernel.
 pub type Ln = wstac_core::ln::{kernel};
 /// The stride: which rows and columns of a taxel are counted.
@@ -129,9 +126,7 @@ pub const fn layout(frame: FrameSize) -> Result<Layout, ConfigError> {{
         trigger.backtrack(),
         trigger.rule(),
         real(trigger.margin().bits()),
-    )
-    .map_err(|error| error.to_string())?;
-    Ok(source)
+    ))
 }
 
 /// Returns whether the law takes 25 taxels.

@@ -96,7 +96,7 @@ enum ModelTask {
 }
 
 /// The models that a host has sent, and the one that it is sending.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct SentModels {
     /// The checksum of the model in use.
     in_use: Option<u32>,
@@ -109,20 +109,6 @@ pub struct SentModels {
     last: ModelStep,
     /// Whether another model is to be used after a new start.
     has_other: bool,
-}
-
-impl Default for SentModels {
-    fn default() -> Self {
-        Self {
-            in_use: None,
-            used: None,
-            number: 0,
-            transfer: None,
-            task: None,
-            last: ModelStep::Rest,
-            has_other: false,
-        }
-    }
 }
 
 fn place<F: InPlace>(number: u32) -> Range<u32> {

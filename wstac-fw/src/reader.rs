@@ -141,20 +141,9 @@ impl Reader {
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
-        Self::with(layout, size, rate, law, setup::FLOOR, setup::TRIGGER)
-    }
-
-    // Not by `check`: what its function takes would lie on the stack beside the reader, 400 bytes more.
-    fn with(
-        layout: Layout,
-        size: FrameSize,
-        rate: FrameRate,
-        law: setup::Law,
-        floor: Floor,
-        trigger: TriggerConfig,
-    ) -> Result<Self, ConfigError> {
+        // Not by `check`: what its function takes would lie on the stack beside the reader, 400 bytes more.
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
-        let pipeline = setup::checked_with(camera, floor, trigger)?;
+        let pipeline = setup::checked(camera)?;
         let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
         let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
         Ok(reader!(pipeline, law, motion, rate, size))

@@ -39,6 +39,11 @@ impl<'b, B: I2c> Registers<'b, B> {
         self.address
     }
 
+    /// Returns whether registers have two bytes.
+    pub fn is_wide(&self) -> bool {
+        self.addressing == Addressing::Wide
+    }
+
     /// Reads a register.
     ///
     /// # Errors

@@ -404,10 +404,15 @@ class Mt9m114(WordSensor):
     AUTOMATIC = ((1, 0xC83C, 0xC83D),)
     # How often a command is seen under way, which is a guess.
     TAKES = 3
+    # The seconds after a reset in which it does not answer: at least so long wait Linux, OpenMV, NXP and Zephyr.
+    WAKES = 0.0445
 
     def power_on(self):
         super().power_on()
-        self.history, self.busy, self.known = [], 0, None
+        self.history, self.busy, self.known, self.awake = [], 0, None, self.now() + self.WAKES
+
+    def answers(self, reads):
+        return super().answers(reads) and self.now() >= self.awake
 
     def read(self):
         """Returns a register. The command under way is in the low byte of its own."""
@@ -428,7 +433,9 @@ class Mt9m114(WordSensor):
         super()._set(register, value)
         self.known = None
         if register == 0x001B:
+            # It answers in reset, as in Linux, which ends it at once.
             self.busy, self.registers[register] = self.TAKES, value
+            self.awake = self.now() + self.WAKES * (not value & 1)
         if register == 0x0081 and self[0x0081] & 0x0F:
             self.busy = self.TAKES
             self.registers[0x0080], self.registers[0x0081] = 0x80 if self._configured()[1] else 0x00, 0x00

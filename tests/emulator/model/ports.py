@@ -120,7 +120,7 @@ class Ports:
         self.wiring, self.sensor, self.rcc = wiring, sensor, rcc
         one = wiring.chip.Port if wiring.chip else Port
         self.ports = [one(number, sensor, self._changed, wiring) for number in range(11)]
-        sensor.is_on, rcc.ports = self.sensor_is_on, self
+        sensor.is_on, rcc.ports, self.was_on = self.sensor_is_on, self, False
 
     def has(self, pin_, function):
         """Returns whether a pin has an alternate function."""
@@ -162,5 +162,6 @@ class Ports:
         return [f"P{'ABCDEFGHIJK'[port]}{number}" for port, number in inputs if not is_pulled(port, number)]
 
     def _changed(self):
-        if self.wiring.power and not self.sensor_is_on():
+        was_on, self.was_on = self.was_on, self.sensor_is_on()
+        if self.wiring.power and not (was_on and self.was_on):
             self.sensor.power_on()

@@ -5,7 +5,6 @@ Registers are those of RM0456. Limits of clocks are those of its sections about 
 
 from copy import copy
 
-from unicorn import UC_HOOK_MEM_READ
 from unicorn.arm_const import UC_CPU_ARM_CORTEX_M33
 
 from . import camera, clocks, flash, ports, timer, usart
@@ -292,7 +291,7 @@ class Gpdma(Registers):
                 self.values[self.SR] |= self.SUSPENDED | self.IDLE
             if value & self.EN and not self._is_on():
                 self.values[self.SR] &= ~self.IDLE
-                self.total = self.values.get(self.BR1, 0) & 0xFFFF
+                self.total = (self.values.get(self.BR1, 0) & 0xFFFF) // 4
         elif self._is_on():
             raise ValueError(f"register {offset:#x} of a channel that runs is written")
         super().write(offset, value)
@@ -313,7 +312,7 @@ class Gpdma(Registers):
             self.machine.uc.mem_write(self.values[self.DAR], data[at : at + 4])
             self.values[self.DAR] += 4
             self.values[self.BR1] -= 4
-            if left - 4 == self.total // 2:
+            if left - 4 == 2 * self.total:
                 self.values[self.SR] |= self.HALF
             if left == 4:
                 self.values[self.SR] |= self.FULL
@@ -330,7 +329,7 @@ class Gpdma(Registers):
             if link >> bit & 1:
                 self.values[register] = int.from_bytes(self.machine.uc.mem_read(address, 4), "little")
                 address += 4
-        self.total = self.values[self.BR1] & 0xFFFF
+        self.total = (self.values[self.BR1] & 0xFFFF) // 4
 
 
 class Watchdog(clocks.Watchdog):

@@ -141,11 +141,12 @@ impl BoardModel {
 }
 
 /// The last change of a board's models.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ModelStep {
     /// Nothing since the start.
+    #[default]
     Rest,
     /// The board waits for a piece.
     Wants {

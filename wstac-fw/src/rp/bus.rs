@@ -88,7 +88,7 @@ impl Bus for RpBus {
     }
 
     // The modules have no line for it.
-    async fn restart_sensor(&mut self) {}
+    async fn restart_sensor(&mut self, _: u32) {}
 }
 
 fn is_high(pin: u8) -> bool {

@@ -50,9 +50,9 @@ const SENSOR_CLOCK: u32 = 24_000_000;
 /// The rows of a stripe, which divide those of a frame.
 const ROWS: u16 = 22;
 /// The sensors with each number of data wires.
-static WITH_1: [CameraSensor; 1] = [hm01b0(DataWires::One)];
-static WITH_4: [CameraSensor; 1] = [hm01b0(DataWires::Four)];
-static WITH_8: [CameraSensor; 1] = [hm01b0(DataWires::Eight)];
+static WITH_1: &[CameraSensor] = node::in_time(&[hm01b0(DataWires::One)]);
+static WITH_4: &[CameraSensor] = node::in_time(&[hm01b0(DataWires::Four)]);
+static WITH_8: &[CameraSensor] = node::in_time(&[hm01b0(DataWires::Eight)]);
 /// The size of what is used of their frames.
 const SIZE: FrameSize = hm01b0(DataWires::Eight).size;
 const BORDER: u16 = hm01b0(DataWires::Eight).signals.border;
@@ -211,9 +211,9 @@ pub async fn run(wiring: RpWiring) -> ! {
     watchdog.start(Duration::from_micros(HANGS.into()));
     assert!(keeps_up(wiring.camera.count), "the PIO does not keep up with so few data wires");
     let sensors = match wiring.camera.count {
-        1 => &WITH_1,
-        4 => &WITH_4,
-        _ => &WITH_8,
+        1 => WITH_1,
+        4 => WITH_4,
+        _ => WITH_8,
     };
     let area = Area { width: SIZE.width(), height: HEIGHT, border: BORDER, rows: ROWS };
     let Some(ring) = cortex_m::singleton!(: Blocks = Blocks::new()) else { panic!("the ring is taken once") };

@@ -107,6 +107,7 @@ pub(super) const fn with<const FPS: u32, const IS_FAST: bool, const PART: u16>(w
         identity: [set(0x0000, 0x01), set(0x0001, 0xB0)],
         reset: set(0x0103, 0x01),
         reset_ms: 100,
+        commands: None,
         once: &[],
         settings,
         start: &START,
@@ -149,35 +150,33 @@ impl<const FPS: u32, const IS_FAST: bool, const PART: u16> At<FPS, IS_FAST, PART
     /// It is at most 27 ms.
     const EXPOSURE: u16 = usual_exposure(if IS_FAST { 480 } else { 240 }, Self::LINES, 26);
 
-    const RATE: [Setting; 6] = [
-        set(0x0340, ((PART * Self::LINES) >> 8) as u8),
-        set(0x0341, (PART * Self::LINES) as u8),
-        set(0x2100, 0x00), // no automatic exposure or gain
-        set(0x0202, (Self::EXPOSURE >> 8) as u8),
-        set(0x0203, Self::EXPOSURE as u8),
+    const RATE: [Setting; 6] = runs(&[
+        (0x0340, &(PART * Self::LINES).to_be_bytes()),
+        (0x2100, &[0x00]), // no automatic exposure or gain
+        (0x0202, &Self::EXPOSURE.to_be_bytes()),
         // PCLK only with pixels; low bits first; clock / 4 or 8
-        set(0x3060, if IS_FAST { 0x29 } else { 0x28 }),
-    ];
+        (0x3060, &[if IS_FAST { 0x29 } else { 0x28 }]),
+    ]);
     const WITH_1: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_1, &TUNING, &LOCKS];
     const WITH_4: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_4, &TUNING, &LOCKS];
     const WITH_8: &[&[Setting]] = &[&FORMAT, &Self::RATE, &BUS_8, &TUNING, &LOCKS];
 }
 
 /// Every pixel of the window.
-static FORMAT: [Setting; 12] = [
-    set(0x3010, 0x01), // 324 x 244
-    set(0x0383, 0x01), // every column
-    set(0x0387, 0x01), // every row
-    set(0x0390, 0x00), // no binning
-    set(0x0342, (CLOCKS >> 8) as u8),
-    set(0x0343, CLOCKS as u8),
-    set(0x3022, 0x02), // VSYNC two lines before the first, so that the interrupt at it comes before the pixels
-    set(0x3023, 0x02), // HREF two pixels before the first, for machine 1 of the PIO: PCLK may run then
-    set(0x1012, 0x00),
-    set(0x0101, 0x00), // neither mirrored nor upside down
-    set(0x0601, 0x00), // no test pattern
-    set(0x3011, 0x70), // pixels of 8 bits
-];
+static FORMAT: [Setting; 12] = runs(&[
+    (0x3010, &[0x01]), // 324 x 244
+    (0x0383, &[0x01]), // every column
+    (0x0387, &[0x01]), // every row
+    (0x0390, &[0x00]), // no binning
+    (0x0342, &CLOCKS.to_be_bytes()),
+    // VSYNC two lines before the first, so that the interrupt at it comes before the pixels; HREF two pixels before the
+    // first, for machine 1 of the PIO: PCLK may run then.
+    (0x3022, &[0x02, 0x02]),
+    (0x1012, &[0x00]),
+    (0x0101, &[0x00]), // neither mirrored nor upside down
+    (0x0601, &[0x00]), // no test pattern
+    (0x3011, &[0x70]), // pixels of 8 bits
+]);
 
 static BUS_8: [Setting; 2] = [set(0x3059, 0x02), NOT_INVERTED];
 static BUS_4: [Setting; 2] = [set(0x3059, 0x42), NOT_INVERTED];
@@ -195,20 +194,17 @@ static TUNING: [Setting; 15] = runs(&[
 ]);
 
 /// Switches other automatic controls off, then sets values.
-static LOCKS: [Setting; 12] = [
-    set(0x2000, 0x00),
-    set(0x210E, 0x00), // no flicker control
-    set(0x2150, 0x00), // no motion detection
-    set(0x1000, 0x43), // black level from covered pixels
-    set(0x1003, 0x08),
-    set(0x1006, 0x01),
-    set(0x1007, 0x08),
-    set(0x1008, 0x00), // no pixel is corrected by its neighbors
-    set(0x0205, 0x00), // analog gain 1
-    set(0x020E, 0x01), // digital gain 1
-    set(0x020F, 0x00),
-    set(0x0350, 0x7F),
-];
+static LOCKS: [Setting; 12] = runs(&[
+    (0x2000, &[0x00]),
+    (0x210E, &[0x00]), // no flicker control
+    (0x2150, &[0x00]), // no motion detection
+    (0x1000, &[0x43]), // black level from covered pixels
+    (0x1003, &[0x08]),
+    (0x1006, &[0x01, 0x08, 0x00]), // no pixel is corrected by its neighbors
+    (0x0205, &[0x00]),             // analog gain 1
+    (0x020E, &[0x01, 0x00]),       // digital gain 1
+    (0x0350, &[0x7F]),
+]);
 
 /// Pixels of known values: 1, 2, 4 … 128, 0, 1 …. A black level would be added to them.
 static WALKING_ONES: [Setting; 2] = [set(0x1000, 0x00), set(0x0601, 0x11)];

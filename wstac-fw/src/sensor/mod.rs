@@ -21,7 +21,7 @@ pub mod ov7692;
 pub mod ov7725;
 pub mod watch;
 
-use core::{fmt, iter, mem};
+use core::{iter, mem};
 
 use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
@@ -46,21 +46,8 @@ const fn set(register: u16, value: u8) -> Setting {
     Setting { register, value }
 }
 
-/// A register, and the values from it upwards.
-type Run<'a> = (u16, &'a [u8]);
-
-const fn count(runs: &[Run<'_>]) -> usize {
-    let (mut sum, mut run) = (0, 0);
-    while run < runs.len() {
-        sum += runs[run].1.len();
-        run += 1;
-    }
-    sum
-}
-
-/// Returns the settings of runs, of which there are `N`.
-const fn runs<const N: usize>(runs: &[Run<'_>]) -> [Setting; N] {
-    assert!(count(runs) == N, "the number of a table's settings is another");
+/// Returns the settings of runs, of which there are `N`: each is a register, and the values from it upwards.
+const fn runs<const N: usize>(runs: &[(u16, &[u8])]) -> [Setting; N] {
     let (mut settings, mut next, mut run) = ([set(0, 0); N], 0, 0);
     while run < runs.len() {
         let (first, values) = runs[run];
@@ -71,6 +58,30 @@ const fn runs<const N: usize>(runs: &[Run<'_>]) -> [Setting; N] {
         }
         run += 1;
     }
+    assert!(next == N, "the number of a table's settings is another");
+    settings
+}
+
+/// Returns the settings of a text of hexadecimal numbers, of which there are `N`: a register with a colon, and the
+/// values from it upwards.
+const fn dump<const N: usize>(text: &str) -> [Setting; N] {
+    let (text, mut at, mut register) = (text.as_bytes(), 0, 0);
+    let (mut settings, mut next, mut number) = ([set(0, 0); N], 0, None);
+    while at <= text.len() {
+        let byte = if at < text.len() { text[at] } else { b' ' };
+        match (number, (byte as char).to_digit(16)) {
+            (None, Some(digit)) => number = Some(digit as u16),
+            (Some(high), Some(digit)) => number = Some(high << 4 | digit as u16),
+            (Some(value), None) if byte == b':' => (register, number) = (value, None),
+            (Some(value), None) => {
+                settings[next] = set(register, value as u8);
+                (register, next, number) = (register + 1, next + 1, None);
+            }
+            (None, None) => {}
+        }
+        at += 1;
+    }
+    assert!(next == N, "the number of a table's settings is another");
     settings
 }
 
@@ -87,10 +98,13 @@ pub struct CameraSensor {
     pub bank: Option<Setting>,
     /// The two identity registers, high byte first, and their values.
     pub identity: [Setting; 2],
-    /// The setting that restarts the sensor with every register at its default. No acknowledge or value follows.
+    /// The setting that restarts the sensor with every register at its default. No acknowledge or value follows. Of a
+    /// register of two bytes it is the low one, and the other one is 0.
     pub reset: Setting,
-    /// The milliseconds that the sensor needs after that.
-    pub reset_ms: u32,
+    /// The milliseconds after a reset, also one by its pin, in which the sensor answers.
+    pub reset_ms: u16,
+    /// The commands of a sensor that has a processor of its own.
+    pub commands: Option<&'static Commands>,
     /// The settings that come first, and are read back once: those that choose banks of registers and those of other
     /// banks, and those without a public meaning.
     pub once: &'static [Setting],
@@ -101,7 +115,7 @@ pub struct CameraSensor {
     /// The register of the switches of automatic controls, which a reset sets.
     pub switches: u16,
     /// The milliseconds from the last setting to frames that show it.
-    pub settle_ms: u32,
+    pub settle_ms: u16,
     /// The size of the sensor's frames, as they are used.
     pub size: FrameSize,
     /// The time from the first of these rows to the last: a shutter that rolls reads one after the other.
@@ -122,6 +136,33 @@ pub struct CameraSensor {
     pub longest_exposure: u16,
     /// The settings of a test pattern of walking ones, or none. Their registers are in the table, too.
     pub pattern: &'static [Setting],
+}
+
+/// The commands of a sensor with a processor of its own. Its reset ends when 0 is written, and its processor starts.
+#[derive(Clone, Copy, Debug)]
+pub struct Commands {
+    /// The command that makes the settings act. It is written with the bits that the first register has after success.
+    pub change: [Setting; 2],
+    /// The bits of the second register that are set while a command is under way.
+    pub under_way: u8,
+}
+
+impl Commands {
+    /// The milliseconds after which a command is late.
+    const LATEST_MS: u32 = 500;
+
+    /// Waits until no command is under way.
+    fn wait<B: I2c>(&self, port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
+        let [success, Setting { register, .. }] = self.change;
+        for _ in 0..Self::LATEST_MS {
+            if port.read(register)? & self.under_way == 0 {
+                break;
+            }
+            delay.delay_ms(1);
+        }
+        port.verify_bits(set(register, 0x00), self.under_way)?;
+        port.verify_bits(success, success.value)
+    }
 }
 
 /// A register that has a part of the exposure.
@@ -213,18 +254,6 @@ pub enum SensorError<E> {
     },
 }
 
-impl<E: fmt::Debug> fmt::Display for SensorError<E> {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bus { register, error } => write!(f, "the bus failed at register {register:#04x}: {error:?}"),
-            Self::Identity { found, expected } => write!(f, "the sensor is {found:#06x}, expected {expected:#06x}"),
-            Self::NotTaken { register, values: RegisterValues { found, expected, .. } } => {
-                write!(f, "register {register:#04x} holds {found:#04x}, expected {expected:#04x}")
-            }
-        }
-    }
-}
-
 /// The former name of [`CameraSensor`].
 #[deprecated(since = "0.4.0", note = "use `CameraSensor`")]
 pub type Sensor = CameraSensor;
@@ -299,6 +328,17 @@ impl CameraSensor {
         if found == self.id() { Ok(()) } else { Err(SensorError::Identity { found, expected: self.id() }) }
     }
 
+    /// Returns the longest time in milliseconds until [`Self::set_up`] ends: a setting is written and read in 1.1 ms.
+    pub const fn longest_set_up(&self) -> u32 {
+        let (mut settings, mut part) = (self.once.len() + self.start.len(), 0);
+        while part < self.settings.len() {
+            (settings, part) = (settings + self.settings[part].len(), part + 1);
+        }
+        let reset_ms = self.reset_ms as u32;
+        let commands = if self.commands.is_some() { reset_ms + 2 * Commands::LATEST_MS } else { 0 };
+        reset_ms + commands + settings as u32 * 11 / 10
+    }
+
     /// Identifies the sensor, resets it and writes its settings. Each is read back.
     ///
     /// # Errors
@@ -306,17 +346,14 @@ impl CameraSensor {
     /// again.
     pub fn set_up<B: I2c>(&self, bus: &mut B, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
         let is_wide = self.addressing == Addressing::Wide;
-        if is_wide {
-            // A reset by its pin takes as long as another one.
-            delay.delay_ms(self.reset_ms);
-        }
         self.identify(bus)?;
         let mut port = Port(Registers::new(bus, self.address, self.addressing));
-        if is_wide {
-            mt9m114::restart(&mut port, delay)?;
-        } else {
-            port.write(self.reset)?;
-            delay.delay_ms(self.reset_ms);
+        port.reset(self.reset)?;
+        delay.delay_ms(self.reset_ms.into());
+        if let Some(commands) = self.commands {
+            port.reset(Setting { value: 0, ..self.reset })?;
+            delay.delay_ms(self.reset_ms.into());
+            commands.wait(&mut port, delay)?;
         }
         let mut settings = self.once.iter().copied().chain(self.table()).peekable();
         while let Some(first) = settings.next() {
@@ -330,7 +367,10 @@ impl CameraSensor {
         for &setting in self.start {
             port.write(setting)?;
         }
-        if is_wide { mt9m114::change(&mut port, delay) } else { Ok(()) }
+        let Some(commands) = self.commands else { return Ok(()) };
+        let [first, second] = commands.change;
+        port.transfer(first, Some(second))?;
+        commands.wait(&mut port, delay)
     }
 
     /// Returns the settings of the sensor with which it rests: it sends one of [`RESTS`] frames. `None` if it has none.
@@ -383,6 +423,11 @@ impl<B: I2c> Port<'_, B> {
         self.0.write(register, value).map_err(|error| SensorError::Bus { register, error })
     }
 
+    /// Writes a setting, with 0 in the other byte of its register.
+    fn reset(&mut self, setting: Setting) -> Result<(), SensorError<B::Error>> {
+        if self.0.is_wide() { self.transfer(set(setting.register & !1, 0), Some(setting)) } else { self.write(setting) }
+    }
+
     /// Writes one setting, or two of a register of two bytes.
     fn transfer(&mut self, first: Setting, second: Option<Setting>) -> Result<(), SensorError<B::Error>> {
         let Some(second) = second else { return self.write(first) };
@@ -415,8 +460,8 @@ const fn usual_exposure(most: u16, lines: u16, spare: u16) -> u16 {
 }
 
 /// Returns the milliseconds of six frames.
-pub(crate) const fn six_frames(fps: u32) -> u32 {
-    6000 / fps
+const fn six_frames(fps: u32) -> u16 {
+    (6000 / fps) as u16
 }
 
 /// The value of U and V, which the sensors are told to fix: no color.

@@ -6,6 +6,9 @@
 //! of Linux without the PLL: a pixel takes two of 24 MHz, and has two bytes. The rate is arithmetic: a frame takes
 //! 862 × 464 pixels.
 //!
+//! OpenMV's driver turns the picture by 180°, which the others and this table do not: an OpenMV Cam has this sensor
+//! upside down, and its OV7725 not.
+//!
 //! Registers from 0x8000 on are variables of a processor in the sensor, and those from 0xC800 to 0xC9FF act when it is
 //! told to change its configuration. A number of two bytes is written in one transfer.
 //!
@@ -41,13 +44,12 @@
 //! | 0xC984, 0xC985 | 2–0: 0 for the parallel port |
 //! | 0xDC00 | next state |
 
-use embedded_hal::delay::DelayNs;
 use embedded_hal::i2c::I2c;
 
 use super::ov7690::ov7690;
 use super::{
-    Addressing, CameraSensor, ExposurePart, Port, Run, SensorError, Setting, Signals, Suspects, WHOLE_FPS, count,
-    frame_lines, readout_at, runs, set, usual_exposure,
+    Addressing, CameraSensor, Commands, ExposurePart, Setting, Signals, Suspects, WHOLE_FPS, dump, frame_lines,
+    readout_at, runs, set, usual_exposure,
 };
 use crate::setup;
 
@@ -63,7 +65,8 @@ pub(super) const fn mt9m114<const FPS: u32>() -> CameraSensor {
         addressing: Addressing::Wide,
         identity: [set(0x0000, 0x24), set(0x0001, 0x81)],
         reset: set(0x001B, 0x01),
-        reset_ms: RESET_MS,
+        reset_ms: 45,
+        commands: Some(&COMMANDS),
         once: &TUNING,
         settings: const { &[&table(frame_lines(LINES, FPS), FPS as u8)] },
         start: &START,
@@ -111,66 +114,26 @@ const fn table(lines: u16, fps: u8) -> [Setting; 59] {
 }
 
 /// Registers without a public meaning, as Linux, OpenMV, Zephyr and NXP set them; then what goes with the window.
-const RUNS: &[Run<'_>] = &[
-    (0x001E, &[0x07, 0x77]), // how fast the pins change
-    (0x301A, &[0x02, 0x18]), // bit 9: bad frames are not sent, as in Linux and OpenMV
-    (0x316A, &[0x82, 0x70, 0x82, 0x70, 0x82, 0x02]),
-    (0x3180, &[0x87, 0xFF]),
-    (0x30D4, &[0x60, 0x80]),
-    (0x3ED0, &[0x23, 0x05, 0x77, 0xCF]),
-    (0x3E14, &[0xFF, 0x39]),
-    (0xA802, &[0x00, 0x08]),
-    (0xC80C, &[0x00, 0x01, 0x01, 0xC3, (FINE_MOST >> 8) as u8, FINE_MOST as u8]),
-    (0xC816, &[0x00, 0xE0, 0x00, 0xF3]),
-    (0xC826, &[0x00, 0x20]),
-    (0xC914, &[0x00, 0x00, 0x00, 0x00, 0x01, 0x3F, 0x00, 0xEF, 0x00, 0x00, 0x00, 0x00, 0x00, 0x3F, 0x00, 0x2F]),
-    (0xC92F, &[0x00]), // no sharper edges
-    (0xC932, &[0x00]),
-];
-const FINE_MOST: u16 = CLOCKS - 235;
-
-static TUNING: [Setting; count(RUNS)] = runs(RUNS);
+///
+/// 0x001E is how fast the pins change. By bit 9 of 0x301A, bad frames are not sent, as in Linux and OpenMV. From 0xC92F
+/// on, no edges are sharper.
+static TUNING: [Setting; 52] = dump(
+    "001E: 07 77  301A: 02 18  316A: 82 70 82 70 82 02  3180: 87 FF  30D4: 60 80  3ED0: 23 05 77 CF  3E14: FF 39
+     A802: 00 08  C80C: 00 01 01 C3 02 73  C816: 00 E0 00 F3  C826: 00 20
+     C914: 00 00 00 00 01 3F 00 EF 00 00 00 00 00 3F 00 2F  C92F: 00  C932: 00",
+);
+/// The longest part of an exposure is in 0xC810.
+const _: () = assert!(CLOCKS - 235 == 0x0273);
 
 /// The configuration is to change, then frames begin.
 static START: [Setting; 1] = [set(0xDC00, 0x28)];
 
-/// The milliseconds of a reset.
-const RESET_MS: u32 = 45;
-/// Of 0x0080 and 0x0081, the bits of success and of commands under way.
-const SUCCESS: u8 = 0x80;
-const COMMANDS: u8 = 0x0F;
-/// The milliseconds after which a command is late.
-const LATEST_MS: u32 = 500;
+/// A success is bit 15 of 0x0080, and a change of the state bit 1.
+static COMMANDS: Commands = Commands { change: [set(0x0080, 0x80), set(0x0081, 0x02)], under_way: 0x0F };
 
 /// Returns the identity of an MT9M114 that a firmware finds whose rate it does not reach.
 pub fn identity(bus: &mut impl I2c) -> Option<u16> {
     let mut id = [0; 2];
     bus.write_read(MT9M114.address, &[0, 0], &mut id).ok()?;
     Some(u16::from_be_bytes(id))
-}
-
-/// Resets the sensor, and waits until it has started.
-pub(super) fn restart<B: I2c>(port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
-    for reset in [MT9M114.reset, set(MT9M114.reset.register, 0x00)] {
-        port.transfer(set(0x001A, 0x00), Some(reset))?;
-        delay.delay_ms(RESET_MS);
-    }
-    wait(port, delay)
-}
-
-/// Changes the state of the sensor, and waits until it has done so.
-pub(super) fn change<B: I2c>(port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
-    port.transfer(set(0x0080, SUCCESS), Some(set(0x0081, 0x02)))?;
-    wait(port, delay)
-}
-
-fn wait<B: I2c>(port: &mut Port<'_, B>, delay: &mut impl DelayNs) -> Result<(), SensorError<B::Error>> {
-    for _ in 0..LATEST_MS {
-        if port.read(0x0081)? & COMMANDS == 0 {
-            break;
-        }
-        delay.delay_ms(1);
-    }
-    port.verify_bits(set(0x0081, 0x00), COMMANDS)?;
-    port.verify_bits(set(0x0080, SUCCESS), SUCCESS)
 }

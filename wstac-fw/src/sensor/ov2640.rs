@@ -43,8 +43,8 @@
 use super::ov7670::{LOW, MIDDLE};
 use super::ov7690::ov7690;
 use super::{
-    CameraSensor, ExposurePart, FIXED_CHROMA, Run, Setting, Signals, Suspects, WHOLE_FPS, count, frame_lines, readout,
-    runs, set, usual_exposure,
+    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Signals, Suspects, WHOLE_FPS, dump, frame_lines, readout, runs,
+    set, usual_exposure,
 };
 use crate::setup;
 
@@ -108,58 +108,17 @@ const fn table(lines: u16) -> [Setting; 21] {
 }
 
 /// Bank 0, then those registers of bank 1 that have no public meaning, as Espressif's driver sets them for 800 × 600.
-const RUNS: &[Run<'_>] = &[
-    (0xFF, &[0x00]),
-    (0x2C, &[0xFF]),
-    (0x2E, &[0xDF]),
-    (0xE0, &[0x04]), // the port is in reset
-    (0x05, &[0x00]),
-    (0x33, &[0xA0]),
-    (0x41, &[0x24, 0x20, 0x18]),
-    (0x4C, &[0x00]),
-    (0x76, &[0xFF]),
-    (0x7F, &[0x00]),
-    (0x87, &[0x50, 0x3F]),
-    (0xA4, &[0x00]),
-    (0xA8, &[0x00]),
-    (0xBF, &[0x80]),
-    (0xC5, &[0x11, 0x51, 0x10]),
-    (0xC8, &[0x08, 0x80]),
-    (0xD7, &[0x03]),
-    (0xD9, &[0x10]),
-    (0xDD, &[0x7F]),
-    (0xE1, &[0x67]),
-    (0xE5, &[0x1F]),
-    (0xC0, &[100, 75, 0x0E, 0xC1]), // 800 x 600 come in as YUV; no gamma, white balance or lens correction
-    (0x8C, &[0x00]),
-    (0x86, &[0x3D]),                       // scaler, effects
-    (0x50, &[0x89, 200, 150, 0, 0, 0x00]), // all of it, by 2
-    (0x57, &[0x00]),
-    (0x5A, &[80, 60, 0x00]), // 320 x 240
-    (0xD3, &[0x04]),         // 12 MHz, as Linux has it for this size
-    (0xDA, &[0x00]),         // Y first
-    (0xFF, &[0x01]),
-    (0x06, &[0x88, 0xC0]),
-    (0x0D, &[0x87, 0x41]),
-    (0x16, &[0x10]),
-    (0x20, &[0x80, 0x99, 0x1A, 0x00]),
-    (0x28, &[0x30]),
-    (0x2C, &[0x0C]),
-    (0x33, &[0x78, 0xC0, 0xDA]),
-    (0x37, &[0xC3]),
-    (0x39, &[0x92, 0x33, 0xFB, 0x32, 0x38, 0x00]),
-    (0x42, &[0x03, 0x11]),
-    (0x4A, &[0x81]),
-    (0x4C, &[0x00]),
-    (0x5C, &[0x00]),
-    (0x63, &[0x00]),
-    (0x6C, &[0x00, 0x00, 0x00]),
-    (0x70, &[0x02, 0x94]),
-    (0x73, &[0xC1]),
-    (0x7C, &[0x05]),
-];
-static ONCE: [Setting; count(RUNS)] = runs(RUNS);
-
+///
+/// The port is in reset (0xE0). 800 × 600 come in as YUV, without gamma, white balance or lens correction (from 0xC0
+/// on), and all of it leaves as 320 × 240 (from 0x50 on), Y first. The port has 12 MHz, as Linux has it for this size
+/// (0xD3).
+static ONCE: [Setting; 80] = dump(
+    "FF: 00  2C: FF  2E: DF  E0: 04  05: 00  33: A0  41: 24 20 18  4C: 00  76: FF  7F: 00  87: 50 3F  A4: 00
+     A8: 00  BF: 80  C5: 11 51 10  C8: 08 80  D7: 03  D9: 10  DD: 7F  E1: 67  E5: 1F  C0: 64 4B 0E C1  8C: 00
+     86: 3D  50: 89 C8 96 00 00 00  57: 00  5A: 50 3C 00  D3: 04  DA: 00  FF: 01  06: 88 C0  0D: 87 41  16: 10
+     20: 80 99 1A 00  28: 30  2C: 0C  33: 78 C0 DA  37: C3  39: 92 33 FB 32 38 00  42: 03 11  4A: 81  4C: 00
+     5C: 00  63: 00  6C: 00 00 00  70: 02 94  73: C1  7C: 05",
+);
 /// The effects, of which each value moves on to the next register: fixed U and V. Then the port starts. Espressif's
 /// tables of gamma, edges and noise are left out: what is off, or has no public meaning, keeps its default.
 static START: [Setting; 9] = [

@@ -40,8 +40,8 @@
 
 use super::ov7690::ov7690;
 use super::{
-    Addressing, CameraSensor, ExposurePart, FIXED_CHROMA, Run, Setting, Suspects, WHOLE_FPS, count, frame_lines,
-    readout_at, runs, set, usual_exposure,
+    Addressing, CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, dump, frame_lines, readout_at,
+    runs, set, usual_exposure,
 };
 use crate::setup;
 
@@ -121,38 +121,12 @@ const fn table(lines: u16) -> [Setting; 59] {
 
 /// The sensor sleeps until its table is written, on the PLL's clock. Then registers without a public meaning, as Linux
 /// sets them.
-const RUNS: &[Run<'_>] = &[
-    (0x3008, &[0x42]),
-    (0x3103, &[0x03]),
-    (0x3000, &[0x00]),
-    (0x3002, &[0x1C]),
-    (0x3004, &[0xFF]),
-    (0x3006, &[0xC3]),
-    (0x302D, &[0x60, 0x08]),
-    (0x3600, &[0x08, 0x33]),
-    (0x3612, &[0x29]),
-    (0x3618, &[0x00]),
-    (0x3620, &[0x52, 0xE0, 0x01]),
-    (0x3630, &[0x36, 0x0E, 0xE2, 0x12, 0x40, 0x13, 0x03]),
-    (0x3703, &[0x5A, 0xA0, 0x1A]),
-    (0x3708, &[0x64, 0x52]),
-    (0x370B, &[0x60, 0x03]),
-    (0x3715, &[0x78]),
-    (0x3717, &[0x01]),
-    (0x371B, &[0x20]),
-    (0x3731, &[0x12]),
-    (0x3901, &[0x0A]),
-    (0x3905, &[0x02, 0x10]),
-    (0x4001, &[0x02]),
-    (0x4004, &[0x02]),
-    (0x4407, &[0x04]),
-    (0x460B, &[0x35]),
-    (0x471C, &[0x50]),
-    (0x5300, &[0x08, 0x30, 0x10, 0x00, 0x08, 0x30, 0x08, 0x16]),
-    (0x5309, &[0x08, 0x30, 0x04, 0x06]),
-];
-
-static TUNING: [Setting; count(RUNS)] = runs(RUNS);
+static TUNING: [Setting; 53] = dump(
+    "3008: 42  3103: 03  3000: 00  3002: 1C  3004: FF  3006: C3  302D: 60 08  3600: 08 33  3612: 29  3618: 00
+     3620: 52 E0 01  3630: 36 0E E2 12 40 13 03  3703: 5A A0 1A  3708: 64 52  370B: 60 03  3715: 78  3717: 01
+     371B: 20  3731: 12  3901: 0A  3905: 02 10  4001: 02  4004: 02  4407: 04  460B: 35  471C: 50
+     5300: 08 30 10 00 08 30 08 16  5309: 08 30 04 06",
+);
 
 /// Frames begin.
 static START: [Setting; 1] = [set(0x3008, 0x02)];

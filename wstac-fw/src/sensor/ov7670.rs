@@ -38,7 +38,7 @@
 
 use super::ov7690::ov7690;
 use super::{
-    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, runs, set,
+    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, dump, frame_lines, readout, runs, set,
     usual_exposure,
 };
 use crate::setup;
@@ -120,22 +120,7 @@ const fn table(lines: u16) -> [Setting; 48] {
     ])
 }
 
-/// Registers without a public meaning, which Linux, OpenMV and Zephyr set to the same values.
-static TUNING: [Setting; 16] = [
-    set(0x0E, 0x61),
-    set(0x0F, 0x4B),
-    set(0x16, 0x02),
-    set(0x21, 0x02),
-    set(0x22, 0x91),
-    set(0x29, 0x07),
-    set(0x33, 0x0B),
-    set(0x35, 0x0B),
-    set(0x37, 0x1D),
-    set(0x38, 0x71),
-    set(0x39, 0x2A),
-    set(0xB0, 0x84),
-    set(0xB1, 0x0C), // black level from covered pixels
-    set(0xB2, 0x0E),
-    set(0xB3, 0x82),
-    set(0xB8, 0x0A),
-];
+/// Registers without a public meaning, which Linux, OpenMV and Zephyr set to the same values. By 0xB1, the black level
+/// is that of covered pixels.
+static TUNING: [Setting; 16] =
+    dump("0E: 61 4B  16: 02  21: 02 91  29: 07  33: 0B  35: 0B  37: 1D 71 2A  B0: 84 0C 0E 82  B8: 0A");

@@ -45,6 +45,7 @@ pub(super) const fn ov7690<const FPS: u32>() -> CameraSensor {
         identity: [set(0x0A, 0x76), set(0x0B, 0x91)],
         reset: set(0x12, 0x80),
         reset_ms: 5,
+        commands: None,
         once: &[],
         settings: At::<FPS>::OV7690,
         start: &[],
@@ -88,34 +89,27 @@ impl<const FPS: u32> At<FPS> {
     /// The rows of the array that go into the scaler.
     const INPUT: [u8; 2] = (240 * Self::ROWS).to_be_bytes();
 
-    pub(super) const RATE: [Setting; 13] = [
-        set(0x12, if FPS > WHOLE_FPS { 0x40 } else { 0x00 }), // the whole array, or every second line of it; YUV
-        set(0x11, 0x00),                                      // undivided
-        set(0x29, 0x50),                                      // 4 times, by 2
-        set(0x2A, 0x30 | Self::MORE[0]),                      // 776 pixels per line; lines that are added
-        set(0x2B, 0x08),
-        set(0x2C, Self::MORE[1]),
-        set(0x2D, 0x00),
-        set(0x2E, 0x00),
-        set(0xCA, Self::INPUT[0]),
-        set(0xCB, Self::INPUT[1]),
-        set(0x13, 0x00),              // no automatic exposure, gain, white balance
-        set(0x0F, Self::EXPOSURE[0]), // nearly all of a frame, at most 31 ms
-        set(0x10, Self::EXPOSURE[1]),
-    ];
+    pub(super) const RATE: [Setting; 13] = runs(&[
+        (0x12, &[if FPS > WHOLE_FPS { 0x40 } else { 0x00 }]), // the whole array, or every second line of it; YUV
+        (0x11, &[0x00]),                                      // undivided
+        // 4 times, by 2; 776 pixels per line; lines that are added
+        (0x29, &[0x50, 0x30 | Self::MORE[0], 0x08, Self::MORE[1], 0x00, 0x00]),
+        (0xCA, &Self::INPUT),
+        (0x13, &[0x00]),         // no automatic exposure, gain, white balance
+        (0x0F, &Self::EXPOSURE), // nearly all of a frame, at most 31 ms
+    ]);
     const OV7690: &[&[Setting]] = &[&FORMAT, &Self::RATE, &WINDOW, &GAMMA, &LOCKS];
 }
 
 /// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.
-static FORMAT: [Setting; 7] = [
-    set(0x82, 0x03), // 4:2:2
-    set(0x3E, 0x30), // two bytes per pixel
-    set(0x81, 0x3F), // scaler both ways, special effects
-    set(0xD2, 0x18), // of these, only fixed U and V
-    set(0xDA, FIXED_CHROMA),
-    set(0xDB, FIXED_CHROMA),
-    set(0x0C, 0x16), // all pins on, Y first, nothing mirrored
-];
+static FORMAT: [Setting; 7] = runs(&[
+    (0x82, &[0x03]), // 4:2:2
+    (0x3E, &[0x30]), // two bytes per pixel
+    (0x81, &[0x3F]), // scaler both ways, special effects
+    (0xD2, &[0x18]), // of these, only fixed U and V
+    (0xDA, &[FIXED_CHROMA, FIXED_CHROMA]),
+    (0x0C, &[0x16]), // all pins on, Y first, nothing mirrored
+]);
 
 /// 640 × 480 of the array, scaled to 320 × 240.
 pub(super) static WINDOW: [Setting; 12] = runs(&[
@@ -130,10 +124,7 @@ pub(super) static GAMMA: [Setting; 16] =
     runs(&[(0xA3, &[4, 8, 16, 32, 40, 48, 56, 64, 72, 80, 96, 112, 144, 176, 208, 64])]);
 
 /// Sets the values of automatic controls, which are off.
-pub(super) static LOCKS: [Setting; 5] = [
-    set(0x15, 0x00), // the rate stays, no digital gain
-    set(0x00, 0x00), // gain 1
-    set(0x01, 0x40), // blue 1
-    set(0x02, 0x40), // red 1
-    set(0x03, 0x40), // green 1
-];
+pub(super) static LOCKS: [Setting; 5] = runs(&[
+    (0x15, &[0x00]),                   // the rate stays, no digital gain
+    (0x00, &[0x00, 0x40, 0x40, 0x40]), // gain, blue, red and green 1
+]);

@@ -17,7 +17,7 @@
 //! | 0xB5 of bank 1 | 6: MIPI on, as at reset |
 
 use super::ov7690::{At, GAMMA, LOCKS, WINDOW, ov7690};
-use super::{CameraSensor, FIXED_CHROMA, Setting, set};
+use super::{CameraSensor, FIXED_CHROMA, Setting, runs, set};
 use crate::setup;
 
 /// The OV7692.
@@ -43,17 +43,16 @@ impl<const FPS: u32> At<FPS> {
 static BANKED: [Setting; 3] = [set(0xFF, 0x01), set(0xB5, 0x30), set(0xFF, 0x00)];
 
 /// YUV 4:2:2, Y first, with chroma fixed at its middle, which tells luma from chroma without a picture.
-static FORMAT: [Setting; 12] = [
-    set(0x0E, 0x00), // awake
-    set(0x82, 0x03), // 4:2:2
-    set(0x31, 0x82), // both dividers by 2
-    set(0x37, 0x00), // a pixel clock that is the system clock
-    set(0x3E, 0x20),
-    set(0x5E, 0x10),
-    set(0x64, 0x11),
-    set(0x81, 0x3F), // scaler both ways, special effects
-    set(0xD2, 0x18), // of these, only fixed U and V
-    set(0xDA, FIXED_CHROMA),
-    set(0xDB, FIXED_CHROMA),
-    set(0x0C, 0x16), // all pins on, Y first, nothing mirrored
-];
+static FORMAT: [Setting; 12] = runs(&[
+    (0x0E, &[0x00]), // awake
+    (0x82, &[0x03]), // 4:2:2
+    (0x31, &[0x82]), // both dividers by 2
+    (0x37, &[0x00]), // a pixel clock that is the system clock
+    (0x3E, &[0x20]),
+    (0x5E, &[0x10]),
+    (0x64, &[0x11]),
+    (0x81, &[0x3F]), // scaler both ways, special effects
+    (0xD2, &[0x18]), // of these, only fixed U and V
+    (0xDA, &[FIXED_CHROMA, FIXED_CHROMA]),
+    (0x0C, &[0x16]), // all pins on, Y first, nothing mirrored
+]);

@@ -29,7 +29,8 @@
 
 use super::ov7690::ov7690;
 use super::{
-    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, set, usual_exposure,
+    CameraSensor, ExposurePart, FIXED_CHROMA, Setting, Suspects, WHOLE_FPS, frame_lines, readout, runs, set,
+    usual_exposure,
 };
 use crate::setup;
 
@@ -67,40 +68,34 @@ impl<const FPS: u32> At<FPS> {
     const PIXELS: u16 = if Self::IS_WHOLE { 784 } else { 576 };
     const LINES: u16 = frame_lines(if Self::IS_WHOLE { 510 } else { 510 * 784 / 576 }, FPS);
     /// The lines that are added to those of the array.
-    const MORE: [u8; 2] = (Self::LINES - if Self::IS_WHOLE { 510 } else { 278 }).to_be_bytes();
+    const MORE: [u8; 2] = (Self::LINES - if Self::IS_WHOLE { 510 } else { 278 }).to_le_bytes();
     const EXPOSURE: [u8; 2] = usual_exposure((480 * 784 / Self::PIXELS as u32) as u16, Self::LINES, 18).to_be_bytes();
     /// The window: where it begins, and its width / 4 and height / 2.
     const BEGIN_AND_SIZE: [u8; 4] = if Self::IS_WHOLE { [0x22, 0xA4, 0x07, 0xF0] } else { [0x3F, 0x50, 0x03, 0x78] };
 
-    const RATE: [Setting; 10] = [
-        set(0x12, if Self::IS_WHOLE { 0x00 } else { 0x40 }), // the whole array, or a quarter; YUV
-        set(0x2D, Self::MORE[1]),
-        set(0x2E, Self::MORE[0]),
-        set(0x17, Self::BEGIN_AND_SIZE[0]),
-        set(0x18, Self::BEGIN_AND_SIZE[1]),
-        set(0x19, Self::BEGIN_AND_SIZE[2]),
-        set(0x1A, Self::BEGIN_AND_SIZE[3]),
-        set(0x13, 0x00),              // no automatic exposure, gain, white balance
-        set(0x08, Self::EXPOSURE[0]), // nearly all of a frame, at most 31 ms
-        set(0x10, Self::EXPOSURE[1]),
-    ];
+    const RATE: [Setting; 10] = runs(&[
+        (0x12, &[if Self::IS_WHOLE { 0x00 } else { 0x40 }]), // the whole array, or a quarter; YUV
+        (0x2D, &Self::MORE),
+        (0x17, &Self::BEGIN_AND_SIZE),
+        (0x13, &[0x00]),              // no automatic exposure, gain, white balance
+        (0x08, &[Self::EXPOSURE[0]]), // nearly all of a frame, at most 31 ms
+        (0x10, &[Self::EXPOSURE[1]]),
+    ]);
     const SETTINGS: &[&[Setting]] = &[&FORMAT, &Self::RATE, &WINDOW, &LOCKS];
 }
 
 /// YUV 4:2:2, Y first, from a clock of 24 MHz. Chroma is fixed at its middle, which tells luma from chroma without a
 /// picture.
-static FORMAT: [Setting; 10] = [
-    set(0x0C, 0x10), // Y first
-    set(0x67, 0x00), // YUV
-    set(0x0D, 0x41), // 4 times
-    set(0x11, 0x01), // by 4: 24 MHz again
-    set(0x2B, 0x00), // no more pixels, and lines only in 0x2D and 0x2E
-    set(0x33, 0x00),
-    set(0x34, 0x00),
-    set(0xA6, 0x18), // of the special effects, only fixed U and V
-    set(0x60, FIXED_CHROMA),
-    set(0x61, FIXED_CHROMA),
-];
+static FORMAT: [Setting; 10] = runs(&[
+    (0x0C, &[0x10]), // Y first
+    (0x67, &[0x00]), // YUV
+    (0x0D, &[0x41]), // 4 times
+    (0x11, &[0x01]), // by 4: 24 MHz again
+    (0x2B, &[0x00]), // no more pixels, and lines only in 0x2D and 0x2E
+    (0x33, &[0x00, 0x00]),
+    (0xA6, &[0x18]), // of the special effects, only fixed U and V
+    (0x60, &[FIXED_CHROMA, FIXED_CHROMA]),
+]);
 
 /// What the array gives, scaled to 320 × 240.
 static WINDOW: [Setting; 6] = [
@@ -113,12 +108,9 @@ static WINDOW: [Setting; 6] = [
 ];
 
 /// Sets the values of automatic controls, which are off. No setting bends the light's curve.
-static LOCKS: [Setting; 7] = [
-    set(0x0E, 0x01), // the rate stays
-    set(0x64, 0xFB), // no gamma; special effects, which 0xA6 chooses
-    set(0x46, 0x00), // no lens correction
-    set(0x00, 0x00), // gain 1
-    set(0x01, 0x80), // blue 1
-    set(0x02, 0x80), // red 1
-    set(0x03, 0x80), // green 1
-];
+static LOCKS: [Setting; 7] = runs(&[
+    (0x0E, &[0x01]),                   // the rate stays
+    (0x64, &[0xFB]),                   // no gamma; special effects, which 0xA6 chooses
+    (0x46, &[0x00]),                   // no lens correction
+    (0x00, &[0x00, 0x80, 0x80, 0x80]), // gain, blue, red and green 1
+]);

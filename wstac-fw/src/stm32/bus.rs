@@ -18,7 +18,7 @@ use crate::node::Bus;
 
 /// The ports of pins, by number.
 const PORTS: [Gpio; 8] = [GPIOA, GPIOB, GPIOC, GPIOD, GPIOE, GPIOF, GPIOG, GPIOH];
-/// The time that a sensor is held in reset, and the time until it answers.
+/// The time that a sensor is held in reset.
 const RESET: Duration = Duration::from_millis(10);
 /// The cycles of half a clock: 6.7 µs.
 const HALF: u32 = MHZ * 20 / 3;
@@ -132,14 +132,14 @@ impl Bus for SensorBus {
         })
     }
 
-    async fn restart_sensor(&mut self) {
+    async fn restart_sensor(&mut self, wakes_ms: u32) {
         if let Some(SensorPower { power_down, reset }) = &mut self.power {
             let mut set = |level| reset.as_mut().into_iter().for_each(|reset| reset.set_level(level));
             set(Level::Low);
             power_down.set_low();
             Timer::after(RESET).await;
             set(Level::High);
-            Timer::after(RESET).await;
+            Timer::after_millis(wakes_ms.into()).await;
         }
     }
 }

@@ -50,13 +50,13 @@ use crate::stripes::dcmi::{Dcmi, DcmiInterrupts, Stream};
 /// The core's clock in MHz with which the camera interface takes the pixels of every sensor: 2.5 of its clocks for one.
 const ANY_SENSOR_MHZ: u32 = 60;
 /// The sensors that are looked for, in this order. All produce frames of one size.
-static SENSORS: &[CameraSensor] = if MHZ < ANY_SENSOR_MHZ {
+static SENSORS: &[CameraSensor] = node::in_time(if MHZ < ANY_SENSOR_MHZ {
     &[HM01B0]
 } else if setup::FPS > WHOLE_FPS {
     &[OV7690, OV7692, OV7725, HM0360, HM01B0]
 } else {
     &[OV7690, OV7692, OV7725, OV7670, OV2640, GC2145, OV5640, MT9M114, HM0360, HM01B0]
-};
+});
 /// The size of the frames of all sensors.
 const SIZE: FrameSize = OV7690.size;
 /// The rows of a stripe.

@@ -92,15 +92,7 @@ pub struct PioInterrupts;
 
 // SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
 #[allow(unsafe_code)]
-impl Handler<typelevel::PIO0_IRQ_0> for PioInterrupts {
-    unsafe fn on_interrupt() {
-        serve();
-    }
-}
-
-// SAFETY: only hardware calls it, at one priority, so neither handler interrupts the other.
-#[allow(unsafe_code)]
-impl Handler<typelevel::DMA_IRQ_1> for PioInterrupts {
+impl<I: Interrupt> Handler<I> for PioInterrupts {
     unsafe fn on_interrupt() {
         serve();
     }
