@@ -104,18 +104,18 @@ def cost(elf, clip, sensor=Ov7725, wiring=NUCLEO):
     bus.clock, bus.byte_time = lambda: math.inf, 9 * clock // 100_000
     machine.paint_stack()
     machine.count_instructions()
-    machine.run(lambda: board.camera.frame == 0)
-    instructions, busy, peripherals = machine.instructions, bus.busy, machine.accesses["peripherals"]
-    board.run()
+    machine.count_accesses(["flash", "ITCM", "AXI SRAM", "other SRAM"])
+    other.machine.count_accesses(["DTCM"])
+    for each in board, other:
+        each.machine.run(lambda: each.camera.frame == 0)
+    instructions, busy, before = machine.instructions, bus.busy, machine.accesses | {"DTCM": other.machine.accesses["DTCM"]}
+    for each in board, other:
+        each.run()
     frame, busy = (machine.instructions - instructions) / len(clip), (bus.busy - busy) / len(clip)
     flash, ram = machine.sizes()
     ring, stack = 4 * board.dma.total, machine.deepest_stack()
-    other.machine.count_accesses()
-    other.machine.run(lambda: other.camera.frame == 0)
-    before = dict(other.machine.accesses)
-    other.run()
-    accesses = {name: (count - before[name]) / len(clip) for name, count in other.machine.accesses.items()}
-    accesses["peripherals"] = (machine.accesses["peripherals"] - peripherals) / len(clip)
+    counted = machine.accesses | {"DTCM": other.machine.accesses["DTCM"]}
+    accesses = {name: (count - before[name]) / len(clip) for name, count in counted.items()}
     cycles = frame + sum(accesses[name] * more for name, more in WAITS.items())
     words = (
         f"{frame:,.0f} instructions per frame, {flash:,} bytes of flash, {ram - ring:,} of RAM beside the {ring:,} that the DMA writes to, "
