@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use wstac_tests::command::{good, prints, refused};
+use wstac_tests::command::{assert_has, good, prints, refused};
 use wstac_tests::folder::Folder;
 
 /// A sensor that is not the default one: dimmer, with a weak whisker, a longer afterglow and more noise.
@@ -37,9 +37,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     let again = folder.file("again.toml", format!("specimen = \"Fla0\"\nspeed = 100\n{scene}"));
     prints(&["run", &format!("scene:{}", again.display())], &["slide, speed"]);
     let page = fs::read_to_string(folder.0.join("out/report.html")).unwrap();
-    for part in ["8 slides: 8 reliable", "data:image/png;base64,", "Fla0-80mm_s-90deg-2", "afterglow_ms"] {
-        assert!(page.contains(part), "{part}");
-    }
+    assert_has(&page, &["8 slides: 8 reliable", "data:image/png;base64,", "Fla0-80mm_s-90deg-2", "afterglow_ms"]);
 
     // Recordings of the folder stay, and a table may state the truth.
     let recording = folder.0.join("out/Fla0-80mm_s-0deg-1.mcap");

@@ -2,7 +2,9 @@
 
 use std::io::{Read, Write};
 
-use wstac_tests::command::{event, good, printed, program, records, refused, run, said, start, wstac};
+use wstac_tests::command::{
+    assert_has, ends, event, good, printed, program, records, refused, run, said, says, start, wstac,
+};
 use wstac_tests::folder::{Folder, GRAY, frames};
 
 fn output(arguments: &[&str]) -> Vec<String> {
@@ -157,9 +159,7 @@ fn a_budget_chooses_a_configuration_that_runs() {
     let folder = Folder::new("budget");
     let path = folder.0.to_str().unwrap();
     let told = output(&["trade", "--budget", "M4F<90k,flash<128K", "-o", path]).join("\n");
-    for part in ["specimen", "% right, 95 % interval", "WSTAC_CONFIG=\"$OLDPWD/wstac.toml\"", "wstac run"] {
-        assert!(told.contains(part), "{told}");
-    }
+    assert_has(&told, &["specimen", "% right, 95 % interval", "WSTAC_CONFIG=\"$OLDPWD/wstac.toml\"", "wstac run"]);
     let [config, model] = ["wstac.toml", "model.wsm"].map(|name| folder.path(name));
     let lines = output(&["run", "scene:Saw3@150", "--json", "--config", &config, "--model", &model]);
     assert!(lines.iter().any(|line| line.contains(r#""texture":{"specimen":"#)), "{lines:?}");
@@ -167,10 +167,8 @@ fn a_budget_chooses_a_configuration_that_runs() {
     let again = |more: &[&str]| {
         run(&[&["trade", "--budget", "ram<16K,model=none", "--by", "direction", "-o", path], more].concat())
     };
-    let refused = again(&[]);
-    assert_eq!(refused.status.code(), Some(1));
-    assert!(said(&refused).contains("wstac.toml: exists already"));
-    assert_eq!(again(&["--force"]).status.code(), Some(0));
+    says(&again(&[]), 1, &["wstac.toml: exists already"]);
+    says(&again(&["--force"]), 0, &[]);
     // A choice without a model removes the model of an earlier one.
     assert!(!folder.0.join("model.wsm").exists());
     assert!(std::fs::read_to_string(folder.0.join("build.txt")).unwrap().contains("WSTAC_PIXELS="));
@@ -250,10 +248,7 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
         ("model=nosuch", 2, ["\"nosuch\"", "expected one of none, path-svm"]),
         ("model=none", 1, ["tells what --by is about", "--by speed"]),
     ] {
-        let ended = run(&["trade", "--budget", budget]);
-        let told = said(&ended);
-        assert_eq!(ended.status.code(), Some(code), "{told}");
-        assert!(parts.iter().all(|part| told.contains(part)), "{told}");
+        ends(&["trade", "--budget", budget], code, &parts);
     }
 }
 

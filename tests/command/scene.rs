@@ -4,7 +4,9 @@ use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt;
 
 use serde_json::Value;
-use wstac_tests::command::{Signal, good, prints, program, records, refused, run, said, send, start, wstac};
+use wstac_tests::command::{
+    Signal, assert_has, good, prints, program, records, refused, run, said, send, start, wstac,
+};
 use wstac_tests::folder::Folder;
 
 /// Tests every published specimen: each slide is an event of its own, its direction within 5° and its speed within 5 %.
@@ -125,9 +127,7 @@ fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
 #[test]
 fn a_scene_explains_itself() {
     let explained = good(&["scene", "explain", "Saw3@150", "--no-cost"]);
-    for part in ["Saw3 at 150 mm/s", "Modeled:", "afterglow", "without cost", "MJPEG", "Never modeled"] {
-        assert!(explained.contains(part), "{part}: {explained}");
-    }
+    assert_has(&explained, &["Saw3 at 150 mm/s", "Modeled:", "afterglow", "without cost", "MJPEG", "Never modeled"]);
     // Effects that are off are listed below those that are on.
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() < off && explained.find("  leak").unwrap() > off);

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use wstac_tests::command::{good, records, run};
+use wstac_tests::command::{good, records, run, says};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
 
@@ -171,9 +171,7 @@ fn models_that_cannot_be_used_are_refused_by_name() {
         let mut arguments = vec!["run", SCENE];
         arguments.extend(models.iter().flat_map(|model| ["--model", model]));
         let done = run(&arguments);
-        let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(code), "{said}");
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        says(&done, code, parts);
         assert!(done.stdout.is_empty());
     }
 }

@@ -166,8 +166,12 @@ pub fn refused(arguments: &[&str], parts: &[&str]) {
     assert_has(&refusal(arguments), parts);
 }
 
+/// Asserts that a text has every part.
+///
+/// # Panics
+/// If it lacks one.
 #[track_caller]
-fn assert_has(text: &str, parts: &[&str]) {
+pub fn assert_has(text: &str, parts: &[&str]) {
     for part in parts {
         assert!(text.contains(part), "{text}, expected {part:?}");
     }
