@@ -3,17 +3,12 @@
 use std::path::Path;
 
 use serde_json::Value;
-use wstac_tests::command::{good, refusal, run, said};
+use wstac_tests::command::{ends, event, good, records, refusal, refused, run, said, says};
 use wstac_tests::folder::Folder;
 
 /// A camera that is turned, tilted, curved, shifted and uneven, with a little ambient light.
 const CAMERA: &str = "lead_in = 45\n[light]\nleak = 0.02\n[sensor]\nsize = [240, 240]\n[sensor.pose]\nrotation_degrees = 15\n\
                       tilt_degrees = [8, -6]\ncurvature = -0.05\nscale = 0.7\nshift = [0.08, -0.06]\nuneven = 3\n";
-
-/// Writes a scene file and returns its name for `wstac`.
-fn scene(folder: &Folder, name: &str, text: &str) -> String {
-    format!("scene:{}", folder.file(name, text).display())
-}
 
 /// Returns the number of wrong directions, and the errors of speeds, of five slides with a configuration.
 fn answers(folder: &Folder, config: &str) -> (usize, Vec<f64>) {
@@ -21,13 +16,9 @@ fn answers(folder: &Folder, config: &str) -> (usize, Vec<f64>) {
     let (mut wrong, mut errors) = (0, Vec::new());
     for (seed, (degrees, speed)) in slides.into_iter().enumerate() {
         let slide = format!("specimen = \"Saw3\"\nspeed = {speed}\ndirection = {degrees}\nseed = {seed}\n{CAMERA}");
-        let source = scene(folder, "slide.toml", &slide);
-        let records = good(&["run", &source, "--json", "--config", config]);
-        let event = records
-            .lines()
-            .map(|line| serde_json::from_str::<Value>(line).unwrap())
-            .find(|record| record["kind"] == "event");
-        let event = event.unwrap_or_default();
+        let source = folder.scene("slide.toml", &slide);
+        let records = records(&["run", &source, "--json", "--config", config]);
+        let event = records.into_iter().find(|record| record["kind"] == "event").unwrap_or_default();
         let found = event["direction"]["deg"].as_f64().unwrap_or(f64::NAN);
         let turned = (found - f64::from(degrees) + 180.0).rem_euclid(360.0) - 180.0;
         // Not a number is wrong, too.
@@ -41,8 +32,8 @@ fn answers(folder: &Folder, config: &str) -> (usize, Vec<f64>) {
 fn a_calibrated_camera_tells_directions_and_speeds() {
     let folder = Folder::new("calibrate-answers");
     let config = &*folder.path("wstac.toml");
-    let source = scene(&folder, "press.toml", &format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}"));
-    let record: Value = serde_json::from_str(&good(&["calibrate", &source, "-o", config, "--json"])).unwrap();
+    let source = folder.scene("press.toml", format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}"));
+    let record = records(&["calibrate", &source, "-o", config, "--json"]).remove(0);
     assert_eq!((&record["kind"], &record["found"], &record["dead"]), (&"calibration".into(), &25.into(), &Value::Null));
     assert_eq!(record["centres"].as_array().unwrap().len(), 25);
     assert!((record["rotation_degrees"].as_f64().unwrap() - 15.0).abs() < 2.0, "{record}");
@@ -58,13 +49,12 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
     );
     assert_eq!(wrong, 0);
     // It is valid only for frames of this size.
-    let other = scene(
-        &folder,
-        "other.toml",
-        &format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}").replace("240, 240", "250, 250"),
+    let other = folder
+        .scene("other.toml", format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}").replace("240, 240", "250, 250"));
+    refused(
+        &["run", &other, "--config", config],
+        &["wstac.toml: [layout] frame is [240, 240], but frames are 250 x 250 pixels"],
     );
-    let message = refusal(&["run", &other, "--config", config]);
-    assert!(message.contains("wstac.toml: [layout] frame is [240, 240], but frames are 250 x 250 pixels"), "{message}");
     assert!(wrong_as_published >= 2, "the paper's layout would do");
     let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
     assert!(mean(&errors) < 0.08 && mean(&as_published) > 1.5 * mean(&errors), "{errors:?} {as_published:?}");
@@ -78,9 +68,9 @@ fn presses_tell_the_readout() {
         .map(|(approach, hold)| format!("[[touch]]\nkind = \"press\"\napproach = {approach}\nhold = {hold}\n"));
     for ms in [20.0, -15.0] {
         let text = format!("[sensor]\nsize = [240, 240]\nreadout_ms = {ms:?}\n{}", presses.concat());
-        let source = scene(&folder, "presses.toml", &text);
-        let record = good(&["calibrate", &source, "-o", config, "--force", "--json", "--frames", "900"]);
-        let record: Value = serde_json::from_str(&record).unwrap();
+        let source = folder.scene("presses.toml", &text);
+        let calibrate = ["calibrate", &source, "-o", config, "--force", "--json", "--frames", "900"];
+        let record = records(&calibrate).remove(0);
         let [found, sd] = ["readout_ms", "readout_sd_ms"].map(|key| record[key].as_f64().unwrap_or(f64::NAN));
         assert!((found - ms).abs() < 1.0 && sd < 1.0, "{record}");
         let written = std::fs::read_to_string(config).unwrap();
@@ -95,27 +85,20 @@ fn measured_cross_talk_is_taken_out_of_speeds() {
     let keys = "gap = 10\n[light]\ncrosstalk = 0.08\n[sensor]\nsize = [240, 240]\n";
     let poke = |at: usize| format!("[[touch]]\nkind = \"poke\"\nwhisker = [{}, {}]\n", at / 5 + 1, at % 5 + 1);
     let pokes = |count: usize| format!("{keys}{}", (0..count).map(poke).collect::<String>());
-    let few = scene(&folder, "few.toml", &pokes(24));
-    let message = refusal(&["calibrate", &few, "--crosstalk", "-o", &config]);
-    assert!(
-        message.contains("1 of 25 whiskers have too little light (row 5, column 5), expected a touch"),
-        "{message}"
+    let few = folder.scene("few.toml", pokes(24));
+    refused(
+        &["calibrate", &few, "--crosstalk", "-o", &config],
+        &["1 of 25 whiskers have too little light (row 5, column 5), expected a touch"],
     );
-    let all = scene(&folder, "all.toml", &pokes(25));
-    let record = good(&["calibrate", &all, "--crosstalk", "-o", &config, "--json"]);
-    let record: Value = serde_json::from_str(&record).unwrap();
+    let all = folder.scene("all.toml", pokes(25));
+    let record = records(&["calibrate", &all, "--crosstalk", "-o", &config, "--json"]).remove(0);
     assert!(record["kind"] == "crosstalk" && (record["largest"].as_f64().unwrap() - 0.08).abs() < 0.005, "{record}");
     let written = std::fs::read_to_string(&config).unwrap();
     assert!(written.starts_with("[layout] # mine\ncrosstalk = [\n    [1, 0.0"), "{written}");
     assert!(written.ends_with("]\npreset = \"paper\"\n"), "{written}");
 
-    let slide = scene(&folder, "slide.toml", &format!("specimen = \"Fla0\"\nspeed = 60\ndirection = 25\n{keys}"));
-    let speed = |arguments: &[&str]| {
-        let records = good(&[&["run"], arguments, &["--json"]].concat());
-        let events = records.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
-        let event = events.into_iter().find(|record| record["kind"] == "event").unwrap();
-        event["speed"]["mm_s"].as_f64().unwrap()
-    };
+    let slide = folder.scene("slide.toml", format!("specimen = \"Fla0\"\nspeed = 60\ndirection = 25\n{keys}"));
+    let speed = |arguments: &[&str]| event(&[&["run"], arguments].concat())["speed"]["mm_s"].as_f64().unwrap();
     let [without, with] = [speed(&[&slide]), speed(&[&slide, "--model", "none", "--config", &config])];
     println!("at 60 mm/s with cross-talk of 8 %: {without:.2} mm/s without the matrix, {with:.2} with it");
     assert!((without / 60.0 - 1.0).abs() > 0.015 && (with / 60.0 - 1.0).abs() < 0.005, "{without} {with}");
@@ -138,14 +121,9 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
         "specimen = \"Fla0\"\nspeed = 150\n{}",
         CAMERA.replace("leak", "dead = [[1, 1], [3, 4], [5, 2]]\nleak")
     );
-    let source = scene(&folder, "press.toml", &press);
+    let source = folder.scene("press.toml", &press);
     let output = run(["calibrate", &source, "-o", config, "--overlay", picture]);
-    let message = said(&output);
-    assert_eq!(output.status.code(), Some(1), "{message}");
-    assert!(
-        message.contains("found 22 spots of light, expected 25 whiskers") && message.contains("seen.png shows"),
-        "{message}"
-    );
+    says(&output, 1, &["found 22 spots of light, expected 25 whiskers", "seen.png shows"]);
     assert!(output.stdout.is_empty() && !Path::new(config).exists());
     assert!(std::fs::read(picture).unwrap().starts_with(b"\x89PNG"));
     // Only the default picture of a refusal is overwritten without --force.
@@ -160,16 +138,13 @@ fn what_cannot_be_calibrated_is_said() {
     let folder = Folder::new("calibrate-wrong");
     let config = &*folder.path("wstac.toml");
     let refused = |arguments: &[&str], code: i32, expected: &str| {
-        let output = run(&[&["calibrate"], arguments].concat());
-        let message = said(&output);
-        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {message}");
-        assert!(message.contains(expected), "{arguments:?}: {message}");
+        ends(&[&["calibrate"], arguments].concat(), code, &[expected]);
     };
     refused(&["nothing", "-o", config], 1, "no such file");
     refused(&["scene:Saw3@150"], 2, "--output");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "29"], 2, "29");
     refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 2, "expected two names");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
-    let sums = scene(&folder, "sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
+    let sums = folder.scene("sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     refused(&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames");
 }

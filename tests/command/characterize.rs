@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use wstac_tests::command::{good, refusal};
+use wstac_tests::command::{assert_has, good, prints, refused};
 use wstac_tests::folder::Folder;
 
 /// A sensor that is not the default one: dimmer, with a weak whisker, a longer afterglow and more noise.
@@ -35,22 +35,18 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     assert!(scene.contains("[2, 3, 0.4") || scene.contains("[2, 3, 0.5"), "{scene}");
     // It is a scene as soon as it has a slide.
     let again = folder.file("again.toml", format!("specimen = \"Fla0\"\nspeed = 100\n{scene}"));
-    let event = good(&["run", &format!("scene:{}", again.display())]);
-    assert!(event.contains("slide, speed"), "{event}");
+    prints(&["run", &format!("scene:{}", again.display())], &["slide, speed"]);
     let page = fs::read_to_string(folder.0.join("out/report.html")).unwrap();
-    for part in ["8 slides: 8 reliable", "data:image/png;base64,", "Fla0-80mm_s-90deg-2", "afterglow_ms"] {
-        assert!(page.contains(part), "{part}");
-    }
+    assert_has(&page, &["8 slides: 8 reliable", "data:image/png;base64,", "Fla0-80mm_s-90deg-2", "afterglow_ms"]);
 
     // Recordings of the folder stay, and a table may state the truth.
     let recording = folder.0.join("out/Fla0-80mm_s-0deg-1.mcap");
     let before = fs::metadata(&recording).unwrap().modified().unwrap();
     let truth = folder.file("arm.csv", "\u{feff}recording,speed,direction\r\nFla0-80mm_s-0deg-1,120,\r\n");
     let truth = truth.to_str().unwrap();
-    let table = good(&["characterize", &source, "-o", output, "--truth", truth]);
-    assert!(
-        table.contains("8 reliable; reliable, but off by more than 10 % or 10°: 1") && table.contains("120"),
-        "{table}"
+    prints(
+        &["characterize", &source, "-o", output, "--truth", truth],
+        &["8 reliable; reliable, but off by more than 10 % or 10°: 1", "120"],
     );
     assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), before);
     let with_plan = ["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()];
@@ -59,8 +55,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
         [("specimens = []\n", "plan.toml"), ("specimens = [\"Fla0\"]\n", "is another plan than that of --plan")]
     {
         folder.file("plan.toml", text);
-        let message = refusal(&with_plan);
-        assert!(message.contains(says), "{message}, expected {says}");
+        refused(&with_plan, &[says]);
     }
     for (text, says) in [
         ("speed\n", "arm.csv: line 1: wrong names of columns (found \"speed\", expected recording,speed,direction)"),
@@ -71,7 +66,6 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
         ("recording,speed,direction\na,1,0\n", "no recording has this name (found \"a\""),
     ] {
         folder.file("arm.csv", text);
-        let message = refusal(&["characterize", &source, "-o", output, "--truth", truth]);
-        assert!(message.contains(says), "{message}, expected {says}");
+        refused(&["characterize", &source, "-o", output, "--truth", truth], &[says]);
     }
 }

@@ -5,7 +5,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Output;
 
-use wstac_tests::command::{program, wstac};
+use wstac_tests::command::{assert_has, program, said, says, wstac};
 use wstac_tests::folder::Folder;
 
 const SWEEP: &str =
@@ -18,20 +18,15 @@ fn dataset(sweep: &Path, output: &Path, more: &[&str]) -> Output {
 /// Returns the messages of a run that must succeed.
 fn good(sweep: &Path, output: &Path, more: &[&str]) -> String {
     let done = dataset(sweep, output, more);
-    let said = String::from_utf8(done.stderr).unwrap();
-    assert_eq!(done.status.code(), Some(0), "{said}");
     assert!(done.stdout.is_empty());
-    said
+    says(&done, 0, &[])
 }
 
 /// Checks the messages of a run that must fail.
 fn bad(sweep: &Path, output: &Path, more: &[&str], parts: &[&str]) {
     let done = dataset(sweep, output, more);
-    let said = String::from_utf8(done.stderr).unwrap();
-    assert!(matches!(done.status.code(), Some(1 | 2)), "{said}");
-    for part in parts {
-        assert!(said.contains(part), "{said:?}, expected {part:?}");
-    }
+    assert!(matches!(done.status.code(), Some(1 | 2)), "{}", said(&done));
+    assert_has(&said(&done), parts);
 }
 
 #[test]
@@ -53,9 +48,7 @@ fn what_cannot_be_used_is_refused_and_nothing_is_written_over() {
     bad(&none, &new, &[], &["10 of 10 slides had no event", "n.toml: none of 10 slides became a sample"]);
     assert_eq!(folder.names(), ["a.npz", "c.toml", "n.toml", "s.toml", "u.toml", "y.toml"]);
     for (arguments, said) in [(&["--threads", "0"][..], "1..=1024"), (&["--speed"], "--speed")] {
-        let done = dataset(&sweep, &new, arguments);
-        assert_eq!(done.status.code(), Some(2));
-        assert!(String::from_utf8(done.stderr).unwrap().contains(said));
+        says(&dataset(&sweep, &new, arguments), 2, &[said]);
     }
 }
 

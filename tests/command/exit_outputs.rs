@@ -4,7 +4,7 @@ use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
 
-use wstac_tests::command::{good, program, run_in, said};
+use wstac_tests::command::{good, program, run_in, said, says};
 use wstac_tests::folder::{Folder, SMALL};
 
 /// Commands and the ending of the output that stands for `OUT`.
@@ -118,9 +118,7 @@ fn wrong_arguments_about_outputs_end_with_2() {
         ("record scene:Saw3@150 --compress zip -o b.mcap", "zip"),
         ("record cam:-a=scene:Saw3@150 cam:b=scene:Saw3@150 -o b.mcap", "-a"),
     ] {
-        let done = run_in(&folder, command.split(' '));
-        assert_eq!(done.status.code(), Some(2), "{command}: {}", said(&done));
-        assert!(said(&done).contains(expected), "{command}: {}", said(&done));
+        says(&run_in(&folder, command.split(' ')), 2, &[expected]);
     }
     assert_eq!(folder.names(), ["a.mcap"]);
 }

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Stdio;
 
 use wstac_tests::command::{program, wstac};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{self, Folder, GRAY};
 
 /// The input of a run, and the expected result.
 struct Case {
@@ -42,14 +42,9 @@ fn config(dir: &Path, name: &'static str, text: &[u8], says: &[&'static str]) ->
     Case { stdin: frames(2), ..case(name, &["run", "-", "--json", "--config", path.to_str().unwrap()], 1, says) }
 }
 
-/// Returns `count` dark gray frames of 40 × 40 pixels.
+/// Returns a clip of dark gray frames.
 fn frames(count: usize) -> Vec<u8> {
-    let mut stream = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n".to_vec();
-    for _ in 0..count {
-        stream.extend(b"FRAME\n");
-        stream.extend([3; 1600]);
-    }
-    stream
+    [GRAY, &folder::frames(3, count)].concat()
 }
 
 fn cases(dir: &Path) -> Vec<Case> {

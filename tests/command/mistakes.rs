@@ -1,14 +1,12 @@
 //! Tests what the command says after common mistakes: it names what was probably meant.
 
-use wstac_tests::command::{run, said};
+use wstac_tests::command::{ends, run, said};
 use wstac_tests::folder::Folder;
 
 #[test]
 fn a_command_with_a_typo_is_suggested() {
     for (given, meant) in [("rnu", "run"), ("tarin", "train"), ("mnoitor", "monitor")] {
-        let done = run(&[given]);
-        assert_eq!(done.status.code(), Some(2));
-        assert!(said(&done).contains(&format!("'{meant}'")), "{given}: {}", said(&done));
+        ends(&[given], 2, &[&format!("'{meant}'")]);
     }
     for given in ["zzz", "xy"] {
         let done = run(&[given]);
@@ -21,9 +19,7 @@ fn a_command_with_a_typo_is_suggested() {
 fn help_about_what_there_is_not_lists_the_topics() {
     for (given, expected) in [("nothing", "a topic: sources, answers, config, json\n"), ("rnu", "; did you mean run?")]
     {
-        let done = run(&["help", given]);
-        assert_eq!(done.status.code(), Some(2));
-        assert!(said(&done).contains(expected), "{given}: {}", said(&done));
+        ends(&["help", given], 2, &[expected]);
     }
 }
 
@@ -64,9 +60,7 @@ fn files_of_another_kind_say_what_to_do_with_them() {
         (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),
         (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
     ] {
-        let done = run(arguments);
-        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
-        assert!(said(&done).contains(expected), "{arguments:?}: {}", said(&done));
+        ends(arguments, 1, &[expected]);
     }
 }
 
@@ -79,15 +73,11 @@ fn names_without_their_prefix_are_explained() {
         (&["run", "scene:Saw3@150", "--model", "bultin"], "bultin: no such file; did you mean builtin?"),
         (&["run", "scene:Saw3@150", "--config", "none.toml"], "none.toml: no such file or folder"),
     ] {
-        let done = run(arguments);
-        assert_eq!(done.status.code(), Some(1));
-        assert!(said(&done).contains(meant), "{}", said(&done));
+        ends(arguments, 1, &[meant]);
     }
 }
 
 #[test]
 fn a_study_without_arguments_explains_itself() {
-    let done = run(&["trade"]);
-    assert_eq!(done.status.code(), Some(2));
-    assert!(said(&done).contains("Usage: wstac trade"), "{}", said(&done));
+    ends(&["trade"], 2, &["Usage: wstac trade"]);
 }

@@ -1,7 +1,7 @@
 //! Tests of the motion in every frame, `wstac run --motion`, and of slips.
 
 use serde_json::{Value, json};
-use wstac_tests::command::good;
+use wstac_tests::command::{good, records};
 use wstac_tests::folder::Folder;
 
 use crate::monitor::board;
@@ -12,10 +12,7 @@ fn a_held_part_that_slips_is_reported_by_hosts_and_boards() {
     let folder = Folder::new("slip");
     let held = "specimen = \"Sin2\"\nhold = 2\nspeed = 60\ndirection = 270\n";
     let scene = folder.scene("slip.toml", format!("fidelity = \"taxel\"\n[[touch]]\nkind = \"slide\"\n{held}"));
-    let records = |more: &[&str]| {
-        let lines = good(&[&["run", &scene, "--json", "--model", "none"], more].concat());
-        lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect::<Vec<Value>>()
-    };
+    let records = |more: &[&str]| records(&[&["run", &scene, "--json", "--model", "none"], more].concat());
     let found = records(&[]);
     let slips: Vec<&Value> = found.iter().filter(|record| record["kind"] == "slip").collect();
     let [slip] = slips[..] else { panic!("{found:?}") };
@@ -65,8 +62,7 @@ fn every_slide_behind_a_slow_one_has_its_motions() {
         let slides = [slow, 120, 120, 45, 120]
             .map(|speed| format!("[[touch]]\nkind = \"slide\"\nspecimen = \"Sin2\"\nspeed = {speed}\n"));
         let scene = folder.scene("creep.toml", format!("fidelity = \"taxel\"\n{}", slides.concat()));
-        let lines = good(&["run", &scene, "--motion", "--json"]);
-        let lines: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let lines = records(&["run", &scene, "--motion", "--json"]);
         let of = |kind: &'static str| lines.iter().filter(move |line| line["kind"] == kind);
         let touches: Vec<u64> = of("event").map(|event| event["touch_frame"].as_u64().unwrap()).collect();
         let ends: Vec<u64> = of("contact_end").map(|end| end["frame"].as_u64().unwrap()).collect();

@@ -4,7 +4,7 @@ use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::os::unix::ffi::OsStrExt;
 
-use wstac_tests::command::{program, run, run_in, said, wstac};
+use wstac_tests::command::{program, run, run_in, said, says, wstac};
 use wstac_tests::folder::{Folder, SMALL};
 
 /// Returns a name with a byte that is no UTF-8: `caf\xe9` and an ending.
@@ -88,8 +88,7 @@ fn names_of_files_need_not_be_utf_8() {
     fs::create_dir(folder.0.join(name(".pictures"))).unwrap();
     let empty = run([OsStr::new("run"), folder.0.join(name(".pictures")).as_os_str()]);
     assert!(said(&empty).contains("has no .png or .jpg file"), "{}", said(&empty));
-    let missing = run([OsStr::new("run"), &name(".none")]);
-    assert!(missing.status.code() == Some(1) && said(&missing).contains("no such file"), "{}", said(&missing));
+    says(&run([OsStr::new("run"), &name(".none")]), 1, &["no such file"]);
 }
 
 #[test]

@@ -5,8 +5,8 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::symlink;
 use std::process::Stdio;
 
-use wstac_tests::command::{Signal, good, program, run, run_in, said, send, start, wstac};
-use wstac_tests::folder::{Folder, SMALL, text};
+use wstac_tests::command::{Signal, ends, good, prints, program, run_in, said, says, send, start, wstac};
+use wstac_tests::folder::{Folder, GRAY, SMALL, frames, text};
 
 /// Returns a recording, a sweep, a data set, a trained model, a configuration, a plan and a map in a folder.
 fn inputs(folder: &Folder) {
@@ -186,8 +186,7 @@ fn a_recording_under_way_is_not_replaced() {
     let name = output.to_str().unwrap();
     let mut child = start(&["record", "-", "-o", name]);
     let mut stdin = child.stdin.take().unwrap();
-    stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\n").unwrap();
-    stdin.write_all(&[&b"FRAME\n"[..], &[3; 1600]].concat().repeat(40)).unwrap();
+    stdin.write_all(&[GRAY, &frames(3, 40)].concat()).unwrap();
     let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
     assert!(lines.next().unwrap().unwrap().contains("Y4M"));
     while !output.exists() {
@@ -202,13 +201,11 @@ fn a_recording_under_way_is_not_replaced() {
         &["model", "import", &a("forest.onnx"), "-o", name],
         &["calibrate", "scene:Fla0@100", "--size", "160x120", "-o", &a("new.toml"), "--overlay", name],
     ] {
-        let done = run(&[command, &["--force"]].concat());
-        assert_eq!(done.status.code(), Some(1), "{command:?}: {}", said(&done));
-        assert!(said(&done).contains("b.mcap: another wstac is writing it"), "{command:?}: {}", said(&done));
+        ends(&[command, &["--force"]].concat(), 1, &["b.mcap: another wstac is writing it"]);
     }
     send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
-    assert!(good(&["run", name, "--json"]).contains(r#""kind":"end","frames":40,"#));
+    prints(&["run", name, "--json"], &[r#""kind":"end","frames":40,"#]);
 }
 
 /// A file that `record --force` replaces keeps its content under its other names.
@@ -221,29 +218,21 @@ fn other_names_of_a_replaced_recording_keep_its_content() {
     let before = fs::read(&kept).unwrap();
     good(&["record", "scene:Fla0@100", "--size", "40x40", "-o", text(&name), "--force", "--frames", "5"]);
     assert!(fs::read(&kept).unwrap() == before);
-    assert!(good(&["run", name.to_str().unwrap(), "--json"]).contains(r#""frames":5,"#));
+    prints(&["run", name.to_str().unwrap(), "--json"], &[r#""frames":5,"#]);
 }
 
 /// The unfinished file of a guided session that was killed is left to `wstac recover`.
 #[test]
 fn a_killed_guided_session_keeps_its_unfinished_file() {
     let folder = Folder::new("outputs-guide");
-    folder.file("plan.toml", "specimens = [\"Saw3\"]\ncount = 1\n");
+    let plan = folder.file("plan.toml", "specimens = [\"Saw3\"]\ncount = 1\n");
     let files = folder.0.join("files");
     fs::create_dir(&files).unwrap();
-    let part = files.join("Saw3-1.mcap.part");
-    fs::write(&part, "recoverable").unwrap();
-    let plan = folder.0.join("plan.toml");
+    let part = folder.file("files/Saw3-1.mcap.part", "recoverable");
     let mut process = program(wstac());
-    process
-        .args(["record", "scene:Saw3@150", "--size", "40x40", "--guide"])
-        .arg(&plan)
-        .arg("-o")
-        .arg(&files)
-        .stdin(Stdio::null());
-    let done = process.output().unwrap();
-    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    assert!(said(&done).contains("Saw3-1.mcap.part -o "), "{}", said(&done));
+    process.args(["record", "scene:Saw3@150", "--size", "40x40", "--guide", text(&plan), "-o", text(&files)]);
+    process.stdin(Stdio::null());
+    says(&process.output().unwrap(), 0, &["Saw3-1.mcap.part -o "]);
     assert_eq!(fs::read(&part).unwrap(), b"recoverable");
     assert!(files.join("Saw3-1.mcap").exists());
     assert_eq!(fs::read_dir(&files).unwrap().count(), 2);

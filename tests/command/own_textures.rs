@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-use wstac_tests::command::{good, printed, refusal, run, said};
+use wstac_tests::command::{good, printed, prints, refused, run, said};
 use wstac_tests::folder::{Folder, text};
 
 /// Records slides of textures to a folder: the name of each, and the scene's specimen.
@@ -36,10 +36,8 @@ fn a_model_of_own_names_is_evaluated_on_recordings_and_on_their_data_set() {
     let set = folder.0.join("den.npz");
     good(&["dataset", recordings, "--input", "taxel-path", "-o", text(&set)]);
     for (source, from) in [(recordings, "the label specimen"), (text(&set), "y_specimen")] {
-        let found = good(&["model", "eval", text(&model), source]);
-        assert!(found.contains(&format!(" right: 9 of 9 samples, by {from}")), "{found}");
-        let found = good(&["model", "eval", text(&model), source, "--json"]);
-        assert!(found.contains("\"right\":9") && found.contains("\"predictions\":[\"cork\""), "{found}");
+        prints(&["model", "eval", text(&model), source], &[&format!(" right: 9 of 9 samples, by {from}")]);
+        prints(&["model", "eval", text(&model), source, "--json"], &["\"right\":9", "\"predictions\":[\"cork\""]);
     }
     // Names that are none of the model's are no truth about its answers.
     let others = recorded(&folder, "others", &[("Saw3", "Saw3")], 1);
@@ -47,13 +45,15 @@ fn a_model_of_own_names_is_evaluated_on_recordings_and_on_their_data_set() {
     good(&["dataset", text(&others), "--input", "taxel-path", "-o", text(&other)]);
     let found = good(&["model", "eval", text(&model), text(&other)]);
     assert!(found.contains("1 sample, without truth: array y_specimen has none of the model's labels"), "{found}");
-    let missing = refusal(&["model", "eval", "builtin:path-svm", text(&set)]);
-    assert!(missing.contains("array X_path: is missing, found X_taxel_path"), "{missing}");
-    assert!(missing.contains("help: wstac dataset --input path makes a set with it"), "{missing}");
+    refused(
+        &["model", "eval", "builtin:path-svm", text(&set)],
+        &["array X_path: is missing, found X_taxel_path", "help: wstac dataset --input path makes a set with it"],
+    );
     // Few slides of own names lead to learning.
-    let refused = refusal(&["train", recordings, "-o", text(&model), "--force"]);
-    assert!(refused.contains("label \"cork\" of class 0, expected a specimen"), "{refused}");
-    assert!(refused.contains("other names need --task other"), "{refused}");
+    refused(
+        &["train", recordings, "-o", text(&model), "--force"],
+        &["label \"cork\" of class 0, expected a specimen", "other names need --task other"],
+    );
     for source in [recordings, text(&set)] {
         let train = ["train", source, "-o", text(&model), "--task", "other", "--input", "taxel-path", "--force"];
         let done = run(&train);
@@ -79,8 +79,7 @@ fn what_is_no_source_of_slides_is_named() {
     let video = folder.file("robot.mp4", b"none");
     let (missing, set, model) = (folder.0.join("recc"), folder.0.join("a.npz"), folder.0.join("a.wsm"));
     for (command, output) in [("train", &model), ("dataset", &set)] {
-        let refused = refusal(&[command, text(&missing), "-o", text(output)]);
-        assert!(refused.contains("recc: no such file or folder"), "{refused}");
+        refused(&[command, text(&missing), "-o", text(output)], &["recc: no such file or folder"]);
         let done = run(&[command, text(&video), "-o", text(output)]);
         let refused = said(&done);
         assert!(done.status.code() == Some(2) && refused.contains("robot.mp4: is a video, expected "), "{refused}");

@@ -4,7 +4,7 @@ use std::fs;
 
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Frame, Source, SourceEvent};
-use wstac_tests::command::{good, refusal};
+use wstac_tests::command::{good, refused};
 use wstac_tests::folder::Folder;
 
 /// Returns the lines of features and events, without their times.
@@ -42,9 +42,5 @@ fn a_folder_of_jpegs_is_read_as_motion_jpeg_is() {
     assert!(fs::metadata(&again).unwrap().len() < 2 * fs::metadata(&recording).unwrap().len());
     // A PNG among them is not left out silently.
     fs::write(pictures.join("frame7.png"), "").unwrap();
-    let error = refusal(&["run", name]);
-    assert!(
-        error.contains(&format!("has 1 PNG file and {count} JPEG files, expected pictures of one kind")),
-        "{error}"
-    );
+    refused(&["run", name], &[&format!("has 1 PNG file and {count} JPEG files, expected pictures of one kind")]);
 }

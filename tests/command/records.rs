@@ -5,8 +5,8 @@ use std::io::{BufRead, BufReader, Write};
 
 use serde_json::{Map, Value};
 
-use wstac_tests::command::{Signal, good, program, refusal, run, said, send, start};
-use wstac_tests::folder::Folder;
+use wstac_tests::command::{Signal, good, program, refused, run, said, says, send, start};
+use wstac_tests::folder::{self, Folder, GRAY, frames, text};
 
 /// Prints the rows of a table as JSON Lines, as Python's own reader sees them.
 const READER: &str = "\
@@ -183,9 +183,8 @@ fn forms_that_contradict_each_other_are_refused() {
         (vec!["--until", "nan"], "expected seconds"),
     ] {
         let done = run(&[&["run", "scene:Saw3@150"], &arguments[..]].concat());
-        assert_eq!(done.status.code(), Some(2), "{arguments:?}: {}", said(&done));
-        assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
-        assert!(done.stdout.is_empty());
+        says(&done, 2, &[part]);
+        assert!(done.stdout.is_empty(), "{arguments:?}");
     }
 }
 
@@ -196,15 +195,12 @@ fn a_file_is_whole_or_not_there() {
     let path = folder.0.join("a.jsonl");
     let name = path.to_str().unwrap();
     // No source: no file.
-    assert!(refusal(&["run", "none.y4m", "-o", name]).contains("no such file"));
-    assert!(refusal(&["run", "cam:a=scene:Saw3@150", "cam:b=none.y4m", "-o", name]).contains("1 of 2 sensors"));
+    refused(&["run", "none.y4m", "-o", name], &["no such file"]);
+    refused(&["run", "cam:a=scene:Saw3@150", "cam:b=none.y4m", "-o", name], &["1 of 2 sensors"]);
     assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 0);
     // The source fails inside: its records and its end are there.
     let clip = folder.0.join("a.y4m");
-    let mut bytes =
-        [&b"YUV4MPEG2 W40 H40 F30:1 Cmono\n"[..], &[&b"FRAME\n"[..], &[3; 1600]].concat().repeat(40)].concat();
-    bytes.extend(b"NONSENSE\n");
-    fs::write(&clip, bytes).unwrap();
+    fs::write(&clip, [GRAY, &frames(3, 40), b"NONSENSE\n"].concat()).unwrap();
     let done = run(&["run", clip.to_str().unwrap(), "--features", "-o", name]);
     assert_eq!(done.status.code(), Some(1), "{}", said(&done));
     let lines = objects(&fs::read_to_string(&path).unwrap());
@@ -217,8 +213,7 @@ fn a_file_is_whole_or_not_there() {
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         let mut child = start(&["run", "-", "--features", "--output-format", "csv", "-o", name, "--force"]);
         let mut stdin = child.stdin.take().unwrap();
-        stdin.write_all(b"YUV4MPEG2 W40 H40 F30:1 Cmono\n").unwrap();
-        stdin.write_all(&[&b"FRAME\n"[..], &[3; 1600]].concat().repeat(8)).unwrap();
+        stdin.write_all(&[GRAY, &frames(3, 8)].concat()).unwrap();
         let mut lines = BufReader::new(child.stderr.take().unwrap()).lines();
         assert!(lines.next().unwrap().unwrap().contains("Y4M"));
         let has_all = || {
@@ -245,7 +240,7 @@ fn quiet_leaves_out_notes_and_nothing_else() {
     assert!(!loud.stderr.is_empty() && quiet.stderr.is_empty(), "{}", said(&quiet));
     let table = run(&[&arguments[..], &["-q", "--output-format", "csv"]].concat());
     assert!(table.stderr.is_empty() && !table.stdout.is_empty(), "{}", said(&table));
-    assert!(refusal(&["run", "none.y4m", "-q"]).contains("no such file"));
+    refused(&["run", "none.y4m", "-q"], &["no such file"]);
 }
 
 /// Records of a part are those of the whole whose times are in it, and reading ends soon behind it.
@@ -338,8 +333,7 @@ fn several_files_have_their_records_in_the_order_of_their_times() {
 
 /// Writes the file of a scene in small pictures, and returns its name.
 fn scene(folder: &Folder, speed: &str) -> String {
-    let text = format!("specimen = \"Saw3\"\nspeed = {speed}\n[sensor]\nsize = [40, 40]\n");
-    folder.file("scene.toml", &text).to_str().unwrap().to_owned()
+    text(&folder.file("scene.toml", folder::SMALL.replace("150", speed))).to_owned()
 }
 
 #[test]
@@ -401,6 +395,6 @@ fn a_file_that_begins_in_a_touch_has_a_baseline_from_later() {
     assert_eq!(touch(&found) + 34, touch(&expected));
     let [speed, other] = [&found, &expected].map(|event| event["speed"]["mm_s"].as_f64().unwrap());
     assert!((speed / other - 1.0).abs() < 0.01, "{speed} {other}");
-    assert!(refusal(&["run", &cut, "--baseline-at", "60"]).contains("ends before the baseline from 60 s on"));
-    assert!(refusal(&["run", "-", "--baseline-at", "1"]).contains("can be read only once"));
+    refused(&["run", &cut, "--baseline-at", "60"], &["ends before the baseline from 60 s on"]);
+    refused(&["run", "-", "--baseline-at", "1"], &["can be read only once"]);
 }

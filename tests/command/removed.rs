@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use wstac_tests::command::{good, run, said};
+use wstac_tests::command::{ends, good, run, said, says};
 
 /// Returns the rows of the table "From 0.3" of the changelog's newest section: what was removed, and what to use
 /// instead.
@@ -31,8 +31,7 @@ fn every_removed_command_and_option_says_what_to_use_instead() {
     assert!(!lines.is_empty());
     for (line, arguments, instead) in lines {
         let done = run(&arguments.split(' ').collect::<Vec<_>>());
-        assert_eq!(done.status.code(), Some(2), "{line}: {}", said(&done));
-        assert!(said(&done).contains(&format!("{line}: was removed; help: ")), "{line}: {}", said(&done));
+        says(&done, 2, &[&format!("{line}: was removed; help: ")]);
         for code in code(instead) {
             assert!(said(&done).contains(code), "{line}: {} lacks {code}", said(&done));
         }
@@ -141,7 +140,5 @@ fn items_that_were_removed_are_gone() {
 
 #[test]
 fn an_option_of_another_command_is_unknown_as_before() {
-    let done = run(&["run", "scene:Saw3@150", "--loop"]);
-    assert_eq!(done.status.code(), Some(2));
-    assert!(said(&done).contains("unexpected argument '--loop'"), "{}", said(&done));
+    ends(&["run", "scene:Saw3@150", "--loop"], 2, &["unexpected argument '--loop'"]);
 }

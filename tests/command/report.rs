@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use wstac_tests::command::{good, program, run, said};
+use wstac_tests::command::{ends, good, program, records, run, said};
 use wstac_tests::folder::Folder;
 
 /// Reads a page as a browser does: prints its elements, the addresses in it and its text, and writes its picture.
@@ -63,7 +63,7 @@ fn a_page_has_advice_picture_numbers_system_and_configuration() {
     // The numbers, the advice and the configuration are there to the letter.
     assert!(text.contains(plain.trim_end()), "{text}");
     assert!(text.contains("# <script>alert('no')</script> & \"quotes\"\n[trigger]\nwindow = 5\n"), "{text}");
-    let report: Value = serde_json::from_str(&good(&[&arguments[..], &["--json"]].concat())).unwrap();
+    let report = records(&[&arguments[..], &["--json"]].concat()).remove(0);
     assert_eq!(report["healthy"], false);
     for finding in report["verdict"].as_array().unwrap() {
         assert!(
@@ -93,14 +93,10 @@ fn a_page_is_not_overwritten_and_sources_without_pictures_have_one() {
     let found = read(&folder, &page);
     assert_eq!(found["addresses"].as_array().unwrap().len(), 0);
     let before = fs::read(&page).unwrap();
-    let done = run(&["doctor", &scene, "--report", &page]);
-    assert_eq!(done.status.code(), Some(1));
-    assert!(said(&done).contains("exists already"), "{}", said(&done));
+    ends(&["doctor", &scene, "--report", &page], 1, &["exists already"]);
     assert!(fs::read(&page).unwrap() == before);
     good(&["doctor", &scene, "--report", &page, "--force"]);
-    let done = run(&["doctor", &scene, "--report", &page.replace(".html", ".png")]);
-    assert_eq!(done.status.code(), Some(2));
-    assert!(said(&done).contains("expected .html"), "{}", said(&done));
+    ends(&["doctor", &scene, "--report", &page.replace(".html", ".png")], 2, &["expected .html"]);
     // A source that cannot be measured has no page.
     let other = folder.0.join("other.html");
     assert_eq!(run(&["doctor", "none.y4m", "--report", other.to_str().unwrap()]).status.code(), Some(1));

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use wstac_tests::command::{Signal, good, program, said, send, wstac};
+use wstac_tests::command::{Signal, event, good, program, said, send, wstac};
 use wstac_tests::folder::Folder;
 
 /// A folder with the stand-in and a slide.
@@ -40,19 +40,13 @@ fn recorded(folder: &Folder, plan: &Value) -> String {
     said(&done) + &String::from_utf8_lossy(&done.stdout)
 }
 
-fn first_event(source: &str) -> Value {
-    let text = good(&["run", source, "--json"]);
-    let line = text.lines().find(|line| line.starts_with(r#"{"kind":"event""#)).unwrap();
-    serde_json::from_str(line).unwrap()
-}
-
 #[test]
 fn frames_are_those_of_the_file_with_the_cameras_own_times() {
     let folder = camera("rpicam-frames");
-    let expected = first_event(&folder.path("s.y4m"));
+    let expected = event(&["run", &folder.path("s.y4m")]);
     for plan in [json!({}), json!({"pad": 112, "start_s": 1.5}), json!({"lines": ["\u{fffd} noise", "=", "ERROR"]})] {
         let text = recorded(&folder, &plan);
-        let event = first_event(&folder.path("r.mcap"));
+        let event = event(&["run", &folder.path("r.mcap")]);
         for key in ["frame", "touch_frame", "end_frame", "speed", "direction", "reliable"] {
             assert_eq!(event[key], expected[key], "{key} {plan}");
         }
@@ -67,7 +61,7 @@ fn frames_are_those_of_the_file_with_the_cameras_own_times() {
     let text = recorded(&folder, &json!({"period_us": 50_000}));
     assert!(text.contains("20 fps; 4 controls locked; asked for 30 fps"), "{text}");
     recorded(&folder, &json!({"time": "t - max(0, n - 20) * 16_666_500"}));
-    let event = first_event(&folder.path("r.mcap"));
+    let event = event(&["run", &folder.path("r.mcap")]);
     let why = "the camera takes more frames per second than were agreed on";
     assert_eq!((&event["reliable"], &event["why"]["reliable"]), (&json!(false), &json!(why)), "{event}");
 }

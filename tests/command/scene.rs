@@ -4,7 +4,9 @@ use std::fs::Permissions;
 use std::os::unix::fs::PermissionsExt;
 
 use serde_json::Value;
-use wstac_tests::command::{Signal, good, program, refusal, run, said, send, start, wstac};
+use wstac_tests::command::{
+    Signal, assert_has, good, prints, program, records, refused, run, said, send, start, wstac,
+};
 use wstac_tests::folder::Folder;
 
 /// Tests every published specimen: each slide is an event of its own, its direction within 5° and its speed within 5 %.
@@ -46,16 +48,10 @@ fn a_rendered_file_gives_the_events_of_its_scene() {
     );
     assert!(live.contains("\"deg\":180"));
     let taxel = folder.file("t.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
-    assert!(
-        refusal(&["scene", "render", taxel.to_str().unwrap(), "-o", "x.y4m"])
-            .contains("expected fidelity = \"rendered\"")
-    );
-    assert!(refusal(&["scene", "render", scene, "-o", "x.avi"]).contains(".y4m, .raw or .mp4"));
+    refused(&["scene", "render", taxel.to_str().unwrap(), "-o", "x.y4m"], &["expected fidelity = \"rendered\""]);
+    refused(&["scene", "render", scene, "-o", "x.avi"], &[".y4m, .raw or .mp4"]);
     let yuyv = folder.file("y.toml", "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nformat = \"YUYV\"");
-    assert!(
-        refusal(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"])
-            .contains("format is YUYV, expected GREY, Y10")
-    );
+    refused(&["scene", "render", yuyv.to_str().unwrap(), "-o", "x.y4m"], &["format is YUYV, expected GREY, Y10"]);
     // Without ffmpeg there is no video, and no file.
     let mut render = program(wstac());
     let done =
@@ -106,11 +102,10 @@ fn an_interrupted_rendering_keeps_the_old_file() {
 fn taxel_sums_need_the_papers_layout() {
     let folder = Folder::new("scene-layout");
     let scene = folder.scene("c.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
-    assert!(good(&["run", &scene, "--json"]).contains("\"deg\":0"));
+    prints(&["run", &scene, "--json"], &["\"deg\":0"]);
     let config = folder.file("c2.toml", "[green]\nstride = 2");
-    let error = refusal(&["run", &scene, "--config", config.to_str().unwrap()]);
-    assert!(error.contains("expected no other layout or stride"), "{error}");
-    assert!(refusal(&["run", &scene, "--save-raw", &folder.path("never-written.raw")]).contains("rendered"));
+    refused(&["run", &scene, "--config", config.to_str().unwrap()], &["expected no other layout or stride"]);
+    refused(&["run", &scene, "--save-raw", &folder.path("never-written.raw")], &["rendered"]);
 }
 
 /// Tests the published figure 2c.
@@ -126,15 +121,13 @@ fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!((lines.len(), lines[0]), (6, "time_ms,overlap_mm,aside_mm,0.00_mm,1.67_mm,3.33_mm,5.00_mm"));
     // One whisker is a stream like any other. The trigger decides whether it is an event.
-    assert!(good(&["run", &format!("scene:{scene}"), "--json"]).contains("\"kind\":\"end\""));
+    prints(&["run", &format!("scene:{scene}"), "--json"], &["\"kind\":\"end\""]);
 }
 
 #[test]
 fn a_scene_explains_itself() {
     let explained = good(&["scene", "explain", "Saw3@150", "--no-cost"]);
-    for part in ["Saw3 at 150 mm/s", "Modeled:", "afterglow", "without cost", "MJPEG", "Never modeled"] {
-        assert!(explained.contains(part), "{part}: {explained}");
-    }
+    assert_has(&explained, &["Saw3 at 150 mm/s", "Modeled:", "afterglow", "without cost", "MJPEG", "Never modeled"]);
     // Effects that are off are listed below those that are on.
     let off = explained.find("without cost").unwrap();
     assert!(explained.find("  rubbing").unwrap() < off && explained.find("  leak").unwrap() > off);
@@ -158,8 +151,7 @@ fn a_rolling_shutter_is_taken_into_account() {
     run(&["record", &source, "-o", &recording, "--force"]);
     std::fs::write(&config, "[sensor]\nreadout_ms = 33\n").unwrap();
     let answer = |arguments: &[&str]| {
-        let text = good(&[&["run", "--json"], arguments].concat());
-        let records: Vec<Value> = text.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let records = records(&[&["run", "--json"], arguments].concat());
         let event = records.iter().find(|record| record["kind"] == "event").unwrap();
         let number = |of: &str, name: &str| event[of][name].as_f64().unwrap_or(f64::NAN);
         let is_right =

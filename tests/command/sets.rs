@@ -3,8 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
-use wstac_tests::command::{good, refusal, run, said};
+use wstac_tests::command::{good, records, refusal, refused, run, said};
 use wstac_tests::folder::{Folder, text};
 use wstac_tests::npz::{header, npz};
 
@@ -79,8 +78,7 @@ fn all_refuse(folder: &Folder, path: &Path, words: &str, commands: &[&[&str]]) {
             other => other.to_owned(),
         };
         let command: Vec<String> = command.iter().map(with).collect();
-        let message = refusal(&command.iter().map(String::as_str).collect::<Vec<_>>());
-        assert!(message.contains(words) && message.contains(".npz"), "{command:?}: {message}");
+        refused(&command.iter().map(String::as_str).collect::<Vec<_>>(), &[words, ".npz"]);
         assert!(!new.exists(), "{command:?}");
     }
 }
@@ -144,12 +142,11 @@ fn what_has_no_answer_counts_as_wrong_in_training_and_evaluation() {
     let split = texts("split", &split.iter().map(Vec::as_slice).collect::<Vec<_>>());
     let path = set(&folder, "a.npz", 32, ["a", "b"], &[31], vec![sensors(32), split]);
     let model = folder.0.join("a.wsm");
-    let report = good(&["train", text(&path), "--task", "other", "-o", text(&model), "--json"]);
-    let report: Value = serde_json::from_str(&report).unwrap();
+    let report = records(&["train", text(&path), "--task", "other", "-o", text(&model), "--json"]).remove(0);
     let test = &report["test"];
     assert_eq!((&test["slides"], &test["right"], &test["answered"]), (&4.into(), &3.into(), &3.into()), "{test}");
     assert_eq!((&test["accuracy"], &test["accuracy_of_answered"]), (&0.75.into(), &1.0.into()));
-    let found: Value = serde_json::from_str(&good(&["model", "eval", text(&model), text(&path), "--json"])).unwrap();
+    let found = records(&["model", "eval", text(&model), text(&path), "--json"]).remove(0);
     assert_eq!((&found["n"], &found["right"], &found["answered"]), (&32.into(), &31.into(), &31.into()), "{found}");
     assert_eq!((&found["accuracy"], &found["accuracy_of_answered"]), (&(31.0 / 32.0).into(), &1.0.into()));
     let printed = good(&["model", "eval", text(&model), text(&path)]);
@@ -157,8 +154,7 @@ fn what_has_no_answer_counts_as_wrong_in_training_and_evaluation() {
     assert!(printed.contains("100.00 % right of those with an answer: 31 of 31"), "{printed}");
     assert!(printed.lines().any(|line| line.ends_with("none")), "{printed}");
     // The shipped models say of such noise that it is unknown: no label is right, whatever it is.
-    let unknown: Value =
-        serde_json::from_str(&good(&["model", "eval", "builtin:path-svm", text(&path), "--json"])).unwrap();
+    let unknown = records(&["model", "eval", "builtin:path-svm", text(&path), "--json"]).remove(0);
     let known = unknown["known"].as_array().unwrap();
     assert_eq!(known.iter().filter(|known| **known == true).count() as u64, unknown["answered"].as_u64().unwrap());
     assert!(known[31] == false && unknown["answered"].as_u64() < Some(32), "{unknown}");
@@ -166,11 +162,12 @@ fn what_has_no_answer_counts_as_wrong_in_training_and_evaluation() {
     let side: Vec<Vec<u32>> = (0..32).map(|_| points("test")).collect();
     let side = texts("split", &side.iter().map(Vec::as_slice).collect::<Vec<_>>());
     let path = set(&folder, "b.npz", 32, ["a", "b"], &[], vec![sensors(32), side]);
-    let message = refusal(&["train", text(&path), "--task", "other", "-o", text(&folder.0.join("b.wsm"))]);
-    assert!(message.contains("the array split has all slides for tests, expected train and test"), "{message}");
+    refused(
+        &["train", text(&path), "--task", "other", "-o", text(&folder.0.join("b.wsm"))],
+        &["the array split has all slides for tests, expected train and test"],
+    );
     let sweep = folder.file("s.toml", "specimens = [\"Fla0\", \"Saw4\"]\nslides = 20\nsensors = 4\ntest = 0\n");
-    let message = refusal(&["train", text(&sweep), "-o", text(&folder.0.join("b.wsm"))]);
-    assert!(message.contains("the sweep has all slides for training"), "{message}");
+    refused(&["train", text(&sweep), "-o", text(&folder.0.join("b.wsm"))], &["the sweep has all slides for training"]);
 }
 
 #[test]

@@ -8,16 +8,10 @@ use std::process::{Child, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use wstac_tests::command::{Signal, good, program, run, run_script, said, send, start, wstac};
-use wstac_tests::folder::{Folder, SMALL};
+use wstac_tests::command::{Signal, good, prints, program, run, run_script, said, send, start, wstac};
+use wstac_tests::folder::{Folder, GRAY, SMALL, frames};
 
 const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
-/// A frame of 40 × 40 pixels, and what comes before the first.
-const HEADER: &[u8] = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n";
-
-fn frames(count: usize) -> Vec<u8> {
-    [&b"FRAME\n"[..], &[3; 1600]].concat().repeat(count)
-}
 
 /// Sends a signal, and returns how the process ended. It would run for hours without the signal.
 fn end(child: &mut Child, signal: Signal) -> Result<ExitStatus, String> {
@@ -52,9 +46,9 @@ fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
         {
             let mut child = start(arguments);
             let mut stdin = child.stdin.take().unwrap();
-            stdin.write_all(HEADER).unwrap();
+            stdin.write_all(GRAY).unwrap();
             // Another half frame, and the pipe stays open.
-            stdin.write_all(&[&frames(1)[..], b"FRAME\nhalf"].concat()).unwrap();
+            stdin.write_all(&[&frames(3, 1)[..], b"FRAME\nhalf"].concat()).unwrap();
             let (out, err) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
             let (mut out, mut err) = (BufReader::new(out), BufReader::new(err));
             let mut first = [0];
@@ -111,13 +105,13 @@ fn every_signal_ends_several_sensors_a_monitor_and_a_recording() {
 
         let mut child = start(&["record", "-", "-o", file.to_str().unwrap(), "--force"]);
         let mut stdin = child.stdin.take().unwrap();
-        stdin.write_all(HEADER).unwrap();
-        stdin.write_all(&frames(40)).unwrap();
+        stdin.write_all(GRAY).unwrap();
+        stdin.write_all(&frames(3, 40)).unwrap();
         let mut notes = BufReader::new(child.stderr.take().unwrap()).lines();
         notes.next().unwrap().unwrap();
         thread::sleep(Duration::from_millis(300));
         assert_eq!(end(&mut child, signal).unwrap().code(), Some(0));
-        assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""kind":"end","frames":40,"#));
+        prints(&["run", file.to_str().unwrap(), "--json"], &[r#""kind":"end","frames":40,"#]);
     }
 }
 
@@ -133,9 +127,8 @@ fn a_reader_that_takes_nothing_holds_up_no_end() {
     // A recording whose records fill the pipe is whole.
     let mut child = start(&["record", "-", "-o", file.to_str().unwrap(), "--json"]);
     let mut stdin = child.stdin.take().unwrap();
-    stdin.write_all(HEADER).unwrap();
-    let dark_and_lit: Vec<u8> =
-        (0..60).flat_map(|number| [&b"FRAME\n"[..], &[if number < 40 { 3 } else { 240 }; 1600]].concat()).collect();
+    stdin.write_all(GRAY).unwrap();
+    let dark_and_lit = [frames(3, 40), frames(240, 20)].concat();
     let writer = thread::spawn(move || {
         // Each of these is an event, and each has a record. The end of the program closes the pipe.
         while stdin.write_all(&dark_and_lit).is_ok() {}
@@ -143,7 +136,7 @@ fn a_reader_that_takes_nothing_holds_up_no_end() {
     thread::sleep(Duration::from_millis(2500));
     assert_eq!(end(&mut child, Signal::INT).unwrap().code(), Some(0));
     writer.join().unwrap();
-    assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""kind":"end""#));
+    prints(&["run", file.to_str().unwrap(), "--json"], &[r#""kind":"end""#]);
     assert!(
         said(&run(&["recover", file.to_str().unwrap(), "-o", &folder.path("b.mcap")]))
             .contains("the recording was finished properly")
@@ -195,8 +188,8 @@ fn a_signal_that_the_parent_ignores_stays_ignored() {
     process.args(["-c", script]).arg(wstac()).stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::null());
     let mut child = process.spawn().unwrap();
     let mut stdin = child.stdin.take().unwrap();
-    stdin.write_all(HEADER).unwrap();
-    stdin.write_all(&frames(1)).unwrap();
+    stdin.write_all(GRAY).unwrap();
+    stdin.write_all(&frames(3, 1)).unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
     assert!(lines.next().unwrap().unwrap().contains("default-layout"));
     lines.next().unwrap().unwrap();
@@ -205,7 +198,7 @@ fn a_signal_that_the_parent_ignores_stays_ignored() {
     }
     thread::sleep(Duration::from_millis(300));
     assert!(child.try_wait().unwrap().is_none(), "it has ended");
-    stdin.write_all(&frames(1)).unwrap();
+    stdin.write_all(&frames(3, 1)).unwrap();
     assert!(lines.next().unwrap().unwrap().contains(r#""frame":1"#));
     drop(stdin);
     assert!(lines.next().unwrap().unwrap().contains(r#""kind":"end""#));
@@ -281,10 +274,9 @@ fn opening_a_pipe_never_blocks_for_good() {
     };
     let config = write(toml, b"[trigger]\nwindow = 5\n".to_vec());
     let model = write(wsm, fs::read(folder.0.join("svm.wsm")).unwrap());
-    let lines = good(&["run", "scene:Saw3@150", "--size", "160x120", "--config", toml, "--model", wsm]);
-    assert!(lines.contains("texture Saw3"), "{lines}");
-    let stream = write(source, [HEADER, &frames(3)].concat());
-    assert!(good(&["run", source, "--json"]).contains(r#""frames":3,"#));
+    prints(&["run", "scene:Saw3@150", "--size", "160x120", "--config", toml, "--model", wsm], &["texture Saw3"]);
+    let stream = write(source, [GRAY, &frames(3, 3)].concat());
+    prints(&["run", source, "--json"], &[r#""frames":3,"#]);
     for thread in [config, model, stream] {
         thread.join().unwrap();
     }

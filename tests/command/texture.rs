@@ -2,14 +2,9 @@
 
 use std::fs;
 
-use serde_json::Value;
-use wstac_tests::command::{good, run};
+use wstac_tests::command::{good, records, run, says};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
-
-fn records(arguments: &[&str]) -> Vec<Value> {
-    good(arguments).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
-}
 
 const SCENE: &str = "scene:Saw3@150";
 
@@ -92,7 +87,7 @@ fn the_list_has_every_model_and_the_best_is_the_smallest_of_its_equals() {
     for line in list.lines().filter(|line| line.starts_with("builtin:")) {
         let name = line.split_whitespace().next().unwrap();
         let numbers: Vec<&str> = line[38..].split_whitespace().collect();
-        let inspected: Value = serde_json::from_str(&good(&["model", "inspect", name, "--json"])).unwrap();
+        let inspected = records(&["model", "inspect", name, "--json"]).remove(0);
         assert_eq!(inspected["bytes"].to_string(), numbers[1], "{line}");
         let accuracy = measured(name).map_or("–".to_owned(), |[mean, _]| format!("{mean:.1}"));
         assert_eq!((accuracy.as_str(), numbers.len()), (numbers[0], 4), "{line}");
@@ -176,9 +171,7 @@ fn models_that_cannot_be_used_are_refused_by_name() {
         let mut arguments = vec!["run", SCENE];
         arguments.extend(models.iter().flat_map(|model| ["--model", model]));
         let done = run(&arguments);
-        let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(code), "{said}");
-        assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+        says(&done, code, parts);
         assert!(done.stdout.is_empty());
     }
 }

@@ -2,14 +2,8 @@
 
 use std::fs;
 
-use serde_json::Value;
-use wstac_tests::command::{good, printed, refusal, run, said};
+use wstac_tests::command::{event, printed, prints, records, refused, run, said};
 use wstac_tests::folder::{Folder, text};
-
-/// Trains with these arguments, and returns the printed object.
-fn trained(arguments: &[&str]) -> Value {
-    serde_json::from_str(&good(&[&["train"], arguments, &["--json"]].concat())).unwrap()
-}
 
 /// A sweep that takes seconds.
 const SMALL: &str = "specimens = [\"Fla0\", \"Saw4\", \"Sin3\"]\nslides = 360\nsensors = 40\n";
@@ -39,14 +33,12 @@ fn a_sweep_becomes_a_model_that_names_slides_of_an_unseen_sensor() {
              fidelity = \"taxel\"\n[light]\nunit = 900000\n"
         );
         fs::write(&scene, lines).unwrap();
-        let records = good(&["run", &format!("scene:{}", text(&scene)), "--json", "--model", text(&model)]);
-        let event: Value = serde_json::from_str(records.lines().next().unwrap()).unwrap();
+        let event = event(&["run", &format!("scene:{}", text(&scene)), "--model", text(&model)]);
         right += usize::from(event["texture"]["specimen"] == specimen);
         assert!(event["texture"]["known"].is_boolean(), "{event}");
     }
     assert!(right >= 2, "{right} of 3");
-    let inspected = good(&["model", "inspect", text(&model)]);
-    assert!(inspected.contains("multinomial logistic regression"), "{inspected}");
+    prints(&["model", "inspect", text(&model)], &["multinomial logistic regression"]);
 }
 
 #[test]
@@ -57,14 +49,18 @@ fn a_data_set_along_the_path_says_which_sensors_test() {
     let done = run(&["dataset", "--input", "path", text(&sweep), "-o", text(&set)]);
     printed(&done);
     assert!(said(&done).contains("360 slides, "), "{}", said(&done));
-    let report = trained(&[text(&set), "-o", text(&model), "--confusion", text(&folder.0.join("figure.svg"))]);
+    let figure = folder.path("figure.svg");
+    let train = ["train", text(&set), "-o", text(&model), "--confusion", &figure, "--json"];
+    let report = records(&train).remove(0);
     assert_eq!(report["labels"], serde_json::json!(["Fla0", "Saw4", "Sin3"]));
     assert_eq!((&report["groups"], &report["test"]["groups"]), (&32.into(), &8.into()));
     assert!(report["test"]["accuracy"].as_f64().unwrap() >= 0.9, "{report}");
     assert!(report["calibration"]["slides"].as_u64().unwrap() > 20, "{report}");
     // model eval reads the same file, and its answers to all slides are as good.
-    let all: Value = serde_json::from_str(&good(&["model", "eval", text(&model), text(&set), "--json"])).unwrap();
+    let all = records(&["model", "eval", text(&model), text(&set), "--json"]).remove(0);
     assert!(all["accuracy"].as_f64().unwrap() >= 0.9, "{all}");
-    let other = refusal(&["train", text(&set), "-o", text(&folder.0.join("b.wsm")), "--input", "frames"]);
-    assert!(other.contains("array X: is missing") && other.contains("--input path"), "{other}");
+    refused(
+        &["train", text(&set), "-o", text(&folder.0.join("b.wsm")), "--input", "frames"],
+        &["array X: is missing", "--input path"],
+    );
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use wstac_tests::command::{run, said};
+use wstac_tests::command::{ends, run, says};
 use wstac_tests::folder::{Folder, text};
 
 fn number(bytes: &[u8], at: usize, length: usize) -> usize {
@@ -68,18 +68,7 @@ fn read(path: &Path) -> BTreeMap<String, Array> {
 
 /// Returns what a command that must succeed says.
 fn good(arguments: &[&str]) -> String {
-    let done = run(arguments);
-    assert_eq!(done.status.code(), Some(0), "{arguments:?}: {}", said(&done));
-    said(&done)
-}
-
-/// Checks what a command that must fail says.
-fn bad(arguments: &[&str], code: i32, parts: &[&str]) {
-    let done = run(arguments);
-    assert_eq!(done.status.code(), Some(code), "{arguments:?}: {}", said(&done));
-    for part in parts {
-        assert!(said(&done).contains(part), "{:?}, expected {part:?}", said(&done));
-    }
+    says(&run(arguments), 0, &[])
 }
 
 /// Returns what `numpy.concatenate` makes of the same array of several parts; arrays without a dimension are the same
@@ -103,13 +92,13 @@ fn concatenated(parts: &[Array]) -> Array {
 }
 
 /// Makes parts of a data set that end at these units, and checks that together they are the whole set.
-fn parts_are_whole(folder: &Folder, command: &[&str], kind: &str, ends: &[u32]) {
+fn parts_are_whole(folder: &Folder, command: &[&str], kind: &str, behind: &[u32]) {
     let path = folder.0.join("whole.npz");
     good(&[command, &["-o", text(&path), "--force"]].concat());
     let whole = read(&path);
     let mut parts = Vec::new();
-    let (mut from, count) = (0, ends.last().unwrap());
-    for to in ends {
+    let (mut from, count) = (0, behind.last().unwrap());
+    for to in behind {
         let path = folder.0.join("part.npz");
         let units = format!("{from}..{to}");
         let said = good(&[command, &["--units", &units, "-o", text(&path), "--force"]].concat());
@@ -124,7 +113,7 @@ fn parts_are_whole(folder: &Folder, command: &[&str], kind: &str, ends: &[u32]) 
     assert!(parts.iter().all(|part| part.keys().eq(whole.keys())), "{command:?}");
     let over = format!("{}..{}", count - 1, count + 1);
     let parts = [&format!("found {over}, expected at most 0..{count}: {count} {kind}")[..]];
-    bad(&[command, &["--units", &over, "-o", "never.npz"]].concat(), 2, &parts);
+    ends(&[command, &["--units", &over, "-o", "never.npz"]].concat(), 2, &parts);
 }
 
 #[test]
@@ -176,7 +165,7 @@ fn parts_of_recordings_are_the_whole_set() {
     let file = recordings.join("6.mcap");
     good(&["record", &format!("scene:{}", text(&fast)), "-o", text(&file), "--label", "specimen=Saw3"]);
     let command = ["dataset", text(&recordings), "--units", "0..1", "-o", "never.npz"];
-    bad(&command, 1, &["6.mcap: its rate of frames differs"]);
+    ends(&command, 1, &["6.mcap: its rate of frames differs"]);
 }
 
 /// `ci/long many` compares the parts with the whole map, and does the same with slides by chance.
@@ -192,15 +181,15 @@ fn a_part_of_a_study_has_the_rows_of_its_settings() {
     assert_eq!(fs::read_dir(&part).unwrap().count(), 2, "map.csv and base.toml");
     let map = fs::read_to_string(part.join("map.csv")).unwrap();
     assert!(map.lines().count() == 2 && map.contains("RGB565,"), "{map}");
-    bad(&made, 1, &["map.csv: exists already"]);
-    bad(&["trade", "--units", "336..337", "-o", "never"], 2, &["found 336..337, expected at most 0..336"]);
-    bad(&["trade", "--units", "0..1"], 2, &["-o <FOLDER>"]);
+    ends(&made, 1, &["map.csv: exists already"]);
+    ends(&["trade", "--units", "336..337", "-o", "never"], 2, &["found 336..337, expected at most 0..336"]);
+    ends(&["trade", "--units", "0..1"], 2, &["-o <FOLDER>"]);
 }
 
 #[test]
 fn units_are_a_range() {
     for wrong in ["3", "1..1", "2..1", "1..", "..2", "-1..2", "a..b", "1...2"] {
         let units = format!("--units={wrong}");
-        bad(&["dataset", &units, "-o", "never.npz"], 2, &[&format!("found {wrong:?}, expected A..B")]);
+        ends(&["dataset", &units, "-o", "never.npz"], 2, &[&format!("found {wrong:?}, expected A..B")]);
     }
 }

@@ -1,7 +1,4 @@
-#!/usr/bin/env python3
 """Fits the paper's speed law to simulated slides, as the paper fitted it to real ones.
-
-    WSTAC=… speed_law.py [--repeats N] [--seed N]
 
 The protocol: one specimen slides at eleven speeds of 100, 110 … 200 mm/s, five times each. A line is fitted to the
 durations over the decimal logarithm of the speed. Directions take turns. A repeat is the same with other seeds.
@@ -9,10 +6,8 @@ durations over the decimal logarithm of the speed. Directions take turns. A repe
 
 from __future__ import annotations
 
-import argparse
 import math
 import statistics
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -58,16 +53,10 @@ def paper_duration(speed_mm_s: float) -> float:
 
 
 def fit_line(speeds_mm_s: Sequence[float], durations: Sequence[float]) -> Line:
-    """Fits a line to durations in frames. Sums are exactly rounded, so every machine finds the same line."""
+    """Fits a line to durations in frames."""
     x = [math.log10(speed) for speed in speeds_mm_s]
-    mean_x, mean_y = math.fsum(x) / len(x), math.fsum(durations) / len(x)
-    sxx = math.fsum((a - mean_x) ** 2 for a in x)
-    sxy = math.fsum((a - mean_x) * (b - mean_y) for a, b in zip(x, durations, strict=True))
-    syy = math.fsum((b - mean_y) ** 2 for b in durations)
-    if sxx == 0 or syy == 0:
-        raise ValueError("no line: all speeds or all durations are the same")
-    slope = sxy / sxx
-    return Line(slope, mean_y - slope * mean_x, sxy * sxy / (sxx * syy))
+    slope, intercept = statistics.linear_regression(x, durations)
+    return Line(slope, intercept, statistics.correlation(x, durations) ** 2)
 
 
 def protocol_slides(specimen: str) -> list[Slide]:
@@ -114,21 +103,3 @@ def repeat_lines(done: Sequence[Protocol]) -> list[Line]:
 def words(line: Line) -> str:
     """Describes a line in words."""
     return f"D = {line.intercept:.2f} - {-line.slope:.2f} log10 v, R² {line.r2:.4f}"
-
-
-def main() -> int:
-    """Runs the command line."""
-    parser = argparse.ArgumentParser(description="the speed law of simulated slides")
-    parser.add_argument("--repeats", type=int, default=5)
-    parser.add_argument("--seed", type=int, default=0)
-    arguments = parser.parse_args()
-    done = protocols(arguments.repeats, arguments.seed)
-    for specimen in SPECIMENS:
-        print(f"{specimen}  {words(mean_line([p.line for p in done if p.specimen == specimen]))}")
-    print(f"mean  {words(mean_line([p.line for p in done]))}")
-    print(f"paper {words(Line(PAPER_SLOPE, PAPER_INTERCEPT, PAPER_R2))}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -210,27 +210,6 @@ class Forests(Imported):
             expected = model.predict(samples * SCALE).astype(str)
             self.report(f"thresholds off by {step}", self.answers(self.onnx(model), samples=samples)[0] == expected)
 
-    def test_ties_are_the_lowest_class(self):
-        """If two classes have two votes each, the lowest class wins, of two and of ten classes."""
-        for y in [LABELS[self.y], self.y > 4]:
-            model = RandomForestClassifier(4, random_state=1).fit(self.X, numpy.asarray(y).astype(str))
-            samples = self.near(4000)
-            votes = numpy.sort(model.predict_proba(samples * SCALE), axis=1)
-            ties = (votes[:, -1] == votes[:, -2]).sum()
-            self.assertGreater(ties, 100)
-            expected = model.predict(samples * SCALE)
-            self.report(f"{ties} ties", self.answers(self.onnx(model), samples=samples)[0] == expected)
-
-    def test_pruned_forests_have_soft_votes(self):
-        """Hard votes of the same trees would differ."""
-        names = LABELS[self.y]
-        model = RandomForestClassifier(40, max_depth=3, random_state=1)
-        self.forest("soft votes", model, names, count=3000)
-        samples = self.near(3000) * SCALE
-        hard = numpy.array([tree.predict(samples) for tree in model.estimators_]).astype(int)
-        hard = model.classes_[[numpy.bincount(votes).argmax() for votes in hard.T]]
-        self.assertGreater((hard != model.predict(samples)).sum(), 20)
-
     def test_scaled_thresholds_are_those_of_float32(self):
         """ONNX scales in float32. A threshold decides for every integer as it does there."""
         model = make_pipeline(StandardScaler(), RandomForestClassifier(30, max_depth=9, random_state=1))
@@ -270,22 +249,6 @@ class Forests(Imported):
             (SVC(kernel="rbf"), "kernel_type RBF"),
         ]:
             self.refused(self.onnx(model.fit(self.X, self.y)), says)
-
-    def test_weights_and_samples_at_their_limits(self):
-        """Tests sums that 32 bits could not hold: every product has the largest size."""
-        model = LogisticRegression(max_iter=1).fit(self.X, self.y)
-        model.coef_ = self.random.choice([-1.0, 1.0], model.coef_.shape)
-        model.intercept_ = numpy.zeros(10)
-        samples = self.random.choice([-32768, 32767], (2000, 700)).astype(numpy.int16)
-        samples[:10] = numpy.where(model.coef_ > 0, 32767, -32768)
-        samples[10:20] = -1 - samples[:10]
-        scores = samples * SCALE @ model.coef_.T
-        best = numpy.sort(scores, axis=1)
-        for kind in ["int16", "int8"]:
-            answers, said = self.answers(self.onnx(model), "--weights", kind, samples=samples)
-            clear = best[:, -1] - best[:, -2] > 1e-3
-            self.assertGreater(clear.sum(), 1500)
-            self.report(f"limits, {kind}; {said}", (answers == scores.argmax(axis=1).astype(str))[clear], (~clear).sum())
 
 
 if __name__ == "__main__":

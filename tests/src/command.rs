@@ -7,6 +7,7 @@ use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;
 
 use rustix::process::{Pid, kill_process, set_parent_process_death_signal};
+use serde_json::Value;
 
 pub use rustix::process::Signal;
 
@@ -80,6 +81,25 @@ pub fn good(arguments: &[&str]) -> String {
     printed(&run(arguments))
 }
 
+/// Runs `wstac`, which must succeed, and returns the objects that it prints, one per line.
+///
+/// # Panics
+/// If it fails, or prints something else.
+#[track_caller]
+pub fn records(arguments: &[&str]) -> Vec<Value> {
+    good(arguments).lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+/// Runs `wstac`, which must succeed, and returns the first event that it prints as JSON.
+///
+/// # Panics
+/// If it fails, or prints none.
+#[track_caller]
+pub fn event(arguments: &[&str]) -> Value {
+    let is_event = |record: &Value| record["kind"] == "event";
+    records(&[arguments, &["--json"]].concat()).into_iter().find(is_event).expect("an event")
+}
+
 /// Returns the output of a run, which must have succeeded.
 ///
 /// # Panics
@@ -94,14 +114,67 @@ pub fn said(done: &Output) -> String {
     String::from_utf8_lossy(&done.stderr).into_owned()
 }
 
+/// Checks that a run ended with this exit code and that its messages have these parts. Returns them.
+///
+/// # Panics
+/// If it ended in another way, or lacks a part.
+#[track_caller]
+pub fn says(done: &Output, code: i32, parts: &[&str]) -> String {
+    let said = said(done);
+    assert_eq!(done.status.code(), Some(code), "{said}");
+    assert_has(&said, parts);
+    said
+}
+
+/// Runs `wstac`, which must end with this exit code and messages that have these parts.
+///
+/// # Panics
+/// If it ends in another way, or lacks a part.
+#[track_caller]
+pub fn ends(arguments: &[&str], code: i32, parts: &[&str]) {
+    println!("{arguments:?}");
+    says(&run(arguments), code, parts);
+}
+
+/// Runs `wstac`, which must succeed with an output that has these parts.
+///
+/// # Panics
+/// If it fails, or lacks a part.
+#[track_caller]
+pub fn prints(arguments: &[&str], parts: &[&str]) {
+    assert_has(&good(arguments), parts);
+}
+
 /// Runs `wstac`, which must fail with exit code 1, or 2 for wrong arguments, and returns its messages.
 ///
 /// # Panics
 /// If it ends in another way.
+#[track_caller]
 pub fn refusal(arguments: &[&str]) -> String {
     let done = run(arguments);
     assert!(matches!(done.status.code(), Some(1 | 2)), "{arguments:?}: {}", said(&done));
     said(&done)
+}
+
+/// Runs `wstac`, which must fail as in [`refusal`] with messages that have these parts.
+///
+/// # Panics
+/// If it ends in another way, or lacks a part.
+#[track_caller]
+pub fn refused(arguments: &[&str], parts: &[&str]) {
+    println!("{arguments:?}");
+    assert_has(&refusal(arguments), parts);
+}
+
+/// Asserts that a text has every part.
+///
+/// # Panics
+/// If it lacks one.
+#[track_caller]
+pub fn assert_has(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "{text}, expected {part:?}");
+    }
 }
 
 fn build() -> PathBuf {
@@ -116,7 +189,7 @@ fn build() -> PathBuf {
     let messages = String::from_utf8_lossy(&built.stdout).into_owned();
     let executable = messages
         .lines()
-        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok())
+        .filter_map(|line| serde_json::from_str::<Value>(line).ok())
         .filter_map(|message| message["executable"].as_str().map(PathBuf::from))
         .next_back();
     executable.expect("cargo names the executable")

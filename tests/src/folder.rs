@@ -6,6 +6,14 @@ use std::path::{Path, PathBuf};
 /// A slide in small pictures.
 pub const SMALL: &str = "specimen = \"Saw3\"\nspeed = 150\n[sensor]\nsize = [40, 40]\n";
 
+/// The head of a clip of gray frames of 40 × 40 pixels in Y4M.
+pub const GRAY: &[u8] = b"YUV4MPEG2 W40 H40 F30:1 Cmono\n";
+
+/// Returns such frames of one level in Y4M, without the head.
+pub fn frames(level: u8, count: usize) -> Vec<u8> {
+    [&b"FRAME\n"[..], &[level; 1600]].concat().repeat(count)
+}
+
 /// A new folder that is removed at the end, with its path.
 pub struct Folder(pub PathBuf);
 

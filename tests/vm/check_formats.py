@@ -36,7 +36,7 @@ def check_moving(directory: Path, name: str, fourcc: str) -> None:
     if stated.fourcc != fourcc or stated.size != (WIDTH, HEIGHT):
         problems.append(f"asked for {fourcc!r} {WIDTH}x{HEIGHT}, the driver is left with {stated.fourcc!r} {stated.size}")
     ycbcr = fourcc in ("YUYV", "UYVY", "NV12", "YU12")
-    colors = ["--matrix", stated.matrix, "--range", stated.range] if ycbcr else []
+    colors = [stated.matrix, stated.range] if ycbcr else []
     for picture in ("squares", "checkers"):
         run = Run(directory, f"{name}-{picture}")
         found = run.trouble()
@@ -45,14 +45,14 @@ def check_moving(directory: Path, name: str, fourcc: str) -> None:
             # A slow machine may lose some of the five. Two are needed to see that the picture moves.
             if not 2 <= frames <= FRAMES:
                 found.append(f"{frames} frames saved, {FRAMES} asked for")
-            expected = reference_features(run.raw, fourcc, WIDTH, HEIGHT, stated.line, colors)
+            expected = reference_features(run.raw, fourcc, (WIDTH, HEIGHT), stated.line, colors)
             if picture == "squares" and (len(set(map(tuple, expected))) < 2 or len(set(expected[0])) < 5):
                 found.append("the picture neither moves nor has structure, so it proves nothing")
             off, summary = compare_features(run, run.arrived(frames), expected)
             found += off
             notes.append(f"{picture} {summary}")
         problems += [f"{picture}: {problem}" for problem in found]
-    verdict(f"formats {name} {' '.join([fourcc, *colors[1::2]])}", problems, ", ".join(notes))
+    verdict(f"formats {name} {' '.join([fourcc, *colors])}", problems, ", ".join(notes))
 
 
 def check_still(directory: Path, name: str) -> None:

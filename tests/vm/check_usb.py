@@ -27,7 +27,7 @@ def check_gray(run: Run, wstac: str) -> None:
     played = np.stack(list(slide_frames()))[:FRAMES]
     same = run.raw.read_bytes() == played.tobytes()
     verdict("usb gray pixels", [] if same else ["the buffers are not the played frames"], f"{FRAMES} frames, byte for byte")
-    expected = reference_features(run.raw, "GREY", WIDTH, HEIGHT, WIDTH, [])
+    expected = reference_features(run.raw, "GREY", (WIDTH, HEIGHT), WIDTH)
     verdict("usb gray features", *compare_features(run, list(range(FRAMES)), expected))
     lost = run.end["dropped"]
     verdict("usb gray gaps", [f"{lost} dropped"] if lost else [], "no frame lost")

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import json
 import re
-import subprocess
 import sys
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, pairwise, takewhile
 from pathlib import Path
 
-REFERENCE = Path(__file__).resolve().parent.parent / "reference" / "raw_features.py"
+REFERENCE = Path(__file__).resolve().parent.parent / "reference"
 
 
 def verdict(name: str, problems: list[str], note: str = "") -> None:
@@ -134,12 +134,20 @@ class Run:
         return range(max(lost - breaks, 0), lost + breaks + max(after, 0) + 1)
 
 
-def reference_features(raw: Path, fourcc: str, width: int, height: int, line: int, colors: list[str]) -> list[list[int]]:
-    """Returns the features of each raw frame from the float64 reference, in units of 1/2048."""
-    command = [sys.executable, REFERENCE, "--format", fourcc, "--width", width, "--height", height]
-    command += ["--bytes-per-line", line, *colors, raw]
-    text = subprocess.run([str(part) for part in command], check=True, capture_output=True, text=True).stdout
-    return [json.loads(line)["q"] for line in text.splitlines()]
+def reference_features(raw: Path, fourcc: str, size: tuple[int, int], line: int, colors: Sequence[str] = ()) -> list[list[int]]:
+    """Returns the features of each raw frame from the float64 reference, in units of 1/2048. Colors are matrix and range."""
+    # Imported here, because other checks have no NumPy.
+    sys.path.insert(0, str(REFERENCE))
+    from wstac_reference.features import Features, row_and_column_sums
+    from wstac_reference.formats import by_fourcc
+    from wstac_reference.green import GreenSums, YCbCr
+    from wstac_reference.layout import paper_layout
+
+    ycbcr = YCbCr(*(colors or ("bt601", "limited")), "exact")
+    green = GreenSums(by_fourcc(fourcc), *size, line, paper_layout(*size), 1, ycbcr)
+    features, data = Features(green.full_scale, green.pixels, 0.5), raw.read_bytes()
+    frames = [data[at : at + green.frame_bytes] for at in range(0, len(data), green.frame_bytes)]
+    return [features.of(row_and_column_sums(green.sums(frame))) for frame in frames]
 
 
 def compare_features(run: Run, times: list[int], expected: list[list[int]]) -> tuple[list[str], str]:

@@ -21,7 +21,7 @@ use serde_json::Value;
 use wstac_core::paper::trigger::{InterruptedSample, StreamEnd};
 use wstac_core::wire::{Decoder, Fault, LONGEST, Message, Request, Text, encode};
 use wstac_host::model_file::ModelFile;
-use wstac_tests::command::{Signal, good, printed, refusal, run, said, send, start};
+use wstac_tests::command::{Signal, good, printed, refused, run, said, send, start};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
 
@@ -171,8 +171,7 @@ fn a_file_of_what_a_board_sent_is_a_source() {
         let out = good(&["run", path(&folder.file("capture", bytes))]);
         assert!(out.starts_with(shown), "{out}");
     }
-    let refused = refusal(&["run", path(&folder.file("capture", &sent[..30]))]);
-    assert!(refused.contains("expected /dev/videoN"), "{refused}");
+    refused(&["run", path(&folder.file("capture", &sent[..30]))], &["expected /dev/videoN"]);
 }
 
 /// Returns a record without times: those of a live board are of its own clock.
@@ -489,8 +488,7 @@ fn a_peer_that_reads_again_gets_the_requests() {
 fn what_is_no_board_of_this_version_is_refused() {
     let folder = Folder::new("monitor-refused");
     let refused = |bytes: &[u8], expected: &str| {
-        let stderr = refusal(&["monitor", path(&folder.file("board.bin", bytes)), "--json"]);
-        assert!(stderr.contains(expected), "{stderr}");
+        refused(&["monitor", path(&folder.file("board.bin", bytes)), "--json"], &[expected]);
     };
     refused(&[], "has no messages (found no bytes, expected those of a board)");
     refused(&[0xAA; 100], "has no messages (found other bytes, expected those of a board)");

@@ -13,7 +13,7 @@ use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::wire::{
     Bootloader, Decoder, Fault, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse,
 };
-use wstac_tests::command::{printed, run, said};
+use wstac_tests::command::{ends, printed, run, said, says};
 use wstac_tests::folder::Folder;
 
 use super::board::{Sent, hello};
@@ -75,9 +75,7 @@ impl Board {
 
     /// Runs the command, which the board or the command must refuse, and returns the messages.
     pub(super) fn refused(&self, arguments: &[&str]) -> String {
-        let done = self.run(arguments);
-        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-        said(&done)
+        says(&self.run(arguments), 1, &[])
     }
 }
 
@@ -188,10 +186,8 @@ fn a_port_without_such_a_board_is_refused() {
         [(&[7; 99][..], "other bytes"), (b"[    0.0] Booting\n", "text"), (&[0; 99], "zeros"), (&[], "no bytes")]
     {
         let file = folder.file("noise.bin", bytes);
-        let done = run(&["board", path(&file)]);
-        assert_eq!(done.status.code(), Some(1));
         let expected = format!("noise.bin: has no messages (found {found}, expected those of a board); help: check ");
-        assert!(said(&done).contains(&expected), "{}", said(&done));
+        ends(&["board", path(&file)], 1, &[&expected]);
     }
     // A board that answers other requests only.
     let older = Board::that(|request, sent| {
@@ -235,8 +231,6 @@ fn a_board_starts_its_boot_loader_or_says_that_it_has_none() {
     for (answer, words) in
         [(Some(None), "has no boot loader that takes"), (None, "does not know of a boot loader; help:")]
     {
-        let done = started(answer);
-        assert_eq!(done.status.code(), Some(1));
-        assert!(said(&done).contains(words), "{}", said(&done));
+        says(&started(answer), 1, &[words]);
     }
 }

@@ -2,29 +2,21 @@
 //! the simulated driver lost 3.
 
 use std::fs;
-use std::path::Path;
 
 use wstac_tests::command::{good, run, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 
 use super::cuts::chunks;
-use super::flips::ended;
+use super::flips::{ended, recovered_twice};
 use super::moved::with_configuration;
 
 const BEFORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/command/recording/before.mcap");
 
 /// Recovers these bytes, twice. Returns the frames, the lost frames, and what `wstac run` and the recovery print.
-fn recovered(folder: &Path, bytes: &[u8]) -> (u64, u64, String, String) {
-    let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.join(name));
-    fs::write(&old, bytes).unwrap();
-    let [old, new_name, again_name] = [&old, &new, &again].map(|path| path.to_str().unwrap());
-    let done = run(&["recover", old, "-o", new_name, "--force"]);
-    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    good(&["recover", new_name, "-o", again_name, "--force"]);
-    assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "a second recovery changes nothing");
-    let lines = good(&["run", new_name, "--json", "--features"]);
+fn recovered(folder: &Folder, bytes: &[u8]) -> (u64, u64, String, String) {
+    let (said, lines) = recovered_twice(folder, text(&folder.file("old.mcap", bytes)));
     let (frames, lost) = ended(lines.as_bytes());
-    (frames, lost, lines, said(&done))
+    (frames, lost, lines, said)
 }
 
 /// Returns the number of the first frame of the only event, and whether it is reliable.
@@ -41,12 +33,12 @@ fn a_recording_of_before_is_read_and_recovered() {
     let lines = good(&["run", BEFORE, "--json", "--features"]);
     assert_eq!((ended(lines.as_bytes()), event(&lines)), ((137, 3), (35, true)));
     // A recovery has the same stream, with checksums.
-    let (frames, lost, recovered_lines, said) = recovered(&folder.0, &bytes);
+    let (frames, lost, recovered_lines, said) = recovered(&folder, &bytes);
     assert_eq!((frames, lost), (137, 3), "{said}");
     assert!(recovered_lines == lines && !said.contains("without a checksum"), "{said}");
     // An unfinished recording has none, and a message says so.
     let cut = &bytes[..chunks(&bytes)[3] + 12_000];
-    let (frames, lost, _, said) = recovered(&folder.0, cut);
+    let (frames, lost, _, said) = recovered(&folder, cut);
     assert_eq!((frames, lost), (102, 3), "{said}");
     assert!(said.contains("15 frames without a checksum"), "{said}");
 }
@@ -60,7 +52,7 @@ fn damage_of_a_recording_of_before_keeps_the_time_line() {
     let with = |at: usize, bit: u32| {
         let mut damaged = bytes.clone();
         damaged[at] ^= 1 << bit;
-        recovered(&folder.0, &damaged)
+        recovered(&folder, &damaged)
     };
     // All frames of the first chunk: the event is where it was, but for a part of a window, and it is not reliable,
     // because its baseline was not seen.

@@ -1,14 +1,13 @@
 //! Tests a recording that is cut off or damaged anywhere.
 
 use std::fs;
-use std::path::Path;
 
-use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{Frame, Source, SourceEvent};
-use wstac_tests::folder::Folder;
+use wstac_tests::command::says;
+use wstac_tests::folder::{Folder, text};
 use wstac_tests::random::Random;
 
 use super::flips::{outcome, small};
+use super::several_damage::stream;
 use super::{good, run, said};
 
 const FRAME: usize = 40 * 40;
@@ -34,10 +33,9 @@ fn recording(folder: &Folder) -> (Vec<u8>, Vec<Vec<u8>>, Vec<usize>) {
 /// Recovers a recording from these bytes. Returns the frames that come back, and how many are lost among them. Returns
 /// `None` if the bytes are refused. The command must report it if a part cannot be read.
 fn recovered(folder: &Folder, bytes: &[u8]) -> Option<(Vec<Vec<u8>>, u64)> {
-    let _ = fs::remove_file(folder.0.join("new.mcap"));
-    let (cut, new) = (folder.0.join("cut.mcap"), folder.0.join("new.mcap"));
-    fs::write(&cut, bytes).unwrap();
-    let done = run(&["recover", cut.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+    let (cut, new) = (folder.file("cut.mcap", bytes), folder.0.join("new.mcap"));
+    let _ = fs::remove_file(&new);
+    let done = run(["recover", text(&cut), "-o", text(&new), "--force"]);
     let code = done.status.code();
     assert!(code == Some(0) || code == Some(1), "{code:?}: {}", said(&done));
     assert!(!folder.0.join("new.mcap.part").exists());
@@ -45,22 +43,10 @@ fn recovered(folder: &Folder, bytes: &[u8]) -> Option<(Vec<Vec<u8>>, u64)> {
         return None;
     }
     assert_eq!(code == Some(1), said(&done).contains("has what could be recovered"), "{}", said(&done));
-    frames_of(&new)
-}
-
-fn frames_of(path: &Path) -> Option<(Vec<Vec<u8>>, u64)> {
-    // A recording that was cut off before its description cannot be read.
-    let mut source = McapSource::open(path, None).ok()?;
-    let (mut frames, mut lost) = (Vec::new(), 0);
-    loop {
-        // One without a frame is an error.
-        match source.next_event().ok()? {
-            SourceEvent::Frame(Frame { bytes, .. }) => frames.push(bytes.to_vec()),
-            SourceEvent::Lost { frames, .. } => lost += frames,
-            SourceEvent::End => return Some((frames, lost)),
-            other => panic!("{other:?}"),
-        }
-    }
+    // A recording that was cut off before its description cannot be read, and one without a frame is an error.
+    let frames = stream(&new, None)?.frames;
+    let lost = frames.iter().filter(|frame| frame.is_none()).count() as u64;
+    Some((frames.into_iter().flatten().collect(), lost))
 }
 
 #[test]
@@ -147,12 +133,8 @@ fn a_damaged_start_loses_nothing() {
         }
     }
     // A file that is none stays as it is, and so does the file of the new name.
-    let (cut, new) = (folder.0.join("cut.mcap"), folder.0.join("new.mcap"));
-    fs::write(&cut, vec![0xEE; 10_000]).unwrap();
-    fs::write(&new, "mine").unwrap();
-    let done = run(&["recover", cut.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
-    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-    assert!(said(&done).contains("expected an MCAP file"), "{}", said(&done));
+    let (cut, new) = (folder.file("cut.mcap", [0xEE; 10_000]), folder.file("new.mcap", "mine"));
+    says(&run(["recover", text(&cut), "-o", text(&new), "--force"]), 1, &["expected an MCAP file"]);
     assert_eq!(fs::read(&new).unwrap(), b"mine");
     assert!(!folder.0.join("new.mcap.part").exists());
 }

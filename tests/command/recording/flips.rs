@@ -7,6 +7,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use wstac_tests::command::says;
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
@@ -120,6 +121,16 @@ pub(super) fn small(folder: &Folder, options: &[&str]) -> (Vec<u8>, (u64, u64)) 
     (fs::read(file).unwrap(), recorded)
 }
 
+/// Recovers a file, which must succeed, to `new.mcap`, and that once more, which must change nothing. Returns the
+/// messages, and what `run` prints of the new file.
+pub(super) fn recovered_twice(folder: &Folder, old: &str) -> (String, String) {
+    let [new, again] = ["new.mcap", "again.mcap"].map(|name| folder.path(name));
+    let messages = says(&run(["recover", old, "-o", &new, "--force"]), 0, &[]);
+    good(&["recover", &new, "-o", &again, "--force"]);
+    assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "a second recovery is another file");
+    (messages, good(&["run", &new, "--json", "--features"]))
+}
+
 /// The exit codes of `run` and `recover`, and what they say.
 #[derive(Debug)]
 pub(super) struct Outcome {
@@ -132,13 +143,12 @@ pub(super) struct Outcome {
 
 /// Runs and recovers these bytes.
 pub(super) fn outcome(folder: &Folder, bytes: &[u8]) -> Outcome {
-    let [old, new] = ["x.mcap", "y.mcap"].map(|name| folder.0.join(name));
+    let [old, new] = ["x.mcap", "y.mcap"].map(|name| folder.path(name));
     fs::write(&old, bytes).unwrap();
     let _ = fs::remove_file(&new);
-    let [old, new] = [&old, &new].map(|path| path.to_str().unwrap());
-    let direct = run(&["run", old, "--json", "--features"]);
-    let recovery = run(&["recover", old, "-o", new]);
-    let replayed = run(&["run", new, "--json", "--features"]);
+    let direct = run(["run", &old, "--json", "--features"]);
+    let recovery = run(["recover", &old, "-o", &new]);
+    let replayed = run(["run", &new, "--json", "--features"]);
     let found = replayed.status.success().then(|| ended(&replayed.stdout));
     let said = [said(&direct), said(&recovery)].concat();
     Outcome { run: direct.status.code(), recover: recovery.status.code(), said, found }

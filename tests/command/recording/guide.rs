@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::process::{Output, Stdio};
 
-use wstac_tests::command::{program, run, said, wstac};
+use wstac_tests::command::{ends, program, run, said, says, wstac};
 use wstac_tests::folder::Folder;
 
 #[test]
@@ -15,9 +15,11 @@ fn what_the_plan_gives_is_no_label() {
     let files = folder.0.join("files");
     for label in ["specimen=Fla0", "speed=100"] {
         let files = files.to_str().unwrap();
-        let done = run(&["record", "scene:Saw3@150", "--guide", &plan, "-o", files, "--label", label]);
-        assert_eq!(done.status.code(), Some(2), "{}", said(&done));
-        assert!(said(&done).contains("gives it; leave it out"), "{}", said(&done));
+        ends(
+            &["record", "scene:Saw3@150", "--guide", &plan, "-o", files, "--label", label],
+            2,
+            &["gives it; leave it out"],
+        );
     }
     assert!(!files.exists());
 }
@@ -60,17 +62,13 @@ fn a_slide_that_was_not_as_planned_is_named() {
 #[test]
 fn a_person_is_led_through_a_plan() {
     let folder = folder("recording-guide");
-    let done = guided(&folder, "what\ns\n\n\nq\n");
-    let text = said(&done);
-    assert_eq!(done.status.code(), Some(0), "{text}");
-    for part in [
+    let parts = [
         "slide 1 of 4: Saw3, 150 mm/s, 1 of 4",
         "\"what\" is no key, expected Enter, r, s or q",
         "slide now: Saw3, 150 mm/s, 2 of 4",
         "2 slides recorded now, 2 of 4 in total; the same command continues",
-    ] {
-        assert!(text.contains(part), "{text}, expected {part}");
-    }
+    ];
+    says(&guided(&folder, "what\ns\n\n\nq\n"), 0, &parts);
     let names = || -> Vec<String> {
         let files = fs::read_dir(folder.0.join("files")).unwrap();
         let mut names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
@@ -93,7 +91,5 @@ fn a_person_is_led_through_a_plan() {
     assert_eq!(fs::read(folder.0.join("files/Saw3-150mm_s-2.mcap")).unwrap(), kept);
     // Each recording of the training set is on one side: training or test.
     let (files, set) = (folder.0.join("files").display().to_string(), folder.0.join("set.npz").display().to_string());
-    let made = run(&["dataset", &files, "-o", &set, "--test", "0.25"]);
-    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
-    assert!(said(&made).contains("4 samples of 4 recordings, 1 of them for tests"), "{}", said(&made));
+    ends(&["dataset", &files, "-o", &set, "--test", "0.25"], 0, &["4 samples of 4 recordings, 1 of them for tests"]);
 }

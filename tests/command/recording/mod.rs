@@ -23,8 +23,8 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 
-use wstac_tests::command::{Signal, good, program, run, run_script, said, send, wstac};
-use wstac_tests::folder::Folder;
+use wstac_tests::command::{Signal, ends, good, prints, program, run, run_script, said, send, wstac};
+use wstac_tests::folder::{Folder, text};
 
 /// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
 fn scene(folder: &Folder, format: &str) -> String {
@@ -83,9 +83,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     let name = file.to_str().unwrap();
     // The code is 2 for arguments that are wrong whatever the files are.
     let bad = |code: i32, arguments: &[&str], part: &str| {
-        let done = run(arguments);
-        assert_eq!(done.status.code(), Some(code), "{}", said(&done));
-        assert!(said(&done).contains(part), "{}", said(&done));
+        ends(arguments, code, &[part]);
     };
     let twice = ["--label", "speed=1", "--label", "speed=2"];
     bad(2, &[&["record", scene, "-o", name][..], &twice].concat(), "speed is \"1\" and \"2\"");
@@ -99,7 +97,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     fs::write(&file, "mine").unwrap();
     assert_eq!(run(&["record", scene, "-o", name, "--label", "speed"]).status.code(), Some(2));
     good(&["record", scene, "-o", name, "--force", "--frames", "10"]);
-    assert!(good(&["run", name, "--json"]).contains(r#""frames":10,"#));
+    prints(&["run", name, "--json"], &[r#""frames":10,"#]);
     // A picture of the source is not overwritten either; outputs.rs tries other sources.
     let pictures = Folder::new("recording-new-pictures");
     let picture = pictures.file("1.png", "a picture");
@@ -181,7 +179,7 @@ fn a_closed_output_does_not_end_a_recording() {
     let mut child = command.stderr(Stdio::null()).spawn().unwrap();
     drop(child.stdout.take());
     assert_eq!(child.wait().unwrap().code(), Some(0));
-    assert!(good(&["run", file.to_str().unwrap(), "--json"]).contains(r#""frames":140,"#));
+    prints(&["run", file.to_str().unwrap(), "--json"], &[r#""frames":140,"#]);
 }
 
 /// Starts to record a pipe, and waits until these frames are in the file. The pipe stays open.
@@ -225,22 +223,18 @@ fn a_killed_recording_comes_back() {
     let (mut child, _open) = piped(&file, 40);
     child.kill().unwrap();
     child.wait().unwrap();
-    let done = run(&["run", name]);
-    assert_eq!(done.status.code(), Some(1));
-    assert!(said(&done).contains("was not finished: wstac recover"), "{}", said(&done));
-    let done = run(&["recover", name, "-o", new]);
-    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    assert!(said(&done).contains("whole.mcap: 40 frames, 0 events"), "{}", said(&done));
-    assert!(good(&["run", new, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
+    ends(&["run", name], 1, &["was not finished: wstac recover"]);
+    ends(&["recover", name, "-o", new], 0, &["whole.mcap: 40 frames, 0 events"]);
+    prints(&["run", new, "--json"], &[r#"{"kind":"end","frames":40,"dropped":0,"#]);
 }
 
 /// An old recording stays until the new one is whole, and a new one that was killed can be recovered.
 #[test]
 fn force_replaces_a_recording_at_its_end() {
     let folder = Folder::new("recording-force");
-    let [file, beside, new] = ["a.mcap", "a.mcap.new", "new.mcap"].map(|name| folder.0.join(name));
-    let [name, beside_name, new_name] = [&file, &beside, &new].map(|path| path.to_str().unwrap());
-    fs::write(&file, "old").unwrap();
+    let (file, beside, new_name) =
+        (folder.file("a.mcap", "old"), folder.0.join("a.mcap.new"), &*folder.path("new.mcap"));
+    let [name, beside_name] = [&file, &beside].map(|path| text(path));
     let forced = |frames| {
         let mut command = program(wstac());
         command.args(["record", "-", "--force", "-o", name]);
@@ -249,19 +243,21 @@ fn force_replaces_a_recording_at_its_end() {
     let (mut child, _open) = forced(40);
     assert_eq!(fs::read(&file).unwrap(), b"old");
     // Another recorder does not destroy its work.
-    let done = run(&["record", "scene:Saw3@150", "--force", "-o", name, "--frames", "10"]);
-    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-    assert!(said(&done).contains("a.mcap: another wstac is writing it"), "{}", said(&done));
+    ends(
+        &["record", "scene:Saw3@150", "--force", "-o", name, "--frames", "10"],
+        1,
+        &["a.mcap: another wstac is writing it"],
+    );
     child.kill().unwrap();
     child.wait().unwrap();
     assert_eq!(fs::read(&file).unwrap(), b"old");
     good(&["recover", beside_name, "-o", new_name]);
-    assert!(good(&["run", new_name, "--json"]).contains(r#"{"kind":"end","frames":40,"dropped":0,"#));
+    prints(&["run", new_name, "--json"], &[r#"{"kind":"end","frames":40,"dropped":0,"#]);
     fs::remove_file(&beside).unwrap();
     let (mut child, _open) = forced(30);
     send(&child, Signal::INT);
     assert_eq!(child.wait().unwrap().code(), Some(0));
-    assert!(good(&["run", name, "--json"]).contains(r#"{"kind":"end","frames":30,"dropped":0,"#));
+    prints(&["run", name, "--json"], &[r#"{"kind":"end","frames":30,"dropped":0,"#]);
     assert!(!beside.exists());
 }
 
@@ -276,7 +272,7 @@ fn on_disk(path: &Path) -> u64 {
 fn no_room_stays_reserved() {
     let folder = Folder::new("recording-room");
     let [whole, killed, new] = ["whole.mcap", "killed.mcap", "new.mcap"].map(|name| folder.0.join(name));
-    let [whole_name, killed_name, new_name] = [&whole, &killed, &new].map(|path| path.to_str().unwrap());
+    let [whole_name, killed_name, new_name] = [&whole, &killed, &new].map(|path| text(path));
     good(&["record", "scene:Saw3@150", "-o", whole_name, "--size", "100x100"]);
     let (mut child, _open) = piped(&killed, 40);
     // While it is recorded, nobody takes its room.
@@ -314,9 +310,7 @@ fn a_recording_that_cannot_start_leaves_no_file() {
         assert!(!text.contains("wstac recover"), "{text}");
         assert_eq!(folder.names(), before, "{options}");
     }
-    let done = run(&["record", "scene:Saw3@150", "--size", "9000x9000", "-o", &folder.path("a.mcap")]);
-    assert_eq!(done.status.code(), Some(1));
-    assert!(said(&done).contains("frames of 77 MB"), "{}", said(&done));
+    ends(&["record", "scene:Saw3@150", "--size", "9000x9000", "-o", &folder.path("a.mcap")], 1, &["frames of 77 MB"]);
     assert_eq!(folder.names(), before);
     // A recording of before stays.
     let old = folder.0.join("a.mcap");
@@ -338,9 +332,7 @@ fn what_is_no_recording_is_said() {
     let file = folder.0.join("a.mcap");
     let refused = |bytes: &[u8], part: &str| {
         fs::write(&file, bytes).unwrap();
-        let done = run(&["run", file.to_str().unwrap()]);
-        assert_eq!(done.status.code(), Some(1));
-        assert!(said(&done).contains(part), "{} expected {part}", said(&done));
+        ends(&["run", file.to_str().unwrap()], 1, &[part]);
     };
     refused(b"", "expected an MCAP file");
     refused(b"YUV4MPEG2 ", "expected an MCAP file");

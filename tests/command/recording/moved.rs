@@ -9,12 +9,12 @@ use std::path::Path;
 
 use mcap::records::{Metadata, Record};
 use mcap::{Channel, Message, Schema, WriteOptions};
-use wstac_tests::command::{good, run, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::command::{assert_has, ends, good, prints, run, said};
+use wstac_tests::folder::{Folder, text};
 use wstac_tests::random::Random;
 
 use super::cuts::chunks;
-use super::flips::{ended, outcome, small};
+use super::flips::{ended, outcome, recovered_twice, small};
 use super::several_damage::{SENSORS, Stream, check_frames, message_moved, recorded as several, sector_moved, stream};
 
 /// Frames of the clip.
@@ -30,9 +30,8 @@ fn numbered(folder: &Folder, options: &[&str]) -> Vec<u8> {
         clip.extend(frame.to_be_bytes());
         clip.extend((0..21).map(|place| (frame * 7 + place * 13) as u8));
     }
-    let (clip, file) = (folder.file("a.y4m", clip), folder.0.join("whole.mcap"));
-    let [clip, name, layout] = [&clip, &file, &layout].map(|path| path.to_str().unwrap());
-    good(&[&["record", clip, "-o", name, "--force", "--config", layout], options].concat());
+    let (clip, file) = (folder.file("a.y4m", clip), folder.path("whole.mcap"));
+    good(&[&["record", text(&clip), "-o", &file, "--force", "--config", text(&layout)], options].concat());
     fs::read(file).unwrap()
 }
 
@@ -216,16 +215,6 @@ pub(super) fn with_configuration(bytes: &[u8], replace: &dyn Fn(&str) -> String)
     rewritten(bytes, Rewrite { configuration: Some(replace), ..plain(chunked()) })
 }
 
-/// Recovers a file, which must succeed, twice. Returns what `run` prints of it.
-fn recovered_twice(folder: &Folder, file: &Path) -> String {
-    let [new, again] = ["new.mcap", "again.mcap"].map(|name| folder.0.join(name));
-    let [new_name, again_name] = [&new, &again].map(|path| path.to_str().unwrap());
-    good(&["recover", file.to_str().unwrap(), "-o", new_name, "--force"]);
-    good(&["recover", new_name, "-o", again_name, "--force"]);
-    assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "a second recovery is another file");
-    good(&["run", new_name, "--json", "--features"])
-}
-
 /// Channels are found by their topics and schemas, and the checksums of frames are right with the numbers of before.
 #[test]
 fn a_recording_that_another_tool_wrote_anew_is_read_and_recovered() {
@@ -250,7 +239,7 @@ fn a_recording_that_another_tool_wrote_anew_is_read_and_recovered() {
             let done = run(&["run", file.to_str().unwrap(), "--json", "--features"]);
             assert_eq!(done.status.code(), Some(0), "{options:?} {what}: {}", said(&done));
             assert!(String::from_utf8_lossy(&done.stdout) == lines, "{options:?} {what}: {}", said(&done));
-            assert!(recovered_twice(&folder, &file) == lines, "{options:?} {what}");
+            assert!(recovered_twice(&folder, text(&file)).1 == lines, "{options:?} {what}");
         }
         // Nothing vouches for another program's message that stands in no chunk.
         let others = rewritten(&bytes, Rewrite { with_others: true, ..plain(unchunked()) });
@@ -274,7 +263,7 @@ fn a_recording_in_another_order_is_read_and_recovered() {
             for how in [chunked(), chunked().compression(Some(mcap::Compression::Lz4)), unchunked()] {
                 fs::write(&file, rewritten(&bytes, Rewrite { order: &order, ..plain(how) })).unwrap();
                 assert!(lines(file.to_str().unwrap()) == whole, "{options:?} {what}");
-                assert!(recovered_twice(&folder, &file) == whole, "{options:?} {what}");
+                assert!(recovered_twice(&folder, text(&file)).1 == whole, "{options:?} {what}");
             }
         }
     }
@@ -358,8 +347,10 @@ fn frames_left_out_with_all_checksums_are_lost_in_their_places() {
     let order = |all: &mut Vec<Message<'_>>| all.iter_mut().for_each(|of| (of.log_time, of.publish_time) = (9, 9));
     recover(&bytes, true, chunked(), &order);
     for name in [&file, &new] {
-        let lines = good(&["run", name.to_str().unwrap(), "--json"]);
-        assert!(lines.contains(": frame 1 comes 0.0 ms after the one before, expected 33.3 ms"), "{lines}");
+        prints(
+            &["run", name.to_str().unwrap(), "--json"],
+            &[": frame 1 comes 0.0 ms after the one before, expected 33.3 ms"],
+        );
     }
     // A frame that is no picture is left out, as the new file would end there.
     let text = recover(&bytes, true, unchunked(), &|all| {
@@ -466,9 +457,7 @@ fn a_recording_with_other_topics_is_refused() {
     ] {
         let outcome = outcome(&folder, &rewritten(&bytes, how));
         assert_eq!((outcome.run, outcome.recover), (Some(1), Some(1)), "{what}: {}", outcome.said);
-        for part in [direct, parts] {
-            assert!(outcome.said.contains(part), "{what}, {part}: {}", outcome.said);
-        }
+        assert_has(&outcome.said, &[direct, parts]);
     }
     // Without the checksums, those of chunks vouch for the frames, and nothing says where some were lost.
     let outcome = outcome(&folder, &rewritten(&bytes, named(&no_sums)));
@@ -521,13 +510,10 @@ fn a_damaged_index_hides_no_checksums() {
 fn a_recording_without_a_frame_is_an_error() {
     let folder = Folder::new("recording-moved-none");
     let clip = folder.file("none.y4m", "YUV4MPEG2 W40 H40 F30:1 Cmono\n");
-    let [file, new] = ["none.mcap", "new.mcap"].map(|name| folder.0.join(name));
-    let [clip, name, new] = [&clip, &file, &new].map(|path| path.to_str().unwrap());
-    let _ = run(&["record", clip, "-o", name]);
-    for arguments in [&["run", name][..], &["recover", name, "-o", new]] {
-        let done = run(arguments);
-        assert_eq!(done.status.code(), Some(1), "{arguments:?}: {}", said(&done));
-        assert!(said(&done).contains("none.mcap: has no frame"), "{arguments:?}: {}", said(&done));
+    let [name, new] = ["none.mcap", "new.mcap"].map(|name| folder.path(name));
+    let _ = run(["record", text(&clip), "-o", &name]);
+    for arguments in [&["run", &name][..], &["recover", &name, "-o", &new]] {
+        ends(arguments, 1, &["none.mcap: has no frame"]);
     }
 }
 
@@ -541,8 +527,6 @@ fn nothing_vouches_for_a_file_without_checksums() {
         let outcome = outcome(&folder, &rewritten(&before, plain(options)));
         assert_eq!((outcome.run, outcome.recover), (Some(0), Some(0)), "{}", outcome.said);
         assert_eq!(outcome.found, Some((137, 3)), "{}", outcome.said);
-        for part in ["nothing vouches for its frames", "137 frames without a checksum"] {
-            assert!(outcome.said.contains(part), "{part}: {}", outcome.said);
-        }
+        assert_has(&outcome.said, &["nothing vouches for its frames", "137 frames without a checksum"]);
     }
 }

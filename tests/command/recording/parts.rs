@@ -6,7 +6,7 @@ use wstac_host::output::OutputOptions;
 use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Source, SourceEvent, config_of};
-use wstac_tests::command::{good, run, said};
+use wstac_tests::command::{ends, good};
 use wstac_tests::folder::Folder;
 
 use super::cuts::{built, parts_of};
@@ -142,22 +142,16 @@ fn what_needs_other_pixels_is_refused() {
         (&["calibrate", &sums, "-o", new], &["gives taxel sums", "a recording with pictures"]),
         (&["record", &sums, "-o", new], &["gives taxel sums and no frames", "or --features-only"]),
     ] {
-        let done = run(arguments);
         // Wrong arguments have a code of their own.
-        let code = if arguments.contains(&"--matrix") { 2 } else { 1 };
-        assert_eq!(done.status.code(), Some(code), "{arguments:?}: {}", said(&done));
-        for part in parts {
-            assert!(said(&done).contains(part), "{arguments:?}: {}", said(&done));
-        }
+        ends(arguments, if arguments.contains(&"--matrix") { 2 } else { 1 }, parts);
     }
     assert!(!folder.0.join("new").exists());
     // What needs no pixels goes on, with the same answers.
     let whole = recorded(&folder, &scene, "whole.mcap", &[]);
     let lines = |file: &str| good(&["run", file, "--json", "--features", "--config", &trigger]);
     assert!(lines(&sums) == lines(&whole) && lines(&part) == lines(&whole));
-    let done = run(&["doctor", &sums]);
-    assert_eq!(done.status.code(), Some(0), "{}", said(&done));
-    assert_eq!(run(&["record", &scene, "-o", new, "--crop", "--features-only"]).status.code(), Some(2));
+    ends(&["doctor", &sums], 0, &[]);
+    ends(&["record", &scene, "-o", new, "--crop", "--features-only"], 2, &[]);
     // A simulated sensor without pixels can be recorded so.
     let taxels = config("x.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n");
     let taxels = format!("scene:{taxels}");

@@ -13,7 +13,7 @@ use wstac_host::record::{Compression, RecordedSensor, SharedRecording};
 use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{LossReason, Source, StreamInfo};
-use wstac_tests::command::{good, run};
+use wstac_tests::command::{ends, good, records, run, says};
 use wstac_tests::folder::Folder;
 
 use super::stream::{Owned, info, record};
@@ -37,17 +37,9 @@ fn recorded(folder: &Folder) -> (Vec<String>, String) {
     (sources, file)
 }
 
-/// Returns what is said about wrong arguments.
-fn said(arguments: &[&str]) -> String {
-    let done = run(arguments);
-    assert_eq!(done.status.code(), Some(2), "{arguments:?}");
-    String::from_utf8(done.stderr).unwrap()
-}
-
-/// Returns the lines of a sensor.
-fn of(lines: &str, name: &str) -> Vec<Value> {
-    let lines = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
-    lines.filter(|line| line["sensor"] == name).collect()
+/// Returns the records of a sensor.
+fn of<'a>(records: &'a [Value], name: &str) -> Vec<&'a Value> {
+    records.iter().filter(|record| record["sensor"] == name).collect()
 }
 
 #[test]
@@ -82,11 +74,11 @@ fn each_sensor_replays_as_it_was_and_all_at_once() {
     let folder = Folder::new("recording-several");
     let (sources, file) = recorded(&folder);
     let asked = ["--json", "--features", "--model", "builtin"];
-    let live = good(&[&["run", &sources[0], &sources[1]], &asked[..]].concat());
-    let replayed = good(&[&["run", &file], &asked[..]].concat());
+    let live = records(&[&["run", &sources[0], &sources[1]], &asked[..]].concat());
+    let replayed = records(&[&["run", &file], &asked[..]].concat());
     for (name, source) in SCENES.map(|(name, _)| name).iter().zip(&sources) {
         let expected = of(&live, name);
-        assert!(expected.iter().any(|line| line["kind"] == "event"), "{live}");
+        assert!(expected.iter().any(|line| line["kind"] == "event"), "{live:?}");
         assert_eq!(of(&replayed, name), expected);
         // A single sensor has the same records without the name.
         let alone = good(&[&["run", &file, "--sensor", name], &asked[..]].concat());
@@ -94,14 +86,13 @@ fn each_sensor_replays_as_it_was_and_all_at_once() {
         assert_eq!(alone, good(&[&["run", plain], &asked[..]].concat()));
     }
     // In the order of their times, and so the same lines every time.
-    let times: Vec<_> = replayed.lines().map(|line| serde_json::from_str::<Value>(line).unwrap()).collect();
-    let features = times.iter().filter(|line| line["kind"] == "features");
+    let features = replayed.iter().filter(|line| line["kind"] == "features");
     let times: Vec<_> = features.map(|line| line["time_ns"].as_u64().unwrap()).collect();
     assert!(times.is_sorted(), "{times:?}");
-    assert_eq!(good(&[&["run", &file], &asked[..]].concat()), replayed);
+    assert_eq!(records(&[&["run", &file], &asked[..]].concat()), replayed);
     let whole = folder.0.join("whole.mcap");
     good(&["recover", &file, "-o", whole.to_str().unwrap()]);
-    assert_eq!(of(&good(&["run", whole.to_str().unwrap(), "--json"]), "right").len(), 3);
+    assert_eq!(of(&records(&["run", whole.to_str().unwrap(), "--json"]), "right").len(), 3);
 }
 
 /// Lost frames have times once the next frame has come. The other sensor waits for it.
@@ -118,17 +109,16 @@ fn records_are_in_the_order_of_their_times_if_one_sensor_loses_frames() {
     let file = folder.path("both.mcap");
     good(&["record", &sources[0], &sources[1], "-o", &file]);
     let asked = ["--json", "--features", "--motion"];
-    let printed = good(&[&["run", &file], &asked[..]].concat());
-    let lines: Vec<Value> = printed.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let lines = records(&[&["run", &file], &asked[..]].concat());
     let live = lines.iter().filter(|line| line["kind"] == "features" || line["kind"] == "motion");
     let times: Vec<_> = live.map(|line| (line["time_ns"].as_u64().unwrap(), line["sensor"].clone())).collect();
     let back = times.windows(2).filter(|pair| pair[1].0 < pair[0].0).collect::<Vec<_>>();
     assert!(back.is_empty() && times.len() > 160, "{back:?}");
-    let lost = of(&printed, "left").last().unwrap()["dropped"].as_u64().unwrap();
-    assert!(lost > 60 && of(&printed, "right").last().unwrap()["dropped"] == 0, "{lost}");
+    let lost = of(&lines, "left").last().unwrap()["dropped"].as_u64().unwrap();
+    assert!(lost > 60 && of(&lines, "right").last().unwrap()["dropped"] == 0, "{lost}");
     for name in ["left", "right"] {
         let alone = good(&[&["run", &file, "--sensor", name], &asked[..]].concat());
-        assert_eq!(of(&printed, name).len(), alone.lines().count());
+        assert_eq!(of(&lines, name).len(), alone.lines().count());
     }
 }
 
@@ -139,13 +129,11 @@ fn a_recording_that_was_cut_off_is_recovered() {
     let (_, file) = recorded(&folder);
     let bytes = fs::read(&file).unwrap();
     fs::write(&file, &bytes[..bytes.len() / 2]).unwrap();
-    let cut = run(&["run", &file]);
-    assert_eq!(cut.status.code(), Some(1));
-    assert!(String::from_utf8(cut.stderr).unwrap().contains("was not finished"));
+    ends(&["run", &file], 1, &["was not finished"]);
     let whole = folder.0.join("whole.mcap");
     let whole = whole.to_str().unwrap();
     good(&["recover", &file, "-o", whole]);
-    let lines = good(&["run", whole, "--json"]);
+    let lines = records(&["run", whole, "--json"]);
     let frames = SCENES.map(|(name, _)| of(&lines, name).last().unwrap()["frames"].as_u64().unwrap());
     assert!(frames.iter().all(|frames| (40..100).contains(frames)), "{frames:?}");
     // The same time has passed.
@@ -159,25 +147,22 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
     let figure = folder.path("a.svg");
     let plot = ["plot", &file, "-o", &figure];
     let expected = "has the sensors left, right, expected one of them: --sensor left";
-    assert!(said(&plot).contains(expected), "{}", said(&plot));
+    ends(&plot, 2, &[expected]);
     good(&[&plot[..], &["--sensor", "right"]].concat());
     assert!(Path::new(&figure).exists());
-    let wrong = said(&["run", &file, "--sensor", "middle"]);
-    assert!(wrong.contains("has no sensor \"middle\", expected one of left, right"), "{wrong}");
-    let empty = said(&["run", &file, "--sensor", ""]);
-    assert!(empty.contains("has no sensor \"\", expected one of left, right"), "{empty}");
-    let plain = said(&["run", "scene:Saw3@150", "--sensor", "left"]);
-    assert!(plain.contains("sensor is \"left\", expected only with a recording of several sensors"), "{plain}");
-    let missing = run(&["run", "missing.mcap", "--sensor", "left"]);
-    assert_eq!(missing.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&missing.stderr).contains("no such file"), "{missing:?}");
+    for name in ["middle", ""] {
+        let expected = format!("has no sensor \"{name}\", expected one of left, right");
+        ends(&["run", &file, "--sensor", name], 2, &[&expected]);
+    }
+    let expected = "sensor is \"left\", expected only with a recording of several sensors";
+    ends(&["run", "scene:Saw3@150", "--sensor", "left"], 2, &[expected]);
+    ends(&["run", "missing.mcap", "--sensor", "left"], 1, &["no such file"]);
     let again = folder.path("b.mcap");
-    let unnamed = said(&["record", &sources[0], "scene:Saw3@150", "-o", &again]);
-    assert!(unnamed.contains("expected a name for each"), "{unnamed}");
+    ends(&["record", &sources[0], "scene:Saw3@150", "-o", &again], 2, &["expected a name for each"]);
     assert!(!Path::new(&again).exists());
     let picture = folder.path("both.png");
-    let ending = said(&["record", &sources[0], &sources[1], "-o", &picture]);
-    assert!(ending.contains("both.png: its name ends in .png, expected .mcap"), "{ending}");
+    let expected = "both.png: its name ends in .png, expected .mcap";
+    ends(&["record", &sources[0], &sources[1], "-o", &picture], 2, &[expected]);
     assert!(!Path::new(&picture).exists());
 }
 
@@ -187,12 +172,10 @@ fn sensors_are_a_data_set_if_their_rates_are_equal() {
     let (_, file) = recorded(&folder);
     let [both, set] = ["same.mcap", "set.npz"].map(|name| folder.0.join(name).display().to_string());
     let done = run(&["dataset", &file, "-o", &set]);
-    let said = String::from_utf8(done.stderr).unwrap();
-    assert!(said.contains("both.mcap:right: its rate of frames differs from that of"), "{said}");
+    says(&done, 1, &["both.mcap:right: its rate of frames differs from that of"]);
     let sources = ["cam:left=scene:Saw3@150", "cam:right=scene:Saw3@120", "--features-only", "--size", "40x40"];
     good(&[&["record"], &sources[..], &["-o", &both, "--label", "specimen=Saw3"]].concat());
-    let said = String::from_utf8(run(&["dataset", &both, "-o", &set]).stderr).unwrap();
-    assert!(said.contains("set.npz: 2 samples of 2 recordings"), "{said}");
+    ends(&["dataset", &both, "-o", &set], 0, &["set.npz: 2 samples of 2 recordings"]);
 }
 
 /// Makes recordings of a camera that begin at these seconds of its driver's clock.
@@ -219,11 +202,11 @@ fn recordings_of_different_starts_of_a_machine_share_no_file() {
         ["record", &format!("cam:left={first}"), &format!("cam:right={right}"), "-o", &both].map(str::to_owned)
     };
     let wrong = record(&other);
-    let wrong = said(&wrong.each_ref().map(String::as_str));
     let expected = "both.mcap: the clocks of left and right started 10000000 s apart, expected recordings of one machine that was not";
-    assert!(wrong.contains(expected) && !Path::new(&both).exists(), "{wrong}");
+    ends(&wrong.each_ref().map(String::as_str), 2, &[expected]);
+    assert!(!Path::new(&both).exists());
     good(&record(&later).each_ref().map(String::as_str));
-    let frames = |name| of(&good(&["run", &both, "--json"]), name).last().unwrap()["frames"].clone();
+    let frames = |name| of(&records(&["run", &both, "--json"]), name).last().unwrap()["frames"].clone();
     assert_eq!(["left", "right"].map(frames), [41, 41]);
 }
 

@@ -9,7 +9,7 @@ use wstac_host::session::Session;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Source, SourceEvent};
 use wstac_tests::command::{good, run, said};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 use wstac_tests::random::Random;
 
 use super::cuts::chunks;
@@ -208,8 +208,7 @@ fn every_answer_of_every_sensor_is_right_or_absent() {
 #[test]
 fn a_file_of_before_is_recovered_up_to_the_first_damage() {
     let folder = Folder::new("recording-several-before");
-    let [old, new] = ["old.mcap", "new.mcap"].map(|name| folder.0.join(name));
-    let [old_name, new_name] = [&old, &new].map(|path| path.to_str().unwrap());
+    let (new, new_name) = (folder.0.join("new.mcap"), &*folder.path("new.mcap"));
     let bytes = fs::read(BEFORE).unwrap();
     let truth = ["left", "right"].map(|name| stream(Path::new(BEFORE), Some(name)).unwrap());
     assert_eq!(truth.each_ref().map(|stream| (stream.frames.len(), stream.events.len())), [(140, 1), (137, 1)]);
@@ -221,8 +220,8 @@ fn a_file_of_before_is_recovered_up_to_the_first_damage() {
     }
     let (mut random, mut is_cut) = (Random::new(5), 0);
     for number in 0..20 {
-        fs::write(&old, damaged(&bytes, &mut random)).unwrap();
-        let done = run(&["recover", old_name, "-o", new_name, "--force"]);
+        let old = folder.file("old.mcap", damaged(&bytes, &mut random));
+        let done = run(["recover", text(&old), "-o", new_name, "--force"]);
         for (name, truth) in ["left", "right"].iter().zip(&truth) {
             let Some(found) = stream(&new, Some(name)) else { continue };
             check(&found, truth).unwrap_or_else(|why| panic!("{number}, {name}: {why}: {}", said(&done)));

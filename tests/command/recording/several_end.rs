@@ -3,7 +3,7 @@
 use std::fs;
 use std::process::Output;
 
-use wstac_tests::command::{good, run, said};
+use wstac_tests::command::{good, records, run, said};
 use wstac_tests::folder::Folder;
 
 /// Records these sources several times. Returns how the last recording ended, and its frames by sensor.
@@ -20,9 +20,8 @@ fn same_every_time(folder: &Folder, sources: &[&str], options: &[&str]) -> (Outp
         assert_eq!((done.status.code(), &done.stdout), (first.status.code(), &first.stdout), "{time}");
         assert!(again == bytes, "recording {time} is another file: {}", said(&done));
     }
-    let lines = good(&["run", name, "--json"]);
-    let lines = lines.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).unwrap());
-    let mut ends: Vec<_> = lines.filter(|line| line["kind"] == "end").collect();
+    let mut ends = records(&["run", name, "--json"]);
+    ends.retain(|record| record["kind"] == "end");
     ends.sort_by_key(|end| end["sensor"].as_str().unwrap().to_owned());
     (first, ends.iter().map(|end| end["frames"].as_u64().unwrap()).collect())
 }

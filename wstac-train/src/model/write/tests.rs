@@ -116,16 +116,6 @@ fn pure(tree: &Tree<Vec<(u16, f64)>>, sample: &[i16; INPUTS]) -> usize {
 }
 
 #[test]
-fn single_trees_end_where_a_plain_walk_ends() {
-    let mut chance = Chance::new(1);
-    for splits in [0, 1, 2, 3, 10, 100, 1000] {
-        let tree = tree(&mut chance, splits, |chance| vec![(chance.next(40) as u16, 1.0)]);
-        let trained = model(40, Kind::Forest(vec![tree.clone()]));
-        same_answers(&trained, &thresholds(&tree), Options::default(), |sample| pure(&tree, sample));
-    }
-}
-
-#[test]
 fn trees_whose_offsets_need_a_shift_are_the_same() {
     let mut chance = Chance::new(2);
     let mut tree = tree(&mut chance, 40_000, |chance| vec![(chance.next(60) as u16, 1.0)]);
