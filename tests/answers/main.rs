@@ -1,7 +1,7 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `blocks` (slow flat ones), `slip`, `textures` or
-//! `learn` (new textures) it writes only that section, and with `base` only the tables of the kinds of touch and of
+//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `blocks` (slow flat ones), `slip`, `textures`
+//! or `learn` (new textures) it writes only that section, and with `base` only the tables of the kinds of touch and of
 //! cameras, whose lines are lines of the page.
 
 mod live;

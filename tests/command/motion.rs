@@ -50,7 +50,10 @@ fn a_press_in_which_a_part_slips_is_none_on_hosts_and_boards() {
         let event = &lines[1];
         let why = "the speed changes during the touch";
         assert_eq!((&event["contact"], &event["reliable"]), (&json!("slide"), &json!(false)), "{event}");
-        assert_eq!(event["why"], json!({"speed": why, "direction": why, "texture": "no model was given", "reliable": why}));
+        assert_eq!(
+            event["why"],
+            json!({"speed": why, "direction": why, "texture": "no model was given", "reliable": why})
+        );
         let text = good(&["run", &scene, "--model", "none"]);
         for (name, at_once) in [("early.bin", true), ("whole.bin", false)] {
             let sent = folder.file(name, board::sent(&scene, &[], false, at_once).frames.concat());

@@ -106,7 +106,7 @@ pub(crate) fn blocks(page: &mut String) {
     let of = |mm_s| each(BLOCKS, |number| events_of_block(mm_s, number)).into_iter().filter(|events| *events > 1);
     let parts = SLOW.map(|mm_s| share(of(mm_s).count(), BLOCKS as usize)).join("/");
     let speeds = SLOW.map(|mm_s| mm_s.to_string()).join("/");
-    let _ = writeln!(page, "Flat blocks with more than one event, {BLOCKS} per speed: {parts} % at {speeds} mm/s.\n");
+    let _ = writeln!(page, "Flat blocks with more than one event ({BLOCKS} each): {parts} % at {speeds} mm/s.\n");
 }
 
 /// Writes the section of the page.
