@@ -262,16 +262,18 @@ impl SlipDetector {
         }
     }
 
-    /// Corrects a law's answer about a touch: one in which a slip has begun is no press, since what was held has moved.
+    /// Corrects a law's answer about a touch: a press in which a slip has begun is unclear. It is no slide with a
+    /// texture, either.
     ///
     /// It is to be called about every answer, after the frame's [`push`](Self::push) and before
     /// [`AtOnce::takes`](crate::touch::at_once::AtOnce::takes).
     pub fn correct(&self, touch: &Event<'_>, answer: &mut Answer) {
         let is_still = matches!(answer.contact, Some(Contact::Press | Contact::Poke));
         if answer.reliable && is_still && self.behind_onset > touch.touch_frame.unwrap_or(touch.frame) {
-            let doubt = Reason::SpeedChanges;
-            (answer.contact, answer.reliable, answer.doubt) = (Some(Contact::Slide), false, Some(doubt));
-            (answer.speed, answer.direction) = (Err(doubt), Direction::by_arrival(Err(doubt)));
+            let none = Reason::NoSlide(Contact::Unclear);
+            (answer.contact, answer.reliable) = (Some(Contact::Unclear), false);
+            answer.doubt = Some(Reason::NotAlike);
+            (answer.speed, answer.direction) = (Err(none), Direction::by_arrival(Err(none)));
         }
     }
 

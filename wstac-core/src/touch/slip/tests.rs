@@ -131,7 +131,7 @@ fn pipelines_hand_over_whole_feature_frames() {
 }
 
 #[test]
-fn a_press_is_none_if_a_slip_begins_in_its_touch() {
+fn a_press_is_unclear_if_a_slip_begins_in_its_touch() {
     let rate = FrameRate::NOMINAL;
     let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap(), rate).unwrap();
     let trigger = TriggerConfig::default().one_event_per_touch();
@@ -154,16 +154,16 @@ fn a_press_is_none_if_a_slip_begins_in_its_touch() {
             detector.correct(&Event { touch_frame: Some(touch_frame), ..event }, &mut answer);
             answer
         };
-        let why = Reason::SpeedChanges;
-        let slid = Answer {
-            contact: Some(Contact::Slide),
+        let why = Reason::NoSlide(Contact::Unclear);
+        let unclear = Answer {
+            contact: Some(Contact::Unclear),
             speed: Err(why),
             direction: Direction::by_arrival(Err(why)),
             reliable: false,
-            doubt: Some(why),
+            doubt: Some(Reason::NotAlike),
             ..before
         };
-        for (touch_frame, expected) in [(40, slid), (70, slid), (71, before)] {
+        for (touch_frame, expected) in [(40, unclear), (70, unclear), (71, before)] {
             assert_eq!(corrected(&detector, touch_frame), expected, "a touch from frame {touch_frame} on");
         }
         assert_eq!(corrected(&SlipDetector::new(rate), 0), before, "no slip");
