@@ -1,8 +1,8 @@
 //! Writes docs/ANSWERS.md to standard output: how well motion, kinds of touch and textures are known, on touches that
 //! nobody used while the estimators and models were built. `ci/answers` compares it with the page. With the argument
-//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `slip`, `textures` or `learn` (new textures) it
-//! writes only that section, and with `base` only the tables of the kinds of touch and of cameras, whose lines are
-//! lines of the page.
+//! `motion`, `limits`, `live`, `readout`, `judge` (objects), `at-once`, `blocks` (slow flat ones), `slip`, `textures`
+//! or `learn` (new textures) it writes only that section, and with `base` only the tables of the kinds of touch and of
+//! cameras, whose lines are lines of the page.
 
 mod live;
 mod objects;
@@ -203,6 +203,7 @@ fn main() {
             "readout" => readout::table(&mut section),
             "judge" => objects::section(&mut section),
             "at-once" => objects::at_once::section(&mut section),
+            "blocks" => objects::at_once::blocks(&mut section),
             "slip" => slip::section(&mut section),
             "conditions" => section = textures::conditions::section(),
             "base" => {

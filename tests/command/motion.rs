@@ -33,6 +33,31 @@ fn a_held_part_that_slips_is_reported_by_hosts_and_boards() {
     assert!(found.iter().all(|record| record["kind"] != "slip"), "{found:?}");
 }
 
+/// The part moves 20 or 30 frames after the press, whose sample is complete after 60.
+#[test]
+fn a_press_in_which_a_part_slips_is_unclear_on_hosts_and_boards() {
+    let folder = Folder::new("slip-of-a-press");
+    for (hold, specimen) in [(0.67, "Sin2"), (1.0, "Sin2"), (1.0, "Fla0")] {
+        let held = format!("specimen = \"{specimen}\"\nhold = {hold}\nspeed = 25\ndirection = 270\n");
+        let scene = folder.scene("held.toml", format!("fidelity = \"taxel\"\n[[touch]]\nkind = \"slide\"\n{held}"));
+        let lines = good(&["run", &scene, "--json", "--model", "builtin:svm"]);
+        let lines = lines.lines().map(|line| serde_json::from_str::<Value>(line).unwrap());
+        let found: Vec<Value> = lines.filter(|line| line["kind"] == "slip" || line["kind"] == "event").collect();
+        let [slip, event, ..] = &found[..] else { panic!("{found:?}") };
+        assert_eq!((&slip["kind"], &event["kind"]), (&json!("slip"), &json!("event")), "{hold}, {specimen}");
+        assert_eq!((&event["contact"], &event["reliable"]), (&json!("unclear"), &json!(false)), "{event}");
+        let why = "the whiskers do not light up alike: two touches, a change of speed or a tilted press";
+        assert_eq!(event["why"]["reliable"], why, "{event}");
+        // Models over time have samples of everything, and would name a texture.
+        assert_eq!((&event["texture"], &event["speed"]), (&json!(null), &json!(null)), "{event}");
+        let text = good(&["run", &scene, "--model", "none"]);
+        for (name, at_once) in [("early.bin", true), ("whole.bin", false)] {
+            let sent = folder.file(name, board::sent(&scene, &[], false, at_once).frames.concat());
+            assert_eq!(good(&["monitor", sent.to_str().unwrap()]), text, "{hold}, {specimen}, {name}");
+        }
+    }
+}
+
 /// Parts that are lifted, or come from the side, do not slip.
 #[test]
 fn other_touches_are_no_slips() {

@@ -518,7 +518,7 @@ impl Sender {
         if event.is_event() {
             self.send_held_event(out);
         }
-        if !hold(&mut self.held, event, self.at_once.first_mut(), &self.law) {
+        if !hold(&mut self.held, event, self.at_once.first_mut(), self.slip.first(), &self.law) {
             return false;
         }
         if let Some(model) = self.model() {
@@ -595,11 +595,20 @@ fn early_texture(
 /// Keeps an event's answers, without its texture, if it has some.
 // It is not inlined either, and it writes to their place: another copy would lie on the stack of the law.
 #[inline(never)]
-fn hold(held: &mut Option<Held>, event: &Event<'_>, at_once: Option<&mut AtOnce>, law: &setup::Law) -> bool {
+fn hold(
+    held: &mut Option<Held>,
+    event: &Event<'_>,
+    at_once: Option<&mut AtOnce>,
+    slip: Option<&SlipDetector>,
+    law: &setup::Law,
+) -> bool {
     if at_once.as_ref().is_some_and(|at_once| !at_once.is_time(event, law)) {
         return false;
     }
-    let answer = law.answer(event);
+    let mut answer = law.answer(event);
+    if let Some(slip) = slip {
+        slip.correct(event, &mut answer);
+    }
     if at_once.is_some_and(|at_once| !at_once.takes(event, law, &answer)) {
         return false;
     }

@@ -8,8 +8,12 @@ use wstac_core::paper::trigger::Event;
 use wstac_core::touch::at_once::AtOnce;
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_host::model_file::ModelFile;
+use wstac_host::output::Output;
+use wstac_host::session::Session;
 use wstac_host::texture::{NoTexture, Textures};
 use wstac_scene::rng::Rng;
+use wstac_scene::sensor::Fidelity;
+use wstac_scene::source::SceneSource;
 use wstac_scene::specimen::Specimen;
 use wstac_scene::{SceneConfig, Slide, Touch};
 
@@ -25,6 +29,9 @@ const HARD: [Fault; 5] = [Fault::None, Fault::Noise, Fault::Lost, Fault::Rate(15
 const OF_TEXTURE: u64 = 50;
 /// The first sensor of textures. No other part of the project uses it or those behind it.
 const FIRST_SENSOR: u32 = 95_000;
+/// Speeds of flat blocks in mm/s, and slides at each.
+const SLOW: [f64; 10] = [6.0, 8.0, 10.0, 11.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0];
+const BLOCKS: u64 = 40;
 /// A block of 60 mm at 150 mm/s should have speed, direction and texture within this time after the first touch.
 const GOAL_S: f64 = 0.6;
 
@@ -84,6 +91,24 @@ fn of_texture(textures: &Textures, number: u64) -> Option<(f64, bool)> {
     })
 }
 
+/// Returns the number of events of a slide of a flat block.
+fn events_of_block(mm_s: f64, number: u64) -> usize {
+    let mut rng = Rng::new(JUDGE, 5 << 48 | number);
+    let mut script = SceneConfig::new(vec![Touch::Slide(Slide::new(Specimen::ALL[0], mm_s, 360.0 * rng.uniform()))]);
+    (script.fidelity, script.seed, script.light.unit) = (Fidelity::Taxel, rng.bits(), FIRST_SENSOR + number as u32);
+    let source = SceneSource::new(&script).expect("the scene was drawn within its limits");
+    let session = Session::builder(source).build().expect("all parameters are defaults");
+    session.filter(|output| matches!(output, Ok(Output::Event(_)))).count()
+}
+
+/// Writes how often a slow slide of a flat block is more than one event.
+pub(crate) fn blocks(page: &mut String) {
+    let of = |mm_s| each(BLOCKS, |number| events_of_block(mm_s, number)).into_iter().filter(|events| *events > 1);
+    let parts = SLOW.map(|mm_s| share(of(mm_s).count(), BLOCKS as usize)).join("/");
+    let speeds = SLOW.map(|mm_s| mm_s.to_string()).join("/");
+    let _ = writeln!(page, "Flat blocks with more than one event ({BLOCKS} each): {parts} % at {speeds} mm/s.\n");
+}
+
 /// Writes the section of the page.
 pub(crate) fn section(page: &mut String) {
     page.push_str(include_str!("../at_once.txt"));
@@ -122,4 +147,5 @@ pub(crate) fn section(page: &mut String) {
         second(0.95),
         share(found.iter().filter(|(_, is_right)| *is_right).count(), found.len()),
     );
+    blocks(page);
 }

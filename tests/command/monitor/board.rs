@@ -171,8 +171,14 @@ impl Board<'_> {
     /// Returns whether there is an answer.
     fn event(&mut self, event: &Event<'_>) -> bool {
         // Whole samples are events of their own, as those of a host are.
-        let early = self.is_at_once.then(|| self.at_once.answer(event, &self.law));
-        let Some(answer) = early.unwrap_or_else(|| Some(self.law.answer(event))) else { return false };
+        if self.is_at_once && !self.at_once.is_time(event, &self.law) {
+            return false;
+        }
+        let mut answer = self.law.answer(event);
+        self.slip.correct(event, &mut answer);
+        if self.is_at_once && !self.at_once.takes(event, &self.law, &answer) {
+            return false;
+        }
         if let Some(end) = self.at_once.last_end() {
             self.sent.push(&Message::ContactEnd(end));
         }

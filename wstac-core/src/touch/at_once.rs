@@ -24,7 +24,8 @@ const FIRES: u8 = 20;
 ///
 /// After each frame a program asks [`answer`](Self::answer) about the touch or the event, and then
 /// [`end`](Self::end). A board with little stack asks [`is_time`](Self::is_time), its law, and
-/// [`takes`](Self::takes) instead of `answer`. Before it reports an event, it reports what
+/// [`takes`](Self::takes) instead of `answer`, and so does a program with a detector of slips, which
+/// [corrects](crate::touch::slip::SlipDetector::correct) the law's answer. Before it reports an event, it reports what
 /// [`last_end`](Self::last_end) returns; behind an interrupted sample or before a new baseline it calls
 /// [`restart`](Self::restart), and at the end of a stream [`finish`](Self::finish).
 ///

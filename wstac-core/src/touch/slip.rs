@@ -1,8 +1,13 @@
 //! The slip of a part that is pressed on and held: it moves, and no edge arrives (SPEC §9, "Slip").
 
+use crate::law::Answer;
+use crate::paper::direction::Direction;
+use crate::paper::trigger::Event;
 use crate::params::{COLUMNS, LONGEST_FILLED_GAP, NOMINAL_FRAME_RATE, TAXELS};
 use crate::pipeline::Update;
 use crate::rate::FrameRate;
+use crate::reason::Reason;
+use crate::touch::motion::Contact;
 
 /// Frames at 30 per second to know the dark.
 const LEARNS: u32 = 16;
@@ -103,6 +108,8 @@ pub struct SlipDetector {
     /// The first frames of the press or rise, and of the hold.
     since: u64,
     held_since: u64,
+    /// The frame behind the onset of the last slip; 0 before the first.
+    behind_onset: u64,
     /// The energy of noise in a frame, and of what a hold's frames have beside the press's pattern.
     noise: i64,
     level: i64,
@@ -203,6 +210,7 @@ impl SlipDetector {
             next: 0,
             since: 0,
             held_since: 0,
+            behind_onset: 0,
             noise: LEAST_NOISE,
             level: 0,
             now: Flash::NONE,
@@ -251,6 +259,21 @@ impl SlipDetector {
         match self.state {
             State::Held | State::Rise | State::Slip => Some(self.held_since),
             _ => None,
+        }
+    }
+
+    /// Corrects a law's answer about a touch: a press in which a slip has begun is unclear. It is no slide with a
+    /// texture, either.
+    ///
+    /// It is to be called about every answer, after the frame's [`push`](Self::push) and before
+    /// [`AtOnce::takes`](crate::touch::at_once::AtOnce::takes).
+    pub fn correct(&self, touch: &Event<'_>, answer: &mut Answer) {
+        let is_still = matches!(answer.contact, Some(Contact::Press | Contact::Poke));
+        if answer.reliable && is_still && self.behind_onset > touch.touch_frame.unwrap_or(touch.frame) {
+            let none = Reason::NoSlide(Contact::Unclear);
+            (answer.contact, answer.reliable) = (Some(Contact::Unclear), false);
+            answer.doubt = Some(Reason::NotAlike);
+            (answer.speed, answer.direction) = (Err(none), Direction::by_arrival(Err(none)));
         }
     }
 
@@ -354,6 +377,7 @@ impl SlipDetector {
     /// Reports a slip.
     fn slip(&mut self, frame: u64) -> Slip {
         self.turn(State::Slip);
+        self.behind_onset = self.since.saturating_add(1);
         let strength = self.now.peak.max(1) as f32 / self.press.peak.max(1) as f32;
         Slip::new(frame, self.since, self.held_since, strength)
     }

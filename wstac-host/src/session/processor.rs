@@ -560,10 +560,22 @@ impl Answers {
         options.samples || options.paths || !textures.answer_at_once()
     }
 
+    /// Returns the answer about a touch, if it is time.
+    fn answer(&mut self, touch: &Event<'_>) -> Option<Answer> {
+        let waits = self.waits();
+        if !waits && !self.at_once.is_time(touch, &self.law) {
+            return None;
+        }
+        let mut answer = self.law.answer(touch);
+        if let Some(slip) = &self.slip {
+            slip.correct(touch, &mut answer);
+        }
+        (waits || self.at_once.takes(touch, &self.law, &answer)).then_some(answer)
+    }
+
     /// Returns the event of a whole sample, if it is one of its own.
     fn whole(&mut self, event: &Event<'_>) -> Option<Output> {
-        let waits = self.waits();
-        let answer = if waits { self.law.answer(event) } else { self.at_once.answer(event, &self.law)? };
+        let answer = self.answer(event)?;
         Some(Output::Event(Box::new(self.event(event, answer))))
     }
 
@@ -573,7 +585,7 @@ impl Answers {
         if self.waits() || !self.context.clock.is_in_time(first, touch.last_frame()) {
             return None;
         }
-        let answer = self.at_once.answer(touch, &self.law)?;
+        let answer = self.answer(touch)?;
         if touch.is_under_way() && self.context.textures.lack_path(touch, &answer, self.context.motion) {
             return None;
         }

@@ -242,6 +242,7 @@ entries! {
     push_to_slip(detector: &mut SlipDetector, update: &Update<'_>) -> Option<Slip> { detector.push(update) }
     push_taxels_to_slip(detector: &mut SlipDetector, frame: u64, taxels: &[u16; 25]) -> Option<Slip> { detector.push_taxels(frame, taxels) }
     held_since_frame(detector: &SlipDetector) -> Option<u64> { detector.held_since_frame() }
+    correct(detector: &SlipDetector, touch: &Event<'_>, answer: &mut Answer) -> () { detector.correct(touch, answer) }
     new_slip(frame: u64, onset_frame: u64, held_since_frame: u64, strength: f32) -> Slip { Slip::new(frame, onset_frame, held_since_frame, strength) }
 }
 

@@ -2,9 +2,12 @@ use std::vec::Vec;
 
 use super::*;
 use crate::green::gray::Gray;
+use crate::law::{ByWave, EventLaw};
 use crate::layout::{FrameSize, Layout};
+use crate::paper::trigger::TriggerConfig;
 use crate::pipeline::Pipeline;
 use crate::taxels::FrameGeometry;
+use crate::touch::motion::MotionConfig;
 use crate::touch::taxel_ring::TaxelRing;
 
 /// Frames of 25 taxels that glow with what a touch adds, above a dark level with noise of one unit.
@@ -125,4 +128,46 @@ fn pipelines_hand_over_whole_feature_frames() {
     // Without a store of taxels there is nothing to watch.
     let mut pipeline = Pipeline::builder(geometry).build().unwrap();
     assert!((0..9).all(|_| pipeline.push_taxels(&[9; TAXELS]).newest_taxels().is_none()));
+}
+
+#[test]
+fn a_press_is_unclear_if_a_slip_begins_in_its_touch() {
+    let rate = FrameRate::NOMINAL;
+    let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap(), rate).unwrap();
+    let trigger = TriggerConfig::default().one_event_per_touch();
+    let mut pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>().build().unwrap();
+    let law = ByWave(MotionConfig::published(rate));
+    let (mut detector, mut onsets, mut presses) = (SlipDetector::new(rate), Vec::new(), 0);
+    for frame in 0..200_u32 {
+        let light = |taxel: usize| match frame {
+            40..42 => 10_000.0 * PATTERN[taxel],
+            70..80 => 400.0 * PATTERN[(7 * taxel + 3 * frame as usize) % TAXELS],
+            _ => 0.0,
+        };
+        let update = pipeline.push_taxels(&core::array::from_fn(|taxel| 9000 + light(taxel) as u32));
+        onsets.extend(detector.push(&update).map(|slip| slip.onset_frame));
+        let Some(event) = update.event() else { continue };
+        let before = law.answer(&event);
+        assert_eq!((event.touch_frame, before.contact, before.reliable), (Some(40), Some(Contact::Press), true));
+        let corrected = |detector: &SlipDetector, touch_frame| {
+            let mut answer = before;
+            detector.correct(&Event { touch_frame: Some(touch_frame), ..event }, &mut answer);
+            answer
+        };
+        let why = Reason::NoSlide(Contact::Unclear);
+        let unclear = Answer {
+            contact: Some(Contact::Unclear),
+            speed: Err(why),
+            direction: Direction::by_arrival(Err(why)),
+            reliable: false,
+            doubt: Some(Reason::NotAlike),
+            ..before
+        };
+        for (touch_frame, expected) in [(40, unclear), (70, unclear), (71, before)] {
+            assert_eq!(corrected(&detector, touch_frame), expected, "a touch from frame {touch_frame} on");
+        }
+        assert_eq!(corrected(&SlipDetector::new(rate), 0), before, "no slip");
+        presses += 1;
+    }
+    assert_eq!((&onsets[..], presses), (&[70][..], 1));
 }
