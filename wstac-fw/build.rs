@@ -39,6 +39,7 @@ fn main() {
     if let Err(error) = check::target().and_then(|()| check::rows()) {
         return refuse(&error);
     }
+    println!("cargo:rustc-check-cfg=cfg(float)");
     link::emulated(&out);
     link::stm32(&out);
     link::pico(&out);
@@ -54,6 +55,11 @@ fn main() {
         let model = named("WSTAC_MODEL");
         Ok(numbers + &setup::source(config.as_deref(), model, pixels.as_deref(), models.as_deref(), &sizes)?)
     });
+    // Without a wave, it is 200 bytes for a few products.
+    let has_wave = source.as_ref().is_ok_and(|source| source.contains("ByWave"));
+    if has_wave && env::var("TARGET").is_ok_and(|target| target.starts_with("thumbv6m")) {
+        println!("cargo:rustc-cfg=float");
+    }
     match source {
         Ok(source) => fs::write(out.join("setup.rs"), source).expect("OUT_DIR can be written"),
         Err(error) => refuse(&error),

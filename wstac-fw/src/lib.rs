@@ -12,6 +12,7 @@ pub mod bus;
 pub mod crash_record;
 #[cfg(feature = "emulated")]
 pub mod emulated;
+mod float;
 /// The former name of [`stm32`].
 #[cfg(feature = "h743")]
 #[deprecated(since = "0.4.0", note = "use `stm32`")]

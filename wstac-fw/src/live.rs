@@ -8,6 +8,11 @@ use crate::setup::BoardPipeline;
 pub trait Live {
     /// Takes the newest frame of a pipeline, and returns what touches the sensor.
     fn newest(&mut self, pipeline: &BoardPipeline) -> Option<LiveContact>;
+
+    /// Returns how often a wave was asked about this touch.
+    fn waves(&self) -> u8 {
+        0
+    }
 }
 
 impl Live for LiveMotion {
@@ -21,5 +26,9 @@ impl Live for LiveWave {
     fn newest(&mut self, pipeline: &BoardPipeline) -> Option<LiveContact> {
         let (next_frame, recent) = pipeline.recent();
         self.push(next_frame, recent, pipeline.baseline()?, pipeline.taxel_ring())
+    }
+
+    fn waves(&self) -> u8 {
+        self.waves()
     }
 }

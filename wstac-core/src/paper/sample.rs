@@ -79,8 +79,8 @@ impl<'a> Sample<'a> {
     pub(crate) fn between(&self, from: usize, to: usize) -> [&'a [Features]; 2] {
         let (older, newer) = self.parts;
         let of_newer = |number: usize| number.saturating_sub(older.len()).min(newer.len());
-        let parts = [older.get(from..to.min(older.len())), newer.get(of_newer(from)..of_newer(to))];
-        parts.map(Option::unwrap_or_default)
+        let of_older = older.get(from..to.min(older.len())).unwrap_or_default();
+        [of_older, newer.get(of_newer(from)..of_newer(to)).unwrap_or_default()]
     }
 
     /// Returns one feature, 0..10, over the 70 frames. The iterator is empty for another number.

@@ -198,11 +198,11 @@ impl TaxelRing {
     /// Returns so many of the last frames, as [`TaxelRing::frames`] does.
     pub(crate) fn last(&self, frames: u8) -> impl Iterator<Item = Option<&[u16; TAXELS]>> {
         let first = SAMPLE_FRAMES.saturating_sub(frames.into());
-        // The bit of the oldest frame is the highest one, and goes out first.
-        let mut lost = self.lost << ((u128::BITS as usize - SAMPLE_FRAMES + first) & 127);
-        let frame = move |number| {
-            let is_lost = lost.leading_zeros() == 0;
-            lost <<= 1;
+        // Bytes, since a board shifts 128 bits in many instructions.
+        let lost = self.lost.to_le_bytes();
+        let frame = move |number: usize| {
+            let bit = SAMPLE_FRAMES - 1 - number;
+            let is_lost = lost.get(bit >> 3).is_some_and(|bits| bits >> (bit & 7) & 1 == 1);
             if is_lost { None } else { self.frames.get(self.place(number)) }
         };
         (first..SAMPLE_FRAMES).map(frame).skip_while(Option::is_none)
@@ -211,11 +211,14 @@ impl TaxelRing {
     /// Returns whether each taxel has been lit since the first four frames that arrived, to an eighth of the brightest
     /// at least.
     pub(crate) fn are_all_lit(&self) -> bool {
-        let peaks: [u32; TAXELS] = core::array::from_fn(|taxel| {
-            let light = || self.frames().flatten().filter_map(|frame| frame.get(taxel)).map(|&light| u32::from(light));
-            let dark = light().take(4).sum::<u32>();
-            (4 * light().max().unwrap_or(0)).saturating_sub(dark)
-        });
+        let mut lights = [[0_u32; 2]; TAXELS];
+        for (number, frame) in self.frames().flatten().enumerate() {
+            for ([peak, dark], &light) in lights.iter_mut().zip(frame) {
+                *peak = u32::from(light).max(*peak);
+                *dark += if number < 4 { u32::from(light) } else { 0 };
+            }
+        }
+        let peaks = lights.map(|[peak, dark]| (4 * peak).saturating_sub(dark));
         let highest = peaks.iter().copied().max().unwrap_or(0);
         peaks.iter().all(|&peak| 8 * peak > highest)
     }

@@ -37,8 +37,6 @@ const SIDE: usize = 400;
 const ROWS: usize = 8;
 /// One if live motion is measured, else none: neither a model nor stripes of three bytes a pixel leave room for it.
 const LIVE: usize = (setup::MODEL.is_none() && setup::PIXEL_BYTES < 3) as usize;
-/// Instructions of live motion above which a frame asks the wave.
-const OF_EVERY_FRAME: u64 = 60_000;
 /// The bytes of a whole frame.
 #[cfg(not(microbit))]
 const FRAME: usize = SIDE * SIDE * setup::PIXEL_BYTES;
@@ -115,8 +113,10 @@ fn run() -> Result<(), Error> {
             }
         }
         if let [live, ..] = &mut live[..] {
+            let before = live.waves();
             let ticks = clock.ticks(|| live.newest(pipeline)).0;
-            let asks = usize::from(clock.instructions(ticks.into()) > OF_EVERY_FRAME);
+            // A touch begins with none.
+            let asks = usize::from(live.waves() > before);
             longest_live[asks] = longest_live[asks].max(ticks);
         }
     }

@@ -14,6 +14,7 @@ mod live;
 pub(crate) mod readout;
 mod shape;
 mod shift;
+mod smooth;
 mod sqrt;
 
 use crate::error::ConfigError;
@@ -25,6 +26,7 @@ use axis::Axis;
 pub use contact::Contact;
 pub use live::{LiveContact, LiveMotion, LiveWave};
 pub use readout::{Readout, ReadoutTime, RowOrder};
+pub(crate) use smooth::smooth;
 pub(crate) use sqrt::sqrt;
 
 /// A speed and a direction, each with its standard deviation.

@@ -1,6 +1,7 @@
 //! The shapes of five lines' light over a sample: above the baseline, smoothed, and scaled to their peaks.
 
 use super::edges::{Edges, LINES, between, brightest};
+use super::smooth::smooth;
 use crate::exp::{EXP_FRACTION_BITS, exp_of_negative, widened};
 use crate::paper::trigger::Event;
 use crate::params::SAMPLE_FRAMES;
@@ -58,7 +59,7 @@ impl Shapes {
                     *light = (exp_of_negative((most - value).max(0) as u32).saturating_sub(base) >> 3) as i32;
                 }
             }
-            let peak = smooth(&mut light);
+            let peak = (0..SMOOTHED / 2).fold(0, |_, _| smooth(&mut light, |light| light)) as u32;
             let span = scale(&light, peak, shape);
             if let (Some(place), Some(of)) = (peaks.get_mut(line), spans.get_mut(line)) {
                 (*place, *of) = (peak, span);
@@ -107,33 +108,6 @@ impl Shapes {
         }
         Edges { frames: edges }
     }
-}
-
-/// Smooths in place, and returns the peak. The first and last values stand for those beyond them.
-///
-/// A pass filters twice, which halves the loads and stores.
-fn smooth(light: &mut [i32; SAMPLE_FRAMES]) -> u32 {
-    let filtered = |before: i32, here: i32, after: i32| (before + 2 * here + after + 2) >> 2;
-    let mut peak = 0;
-    for _ in 0..SMOOTHED / 2 {
-        peak = 0;
-        let [mut before, mut here] = [light[0], light[1]];
-        let mut once = filtered(before, before, here);
-        let mut once_before = once;
-        for t in 2..SAMPLE_FRAMES {
-            let after = light[t];
-            let once_after = filtered(before, here, after);
-            let twice = filtered(once_before, once, once_after);
-            light[t - 2] = twice;
-            peak = peak.max(twice);
-            (before, here, once_before, once) = (here, after, once, once_after);
-        }
-        let last = filtered(before, here, here);
-        light[SAMPLE_FRAMES - 2] = filtered(once_before, once, last);
-        light[SAMPLE_FRAMES - 1] = filtered(once, last, last);
-        peak = peak.max(light[SAMPLE_FRAMES - 2]).max(light[SAMPLE_FRAMES - 1]);
-    }
-    peak as u32
 }
 
 /// Scales light of up to 29 bits so that `peak` becomes [`PEAK`]. Returns its first and last bright frames.

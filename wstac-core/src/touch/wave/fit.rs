@@ -62,6 +62,9 @@ impl Wave {
         let (mut farthest, mut most_gain, mut squares) = (0.0_f32, 1, 0.0);
         for &(late, gain, taxel) in &self.each {
             let ([x, y], gain) = (place_of(taxel.into()), i32::from(gain));
+            if gain == 0 {
+                continue;
+            }
             let late = late as f32 * (1.0 / (1 << LATE_BITS) as f32) - dome * ((x * x + y * y) as f32 - middle);
             let of_gain = late * gain as f32;
             farthest = farthest.max(of_gain.abs());
@@ -210,6 +213,7 @@ impl<'a> Whiskers<'a> {
             if number == ROUNDS || size < 0.006 * whole {
                 (wave.slowness, wave.moments) = (slowness, sums.moments);
                 sums.end(self, step, wave);
+                sums.parts(self, wave);
                 return Ok(());
             }
             number += 1;
@@ -255,6 +259,12 @@ impl OfWhisker {
 
     fn weighted(&self, value: i32) -> i64 {
         i64::from(self.weight()) * i64::from(value)
+    }
+
+    /// Returns a value times the weight over the gain, as far as that counts for lateness.
+    fn times_weight_by_gain(&self, value: i32) -> i64 {
+        let by = if self.gain < WEAKEST_GAIN { self.gain * self.gain } else { self.gain * WEAKEST_GAIN };
+        i64::from(by) * i64::from(value)
     }
 }
 
@@ -359,6 +369,22 @@ impl Sums {
         Ok(TimePlane::of_sums(self.moments.plane(), late).slope(1e-4).map(|along| -along))
     }
 
+    /// Fills the lateness of the wave's parts.
+    // Not a part of `end`, whose memory it would add to.
+    #[inline(never)]
+    fn parts(&self, whiskers: &Whiskers<'_>, wave: &mut Wave) {
+        let gains = sums(&whiskers.each(&self.of, |_, of| of.times_weight_by_gain(of.gain)));
+        for (number, ((part, md), dd)) in wave.parts.iter_mut().zip(self.md).zip(self.dd).enumerate() {
+            let zd = |of: &OfWhisker| of.times_weight_by_gain(of.zd.get(number).copied().unwrap_or(0));
+            let (md, by) = (md as f32 * (1.0 / (1 << GAIN_BITS) as f32), 1.0 / (dd as f32).max(1.0));
+            for ((sum, zd), gain) in
+                part.iter_mut().zip(sums(&whiskers.each(&self.of, |_, of| zd(of)))).zip(gains).take(3)
+            {
+                *sum = (zd as f32 - gain as f32 * md) * by;
+            }
+        }
+    }
+
     /// Fills the wave after a last step.
     #[inline(never)]
     fn end(&mut self, whiskers: &Whiskers<'_>, step: [f32; 2], wave: &mut Wave) {
@@ -371,29 +397,14 @@ impl Sums {
         let mean = (sum as f32 / self.moments.plane()[0].max(1.0)) as i32;
         let (mut squares, mut energy, mut explained) = (0_i64, 0.0_f32, 0.0_f32);
         let (of_mm, mut peaks) = (1.0 / (self.mm as f32).max(1.0), [0_i32; 2]);
-        let of_md = self.md.map(|part| part as f32 * (1.0 / (1 << GAIN_BITS) as f32));
-        let of_dd = self.dd.map(|part| (part as f32).max(1.0));
         for ((whisker, of), place) in whiskers.iter().zip(&mut self.of).zip(&mut wave.each) {
             of.late -= mean;
             *place = (of.late, of.gain as i16, whisker.taxel);
             squares += of.weighted(of.late) * i64::from(of.late);
-            let (zm, zz, gain) = (of.zm as f32, of.zz as f32, of.gain as f32);
+            let (zm, zz) = (of.zm as f32, of.zz as f32);
             energy += zz;
             // Not by the gain, whose rounding leaves more than the noise does.
             explained += (zm * zm * of_mm).min(zz);
-            // Weights are below 2^18.
-            let by = (of.weight() << GAIN_BITS) as f32 / of.gain.max(WEAKEST_GAIN) as f32;
-            let [x, y] = whisker.place.map(|part| part as f32);
-            for (((part, zd), md), dd) in wave.parts.iter_mut().zip(of.zd).zip(of_md).zip(of_dd) {
-                let late = by * (zd as f32 - gain * md) / dd;
-                part[0] += late;
-                // A processor without a floating-point unit adds no zeros.
-                for (sum, factor) in part.iter_mut().skip(1).zip([x, y]) {
-                    if factor.to_bits() != 0 {
-                        *sum += factor * late;
-                    }
-                }
-            }
             let [most, beside] = whisker.brightest();
             peaks = [peaks[0] + most, peaks[1] + beside];
         }

@@ -1,10 +1,9 @@
 //! The light of a touch: 25 smoothed lines, cut out of a sample.
 
-use core::cell::Cell;
-
 use super::LIT_SHIFT;
 use crate::params::{COLUMNS, SAMPLE_FRAMES, TAXELS};
 use crate::reason::Reason;
+use crate::touch::motion::smooth;
 
 /// Frames at the start that count as dark, and units of light to one of a sum.
 const DARK: usize = 4;
@@ -56,7 +55,8 @@ impl Lines {
 
     /// Returns each line between dark frames, with its peak.
     pub(super) fn padded(&self) -> impl Iterator<Item = (&[i16], i32)> {
-        self.values.iter().map(<[i16; PADDED]>::as_slice).zip(self.peaks.map(i32::from))
+        let padded = self.length + 2 * PAD;
+        self.values.iter().map(move |line| line.get(..padded).unwrap_or_default()).zip(self.peaks.map(i32::from))
     }
 
     /// Returns each whisker's light over the touch, within ±70 · 4,096.
@@ -68,9 +68,14 @@ impl Lines {
     ///
     /// # Errors
     /// There is no touch, or the sample does not begin in the dark.
+    // Its list is not in memory for longer.
     #[inline(never)]
-    pub(super) fn fill<'a>(&mut self, samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Result<(), Reason> {
-        let samples = &Samples::new(samples);
+    pub(super) fn read<'a>(&mut self, samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>) -> Result<(), Reason> {
+        self.fill(&Samples::new(samples))
+    }
+
+    #[inline(never)]
+    fn fill(&mut self, samples: &Samples<'_>) -> Result<(), Reason> {
         let (mut dark, mut differences) = ([0_u32; TAXELS], 0_u32);
         let [mut here, mut there] = [[0; TAXELS]; 2];
         for number in 0..DARK {
@@ -104,49 +109,21 @@ impl Lines {
         // As many bits as a line has.
         let bits = u32::BITS - most.leading_zeros();
         let (left, right) = (BITS.saturating_sub(bits), bits.saturating_sub(BITS));
+        let frames = samples.frames.get(first..last).unwrap_or_default();
         for (taxel, ((line, peak), dark)) in self.values.iter_mut().zip(&mut self.peaks).zip(dark).enumerate() {
             let (line, behind) = line.split_at_mut_checked(PAD + self.length).unwrap_or_default();
             let line = line.get_mut(PAD..).unwrap_or_default();
-            let frames = samples.frames.get(first..).unwrap_or_default();
             for (number, (place, frame)) in line.iter_mut().zip(frames).enumerate() {
                 let between = || i32::from(samples.between(first + number, taxel));
                 let light = frame.and_then(|frame| frame.get(taxel)).map_or_else(between, |&light| light.into());
                 let light = ((light << DARK_SHIFT) - dark as i32).max(-(most as i32));
                 *place = ((light << left) >> right).clamp(-MOST - 1, MOST) as i16;
             }
-            *peak = smooth(line);
-            behind.fill(0);
+            *peak = smooth(line, |light| light as i16) as i16;
+            behind.iter_mut().take(PAD).for_each(|place| *place = 0);
         }
         Ok(())
     }
-}
-
-/// Smooths twice by the filter [1 2 1] / 4 in place, and returns the highest value, at least 0. The first and last
-/// values stand for those beyond them.
-#[inline(never)]
-fn smooth(line: &mut [i16]) -> i16 {
-    let line = Cell::from_mut(line).as_slice_of_cells();
-    let [first, mut here] = [0, 1].map(|at| line.get(at).map_or(0, |light: &Cell<i16>| i32::from(light.get())));
-    // Sums of two that follow each other, of light and of what is smoothed once.
-    let mut pair = first + here;
-    let mut once = (2 * first + pair + 2) >> 2;
-    let (mut of_once, mut most) = (2 * once, 0);
-    let mut put = |place: &Cell<i16>, after: i32| {
-        let next = once + after;
-        let twice = (of_once + next + 2) >> 2;
-        (once, of_once, most) = (after, next, twice.max(most));
-        place.set(twice as i16);
-    };
-    for [place, _, after] in line.array_windows() {
-        let next = here + i32::from(after.get());
-        put(place, (pair + next + 2) >> 2);
-        (here, pair) = (i32::from(after.get()), next);
-    }
-    let last = (pair + 2 * here + 2) >> 2;
-    for place in line.iter().skip(line.len().saturating_sub(2)) {
-        put(place, last);
-    }
-    most as i16
 }
 
 /// A sample's frames, oldest first; `None` is a lost one.
@@ -226,28 +203,27 @@ fn totals(samples: &Samples<'_>, floor: u32) -> [u32; SAMPLE_FRAMES] {
 fn span(total: &[u32], mut is_bright: impl FnMut(usize, usize, u32) -> bool) -> Result<[usize; 2], Reason> {
     let highest = total.iter().copied().max().unwrap_or(0);
     let middle = total.iter().position(|&light| light == highest).unwrap_or(0);
-    // A frame is lit if it has a fifth of the light before it, and of that behind it.
-    let mut is_lit = 0_u128;
+    // A frame is lit if it has a fifth of the light before it, and of that behind it. The first one stands for those
+    // before the sample.
+    let mut is_lit = [false; SAMPLE_FRAMES + 1];
     for (half, is_second) in [(0..middle + 1, false), (middle..total.len(), true)] {
         let mut most = 0;
         for number in 0..half.len() {
             let at = if is_second { half.end - 1 - number } else { half.start + number };
             let light = total.get(at).copied().unwrap_or(0);
             most = light.max(most);
-            // At most 25 · 4 · 65,535 · 100.
-            if 5 * light > most && 100 * light > highest {
-                is_lit |= 1 << (at & 127);
+            if let Some(is_lit) = is_lit.get_mut(at + 1) {
+                // At most 25 · 4 · 65,535 · 100.
+                *is_lit |= 5 * light > most && 100 * light > highest;
             }
         }
     }
+    let flashes = is_lit.array_windows().filter(|[before, here]| !before && *here).count() as u32;
     let mut end = 0;
-    while end < total.len() {
-        let start = end + (is_lit >> (end & 127)).trailing_zeros() as usize;
-        if start >= total.len() {
-            break;
-        }
-        end = start + (is_lit >> (start & 127)).trailing_ones() as usize;
-        if end - start < 2 || !is_bright(start, end, (is_lit & !(is_lit << 1)).count_ones()) {
+    while let Some(dark) = is_lit.iter().skip(end + 1).position(|&is_lit| is_lit) {
+        let start = end + dark;
+        end = is_lit.iter().skip(start + 1).position(|&is_lit| !is_lit).map_or(total.len(), |lit| start + lit);
+        if end - start < 2 || !is_bright(start, end, flashes) {
             continue;
         }
         return if start < DARK { Err(Reason::NotCrossed) } else { Ok(widened(total, start, end)) };

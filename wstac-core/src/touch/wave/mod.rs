@@ -30,8 +30,8 @@ use fit::{Wave as Fitted, Whisker, Whiskers};
 use light::Lines;
 use outline::{Outline, is_crossed, valley};
 use pair::Pair;
-pub(crate) use squares::Moments;
-use squares::{Fit, Normal, Polynomial};
+pub(crate) use squares::sums;
+use squares::{Fit, Normal, Polynomial, with_each};
 
 /// What a velocity is known by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -177,7 +177,7 @@ impl Wave {
         samples: impl Iterator<Item = Option<&'a [u16; TAXELS]>>,
         config: MotionConfig,
     ) -> Result<(Velocity, Basis), Reason> {
-        let answer = self.lines.fill(samples).and_then(|()| self.answer(config))?;
+        let answer = self.lines.read(samples).and_then(|()| self.answer(config))?;
         let (velocity, basis);
         (velocity, basis, self.acceleration, self.is_even) = answer;
         Ok((velocity, basis))
@@ -482,15 +482,15 @@ impl Rest {
         let across_2 = [0.0, 0.0, 0.0, up * up, 2.0 * right * up, right * right];
         let both = [0.0, 0.0, 0.0, 0.0 - right * up, up * up - right * right, right * up];
         let (squares, count) = (wave.squares, count as usize);
-        let columns = [one, along, across, both, along_2, across_2];
+        let columns = [one, along, across, along_2, across_2, both];
         let normal = Normal::new(&wave.moments.products(), &columns, &wave.late);
-        let plane = [one, along, across];
         let of_plane = normal.fit(&[0, 1, 2], squares, count, 1e-4)?;
-        let curve = normal.fit(&[0, 1, 2, 4, 5], squares, count, 1e-3)?;
-        let twist = normal.fit(&[0, 1, 2, 3], squares, count, 1e-3)?;
+        let curve = normal.fit(&[0, 1, 2, 3, 4], squares, count, 1e-3)?;
+        let twist = normal.fit(&[0, 1, 2, 5], squares, count, 1e-3)?;
         let [_, _, _, u, v] = curve.coefficients;
         let dome = dome(u, v);
-        let change = wave.parts.iter().map(|part| of_plane.of_others(1, &plane, part).abs()).fold(0.0, f32::max);
+        let parts = wave.parts.iter().map(|part| with_each(columns.get(..3).unwrap_or_default(), part));
+        let change = parts.map(|part| of_plane.of_others(1, &part).abs()).fold(0.0, f32::max);
         // What is curved alike everywhere is no error of a slowness. Few whiskers cannot tell it.
         let is_full = count == TAXELS;
         let (left, factors) = if count + 1 < TAXELS { (&of_plane, FACTORS[0]) } else { (&curve, FACTORS[1]) };
@@ -502,18 +502,19 @@ impl Rest {
         // Over the four pitches of [`SENSOR_MM`].
         let over = 8.0 * unit;
         // By half of the squares of a sine and a cosine.
-        let of_phases = |of: &Fit, k: usize, columns: &[Polynomial]| {
-            let [sine, cosine] = wave.locked.map(|sums| of.of_others(k, columns, &sums));
+        let locked = wave.locked.each_ref().map(|sums| with_each(&columns, sums));
+        let of_phases = |of: &Fit, k: usize| {
+            let [sine, cosine] = locked.each_ref().map(|sums| of.of_others(k, sums));
             0.5 * (sine * sine + cosine * cosine)
         };
         let late = wave.late_without(dome);
         // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
         let of_edge = if is_full { OF_EDGE * late[1] * late[1] } else { 0.0 };
-        let curved = of_phases(&curve, 3, &[one, along, across, along_2, across_2]);
+        let curved = of_phases(&curve, 3);
         let phase = if is_full { CHANGE_OF_PHASES[1] * (factors[0][2] + flash) } else { 0.0 };
         let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
             let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
-            let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k, &plane);
+            let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k);
             [of_plane.variance_of(k, late) + phases + shared, phases].map(|square| sqrt(square) * unit)
         });
         Some(Self {

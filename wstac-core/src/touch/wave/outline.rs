@@ -158,7 +158,10 @@ impl Outline {
         for (k, likely) in (0..).zip(likely).filter(|(_, likely)| highest - likely < 11 << EXP_FRACTION_BITS) {
             let share = (exp_of_negative(highest.abs_diff(likely)) >> 16) as i32;
             let half = QUARTER as i32;
-            let turn = (k - best + 3 * half) % (2 * half) - half;
+            // The nearest of both ways round.
+            let turn = k - best;
+            let turn = if turn < -half { turn + 2 * half } else { turn };
+            let turn = if turn < half { turn } else { turn - 2 * half };
             // Below 2^15 · 36 · 18².
             (whole, first, second) = (whole + share, first + share * turn, second + share * turn * turn);
         }

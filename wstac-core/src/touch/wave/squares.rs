@@ -1,5 +1,7 @@
 //! Weighted least squares over whiskers' places, for polynomials of at most two degrees.
 
+use core::ops::{Add, Shl, Sub};
+
 use super::fit::place_of;
 use crate::params::{self, TAXELS};
 use crate::touch::motion::sqrt;
@@ -12,7 +14,7 @@ pub(super) type Polynomial = [f32; 6];
 
 /// Sums over whiskers of weights times the monomials of up to four degrees.
 #[derive(Clone, Copy, Default)]
-pub(crate) struct Moments([[i32; 5]; 5]);
+pub(super) struct Moments([[i32; 5]; 5]);
 
 /// Returns the sums of five values, at the places from -2 to 2, times the place's powers.
 fn powers([a, b, c, d, e]: [i32; 5]) -> [i32; 5] {
@@ -23,7 +25,7 @@ fn powers([a, b, c, d, e]: [i32; 5]) -> [i32; 5] {
 impl Moments {
     /// Sums up the weights of all whiskers, each below 2^19.
     #[inline(never)]
-    pub(crate) fn new(weights: &[i32; TAXELS]) -> Self {
+    pub(super) fn new(weights: &[i32; TAXELS]) -> Self {
         let rows = weights.as_chunks::<{ params::COLUMNS }>().0;
         let of_x: [[i32; 5]; 5] = core::array::from_fn(|row| powers(rows.get(row).copied().unwrap_or_default()));
         let [a, b, c, d, e] = &of_x;
@@ -31,12 +33,6 @@ impl Moments {
             let of = |row: &[i32; 5]| row.get(k).copied().unwrap_or(0);
             powers([of(a), of(b), of(c), of(d), of(e)])
         }))
-    }
-
-    /// Returns the sums of weights times 1, x, y and their products.
-    pub(crate) fn of_plane(&self) -> [i32; 6] {
-        let [[one, y, yy, ..], [x, xy, ..], [xx, ..], ..] = self.0;
-        [one, x, y, xx, xy, yy]
     }
 
     fn product(&self, a: [usize; 2], b: [usize; 2]) -> f32 {
@@ -48,9 +44,10 @@ impl Moments {
         MONOMIALS.map(|a| MONOMIALS.map(|b| self.product(a, b)))
     }
 
-    /// Returns [`Moments::of_plane`] as numbers.
+    /// Returns the sums of weights times the six monomials.
     pub(super) fn plane(&self) -> Polynomial {
-        self.of_plane().map(|sum| sum as f32)
+        let [[one, y, yy, ..], [x, xy, ..], [xx, ..], ..] = self.0;
+        [one, x, y, xx, xy, yy].map(|sum| sum as f32)
     }
 }
 
@@ -71,16 +68,18 @@ pub(super) fn above(points: &Points, plane: [f32; 3]) -> u32 {
 /// Weighted sums of products of two monomials.
 pub(super) type Products = [Polynomial; 6];
 
-/// Returns the sums of five values, at the places from -2 to 2, times 1, the place and its square.
-fn of_line([a, b, c, d, e]: [i64; 5]) -> [i64; 3] {
-    let (near, far) = (b + d, a + e);
-    [c + near + far, d - b + ((e - a) << 1), near + (far << 2)]
-}
-
 /// Returns the sums of all whiskers' values times the six monomials, without a product of long numbers.
 #[inline(never)]
-pub(super) fn sums(values: &[i64; TAXELS]) -> [i64; 6] {
-    let [mut whole, mut along, mut square] = [[0; 5]; 3];
+pub(crate) fn sums<T>(values: &[T; TAXELS]) -> [T; 6]
+where
+    T: Copy + Default + Add<Output = T> + Sub<Output = T> + Shl<u32, Output = T>,
+{
+    // The sums of five values, at the places from -2 to 2, times 1, the place and its square.
+    let of_line = |[a, b, c, d, e]: [T; 5]| {
+        let (near, far) = (b + d, a + e);
+        [c + near + far, d - b + ((e - a) << 1), near + (far << 2)]
+    };
+    let [mut whole, mut along, mut square] = [[T::default(); 5]; 3];
     let rows = values.as_chunks::<{ params::COLUMNS }>().0.iter();
     for (((&row, whole), along), square) in rows.zip(&mut whole).zip(&mut along).zip(&mut square) {
         [*whole, *along, *square] = of_line(row);
@@ -124,7 +123,7 @@ impl TimePlane {
                 (*weight, *time) = (point.weight, i64::from(point.weight * point.time));
             }
         }
-        Self::of_sums(Moments::new(&weights).plane(), sums(&times).map(|sum| sum as f32))
+        Self::of_sums(sums(&weights).map(|sum| sum as f32), sums(&times).map(|sum| sum as f32))
     }
 
     /// Returns the plane by the sums of weights times 1, x, y and their products, and of times with 1, x and y.
@@ -184,7 +183,7 @@ impl TimePlane {
 #[inline(never)]
 fn dot(a: &[f32], b: &[f32]) -> f32 {
     // The bits of the exponent, since comparing floats is a call there, and a compiler makes that of all bits.
-    let mut counted = a.iter().zip(b).filter(|(a, _)| a.to_bits() >> 23 & 255 != 0);
+    let mut counted = a.iter().zip(b).filter(|(a, _)| cfg!(fpu) || a.to_bits() >> 23 & 255 != 0);
     // Nothing is added to 0, which would take it as long.
     let mut sum = counted.next().map_or(0.0, |(a, b)| a * b);
     for (a, b) in counted {
@@ -226,10 +225,10 @@ impl Fit {
         sqrt(self.variance * (of(a, a) + of(b, b) - 2.0 * of(a, b)).max(0.0))
     }
 
-    /// Returns a coefficient of other values, of these weighted sums.
+    /// Returns a coefficient of other values, whose sums with columns are `right`. This fit has the first of these.
     #[inline(never)]
-    pub(super) fn of_others(&self, k: usize, columns: &[Polynomial], sums: &Polynomial) -> f32 {
-        self.inverse.get(k).map_or(0.0, |row| dot(row, &with_each(columns, sums)))
+    pub(super) fn of_others(&self, k: usize, right: &[f32; ALL]) -> f32 {
+        self.inverse.get(k).map_or(0.0, |row| dot(row, right))
     }
 }
 
@@ -287,7 +286,7 @@ fn at(matrix: &Matrix, row: usize, column: usize) -> f32 {
 
 /// Returns the sums of values with each column; 0 without one.
 #[inline(never)]
-fn with_each(columns: &[Polynomial], sums: &Polynomial) -> [f32; ALL] {
+pub(super) fn with_each(columns: &[Polynomial], sums: &Polynomial) -> [f32; ALL] {
     core::array::from_fn(|k| columns.get(k).map_or(0.0, |column| dot(column, sums)))
 }
 

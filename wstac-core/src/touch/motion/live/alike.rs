@@ -60,11 +60,8 @@ impl Alike {
             for (line, (peak, &age)) in (first..).zip(peaks.iter_mut().zip(ages)) {
                 // The first lit frame is `age` before the end.
                 let of = |seen: u8| (recent.len() + usize::from(seen)).saturating_sub(age.into());
-                for part in recent.between(of(*seen), of(end)) {
-                    for features in part {
-                        *peak = features.get(line).map_or(*peak, |&feature| feature.max(*peak));
-                    }
-                }
+                let features = recent.between(of(*seen), of(end)).into_iter().flatten();
+                *peak = features.filter_map(|features| features.get(line)).fold(*peak, |peak, &here| here.max(peak));
             }
             (is_new, *seen) = (true, end);
         }

@@ -15,7 +15,7 @@ use crate::touch::taxel_ring::TaxelRing;
 use crate::touch::wave::Basis;
 
 use super::edges::LINES;
-use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, readout, squares};
+use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, length, readout, sqrt};
 use alike::Alike;
 use arrival::arrival;
 use level::{Change, Level};
@@ -255,6 +255,11 @@ impl LiveWave {
         self.lines.reset();
     }
 
+    /// Returns how often the wave was asked about this touch: such a frame takes as long as an event by a wave.
+    pub const fn waves(&self) -> u8 {
+        self.whiskers.tries
+    }
+
     /// Takes the newest frame as [`LiveMotion::push`] does, with its taxels, which are
     /// [`Pipeline::taxel_ring`](crate::pipeline::Pipeline::taxel_ring) after the same frame. Without them it returns
     /// what [`LiveMotion::push`] does.
@@ -327,9 +332,9 @@ impl Slide {
         let is_behind = whole < 0.6 && self.tracks.iter().any(|track| track.is_behind);
         let reach = config.readout.reach(whole, right, -up);
         let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION && !readout::is_too_far(reach);
-        let across = root(upwards * right_variance + rightwards * up_variance);
+        let across = sqrt(upwards * right_variance + rightwards * up_variance);
         is_known.then(|| {
-            let sd = [readout::widened(root(variance), reach[0]), readout::widened(across, reach[1])];
+            let sd = [readout::widened(sqrt(variance), reach[0]), readout::widened(across, reach[1])];
             Velocity::along(right, -up, mm_s, sd)
         })
     }
@@ -359,14 +364,6 @@ fn fading(before: &[i16], newest: &[i16], lit: u16, faded: i16) -> i16 {
     if growth < FADES[0] { faded.saturating_add(growth) } else { 0 }
 }
 
-/// Returns the square root of a number of at least 0. Two steps of Newton's method from a first guess within 3.5 %
-/// leave an error of a few units in the last place. Libm's takes ten times as long on a Cortex-M.
-fn root(x: f32) -> f32 {
-    let guess = f32::from_bits(0x1FBD_1DF5 + (x.to_bits() >> 1));
-    let better = 0.5 * (guess + x / guess);
-    0.5 * (better + x / better)
-}
-
 /// Returns the slowness of the light along rows and columns, in frames per pitch.
 fn of_light([rows, columns]: &[Track; 2], readout: Readout) -> [f32; 2] {
     let [of_rows, of_columns] = readout.delays();
@@ -375,7 +372,7 @@ fn of_light([rows, columns]: &[Track; 2], readout: Readout) -> [f32; 2] {
 
 /// Returns that of both together.
 fn slowness(tracks: &[Track; 2], readout: Readout) -> f32 {
-    root(squares(of_light(tracks, readout)))
+    length(of_light(tracks, readout))
 }
 
 #[cfg(test)]

@@ -115,13 +115,3 @@ fn any_features_have_an_answer_in_range() {
     }
     assert!(velocities > 500, "{velocities}");
 }
-
-#[test]
-fn the_root_is_a_root() {
-    for bits in (0x0080_0000_u32..0x7F00_0000).step_by(99_991) {
-        let x = f32::from_bits(bits);
-        let off = f64::from(root(x)) / f64::from(x).sqrt() - 1.0;
-        assert!(off.abs() < 1e-6, "{x}: {off}");
-    }
-    assert!(root(0.0) < 1e-15);
-}

@@ -3,6 +3,7 @@
 use super::light::light;
 use crate::paper::sample::Sample;
 use crate::params::SAMPLE_FRAMES;
+use crate::touch::motion::sqrt;
 
 /// Largest slowness, in frames per pitch.
 const MOST: f32 = 14.0;
@@ -76,7 +77,7 @@ impl Track {
     pub(super) fn scale(&mut self, factor: f32, sd: f32, delay: f32) {
         let of_light = (self.slowness + delay) * factor;
         let slowness = of_light - delay;
-        let sd = super::root(self.variance) * factor + sd * of_light.abs();
+        let sd = sqrt(self.variance) * factor + sd * of_light.abs();
         *self = Self::at(slowness, kept(sd * sd), 1 + (2.0 * slowness.abs()) as i32);
     }
 

@@ -2,9 +2,9 @@
 //! alone take a narrow thing for a wide one.
 
 use crate::params::{SAMPLE_FRAMES, TAXELS};
-use crate::touch::motion::{MotionConfig, Velocity, squares};
+use crate::touch::motion::{MotionConfig, Velocity, length, sqrt, squares};
 use crate::touch::taxel_ring::TaxelRing;
-use crate::touch::wave::{Basis, Moments, Wave, dome, place_of, velocity_of};
+use crate::touch::wave::{Basis, Wave, dome, place_of, sums, velocity_of};
 
 /// The newest frame of a ring.
 const NEWEST: usize = SAMPLE_FRAMES - 1;
@@ -69,6 +69,12 @@ struct FirstLight {
     age: u16,
 }
 
+impl FirstLight {
+    fn above(self, light: u16) -> f32 {
+        (i32::from(light) - i32::from(self.dark)) as f32
+    }
+}
+
 /// What is known of all whiskers.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Whiskers {
@@ -82,7 +88,7 @@ pub(super) struct Whiskers {
     /// Whether there was nothing but afterglow in the newest frame, and in one before light came again.
     is_over: bool,
     has_glowed: bool,
-    tries: u8,
+    pub(super) tries: u8,
     /// Slowness of rows and columns by edges, in the frame before.
     slowness: Option<[f32; 2]>,
     /// Whether edges agreed with lines; false if both say that the speed has changed, `None` until both say anything.
@@ -127,7 +133,7 @@ impl Whiskers {
             return None;
         }
         let now = ring.frame(NEWEST);
-        let recent = core::array::from_fn(|back| ring.frame(NEWEST - back));
+        let recent = core::array::from_fn(|back| ring.frame(NEWEST - 1 - back));
         let (passed, mut sum) = (u32::from(frames) * PARTS, 0);
         for (taxel, (whisker, &now)) in self.each.iter_mut().zip(now).enumerate() {
             let light = u32::from(now).saturating_sub(whisker.dark.into());
@@ -136,14 +142,14 @@ impl Whiskers {
             whisker.age = age as u16;
             let highest = u32::from(whisker.peak);
             if light > highest && (age < SETTLED || light >= (highest * HIGHER).min(MOST_LIGHT)) {
-                whisker.age = edge(&recent, taxel, whisker.dark, lost);
+                whisker.age = edge(&recent, taxel, whisker.dark, lost, light as i32);
                 whisker.peak = light as u16;
             }
         }
         let sums = [sum, core::mem::replace(&mut self.light, sum)];
         self.brightest = self.brightest.max(sum);
         let part = sums[0] as f32 / sums[1].max(1) as f32;
-        let left = if frames == 1 { part } else { super::root(part) };
+        let left = if frames == 1 { part } else { sqrt(part) };
         let before = || ring.frame(NEWEST.saturating_sub(frames.into()));
         let is_over = frames <= 2 && left < GLOW && self.are_alike(now, before(), part);
         // Noise on the last afterglow is no new light.
@@ -167,8 +173,8 @@ impl Whiskers {
         }
         let limit = ALIKE[0] * f32::from(most) + ALIKE[1] * f32::from(peak);
         self.each.iter().zip(now).zip(before).all(|((whisker, &now), &before)| {
-            let dark = f32::from(whisker.dark);
-            ((f32::from(now) - dark) - part * (f32::from(before) - dark)).abs() <= limit
+            let [now, before] = [now, before].map(|light| whisker.above(light));
+            (now - part * before).abs() <= limit
         })
     }
 
@@ -182,8 +188,8 @@ impl Whiskers {
                 break;
             }
             for ((taxel, light), whisker) in frame.iter_mut().enumerate().zip(&self.each) {
-                let dark = f32::from(whisker.dark);
-                *light = (dark + part * (f32::from(ring.light(NEWEST, taxel)) - dark) + 0.5) as u16;
+                let above = whisker.above(ring.light(NEWEST, taxel));
+                *light = (f32::from(whisker.dark) + part * above + 0.5) as u16;
             }
             (part, frames) = (part * left, frames + 1);
         }
@@ -218,7 +224,7 @@ impl Whiskers {
         let is_steady = |more: f32| (bent * whole - more).abs() < CHANGES[0] * whole + CHANGES[1];
         if let Some((velocity, lines)) = lines {
             let is_near = near(lines, DIFFERS, squares(lines));
-            self.agreed = is_near.then(|| is_steady(super::root(squares(lines)) - whole));
+            self.agreed = is_near.then(|| is_steady(length(lines) - whole));
             return self.agreed.filter(|agreed| *agreed).map(|_| velocity);
         }
         self.slowness = Some(slowness);
@@ -272,7 +278,7 @@ const PART: f32 = 1.0 / PARTS as f32;
 impl EdgePlane {
     #[inline(never)]
     fn new(times: &[i32; TAXELS]) -> Self {
-        let [one, x, y, xx, xy, yy] = Moments::new(times).of_plane();
+        let [one, x, y, xx, xy, yy] = sums(times);
         // Below 25 · 2^32.
         let squares = times.iter().fold(0, |sum, time| sum + u64::from(time.unsigned_abs() * time.unsigned_abs()));
         let [of_one, of_x, of_y] = [one, x, y].map(|sum| i64::from(sum) * i64::from(sum));
@@ -303,21 +309,24 @@ impl EdgePlane {
     /// of an edge of an even speed.
     #[inline(never)]
     fn is_even(&self, peaks: &[i32; TAXELS]) -> Option<[f32; 3]> {
-        let slowness = super::root(squares(self.slope));
+        let slowness = length(self.slope);
         if slowness <= 0.0 {
             return None;
         }
+        let most = OFF[0] * (slowness + OFF[1]);
+        if self.off >= most * most {
+            return None;
+        }
         let [down, right] = self.slope.map(|part| part / slowness);
-        let [light, along_x, along_y, ..] = Moments::new(peaks).of_plane().map(|sum| sum as f32);
+        let [light, along_x, along_y, ..] = sums(peaks).map(|sum| sum as f32);
         let grown = along_y * down + along_x * right;
         let [rows, columns, mixed] = self.curves.map(|curve| 4.0 * curve / slowness);
         let along = rows * down * down + columns * right * right + mixed * down * right;
         let across = rows * right * right + columns * down * down - mixed * down * right;
         let twisted = 2.0 * (rows - columns) * down * right + mixed * (right * right - down * down);
         let grown = 2.0 * grown / light;
-        let (most, bent) = (OFF[0] * (slowness + OFF[1]), along - across - 0.5 * grown);
-        let is_even = self.off < most * most
-            && bent.abs() < CURVED[0]
+        let bent = along - across - 0.5 * grown;
+        let is_even = bent.abs() < CURVED[0]
             && twisted.abs() < CURVED[1]
             && (across - dome(along, across)).abs() < CURVED[2]
             && grown.abs() < GROWN;
@@ -325,19 +334,17 @@ impl EdgePlane {
     }
 }
 
-/// Returns the parts of a frame since light exceeded the level of its peak, which is in the newest of these frames. It
-/// is on straight lines between frames that were not `lost`.
+/// Returns the parts of a frame since light exceeded the level of its peak, which is `light` in the newest frame. It is
+/// on straight lines between that and those of the frames before it that were not `lost`.
 #[inline(never)]
-fn edge(recent: &[&[u16; TAXELS]; STEPS], taxel: usize, dark: u16, lost: u8) -> u16 {
-    let (mut after, mut at, mut level) = (0, 0, -1);
-    for (back, frame) in (0..).zip(recent).filter(|(back, _)| lost >> back & 1 == 0) {
+fn edge(recent: &[&[u16; TAXELS]; STEPS - 1], taxel: usize, dark: u16, lost: u8, light: i32) -> u16 {
+    let level = (light * LEVEL) >> 8;
+    let (mut after, mut at) = (light, 0);
+    for (back, frame) in (1..).zip(recent).filter(|(back, _)| lost >> back & 1 == 0) {
         let before = i32::from(frame.get(taxel).map_or(0, |light| light.saturating_sub(dark)));
         if before <= level {
             let share = ((level - before) * PARTS as i32 * (back - at)).checked_div(after - before).unwrap_or(0);
             return (back * PARTS as i32 - share).max(0) as u16;
-        }
-        if back == 0 {
-            level = (before * LEVEL) >> 8;
         }
         (after, at) = (before, back);
     }
