@@ -1,9 +1,10 @@
 //! The bytes of a file at any place of it, in little memory.
 
 use std::fs::File;
-use std::io::{self, ErrorKind as IoErrorKind};
+use std::io::{self, ErrorKind as IoErrorKind, Read, Seek};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
+use std::sync::Arc;
 
 use crc32fast::Hasher;
 use rustix::fs::{SeekFrom, seek};
@@ -12,13 +13,13 @@ use rustix::io::Errno;
 use crate::error::{Error, ErrorKind};
 
 /// Bytes that are read at a time.
-const WINDOW: usize = 1 << 16;
+const WINDOW: u64 = 1 << 16;
 
 /// A file that is read.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct FileBytes {
     subject: String,
-    file: File,
+    file: Arc<File>,
     length: u64,
     /// Some bytes of the file, and their place.
     window: Vec<u8>,
@@ -43,7 +44,7 @@ impl FileBytes {
             return Err(Error::new(ErrorKind::Format, &subject, message));
         }
         let length = metadata.len();
-        Ok(Self { subject, file, length, window: Vec::new(), start: 0, unpacked: None })
+        Ok(Self { subject, file: Arc::new(file), length, window: Vec::new(), start: 0, unpacked: None })
     }
 
     /// Returns the error of a read that failed.
@@ -71,16 +72,16 @@ impl FileBytes {
     /// # Errors
     /// The file cannot be read.
     pub(super) fn peek(&mut self, at: u64, count: usize) -> Result<&[u8], Error> {
-        let count = (count.min(WINDOW) as u64).min(self.length().saturating_sub(at)) as usize;
+        let count = (count as u64).min(WINDOW).min(self.length().saturating_sub(at)) as usize;
         if let Some(chunk) = &self.unpacked {
             return Ok(part(chunk, at, count as u64).unwrap_or_default());
         }
         let there = at.checked_sub(self.start).map_or(0, |from| (self.window.len() as u64).saturating_sub(from));
         if there < count as u64 {
-            self.window.resize(WINDOW, 0);
-            let read = read_at_most(&self.file, &mut self.window, at);
-            let read = read.map_err(|error| Error::io(&self.subject, error))?;
-            self.window.truncate(read);
+            self.window.clear();
+            let mut file = &*self.file;
+            let read = file.seek(io::SeekFrom::Start(at)).and_then(|_| file.take(WINDOW).read_to_end(&mut self.window));
+            read.map_err(|error| Error::io(&self.subject, error))?;
             self.start = at;
         }
         let from = (at - self.start) as usize;
@@ -131,15 +132,11 @@ impl FileBytes {
         let mut buffer = [0; 1 << 14];
         let mut at = from;
         while at < to {
-            let wanted = (to - at).min(buffer.len() as u64) as usize;
-            let read = read_at_most(&self.file, buffer.get_mut(..wanted).unwrap_or_default(), at);
-            let read = read.map_err(|error| self.failed(error))?;
-            if read == 0 {
-                return Err(self.failed(IoErrorKind::UnexpectedEof));
-            }
-            let bytes = buffer.get(..read).unwrap_or_default();
+            let wanted = (to - at).min(buffer.len() as u64);
+            let bytes = buffer.get_mut(..wanted as usize).unwrap_or_default();
+            self.file.read_exact_at(bytes, at).map_err(|error| self.failed(error))?;
             hasher.update(bytes);
-            at += read as u64;
+            at += wanted;
             if bytes.iter().all(|&byte| byte == 0) {
                 let next = self.next_data(at).min(to);
                 hasher.combine(&of_zeros(next - at));
@@ -170,20 +167,6 @@ fn of_zeros(mut count: u64) -> Hasher {
 fn part(bytes: &[u8], at: u64, count: u64) -> Option<&[u8]> {
     let from = usize::try_from(at).ok()?;
     bytes.get(from..)?.get(..usize::try_from(count).ok()?)
-}
-
-/// Fills as much of the buffer as the file has.
-fn read_at_most(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
-    let mut filled = 0;
-    while let Some(rest) = buffer.get_mut(filled..).filter(|rest| !rest.is_empty()) {
-        match file.read_at(rest, at.saturating_add(filled as u64)) {
-            Ok(0) => break,
-            Ok(read) => filled += read,
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(filled)
 }
 
 #[cfg(test)]

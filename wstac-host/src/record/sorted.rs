@@ -6,11 +6,13 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use mcap::records::MessageHeader;
+
 use super::file::Topic;
 use super::limits::{MOST_PACKED, MOST_ROOM, MOST_SORTED};
 use super::summary::HEAD;
 use super::sums::{Sum, Tally};
-use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Packed, Span, Walk};
+use super::walk::{Crc, Packed, Span, Walk, message_of};
 use crate::error::Error;
 
 /// Most checksums that are compared of those that look alike, and most of a frame's moments: a bound of the work.
@@ -38,8 +40,8 @@ pub(super) struct OrderCheck {
 impl OrderCheck {
     /// Takes a message of this program. Returns false for a frame or a checksum that does not stand where it was
     /// written: each frame has a checksum behind it.
-    pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageBody<'_>) -> bool {
-        let (number, time) = (message.sequence, message.times[0]);
+    pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageHeader) -> bool {
+        let (number, time) = (message.sequence, message.log_time);
         if topic == Topic::Sums {
             let counted = number.wrapping_sub(self.sum);
             // A moment has the time of its frame.
@@ -127,8 +129,8 @@ impl Index {
             self.chunks.push(chunk);
             self.unpacked = self.unpacked.saturating_add(chunk.0.map_or(0, |packed| packed.unpacked));
         }
-        let start = walk.start_of(span, MESSAGE_HEADER as usize)?;
-        if let Some(MessageBody { channel, sequence: number, times: [time, _], .. }) = MessageBody::parse(start) {
+        if let Some(header) = walk.header_of(span)? {
+            let MessageHeader { channel_id: channel, sequence: number, log_time: time, .. } = header;
             let (chunk, length) = (self.chunks.len() as u32 - 1, u32::try_from(span.length).unwrap_or(u32::MAX));
             let sum = walk.hash(span.at + HEAD + 2, span.end())?;
             self.entries.push(Entry { time, at: span.at, length, number, chunk, sum, channel, own: None });
@@ -179,27 +181,26 @@ impl Index {
                 // A damaged checksum vouches for nothing.
                 group.extend(sorted.sum(walk, entry)?.map(|sum| (sum, *entry)));
             }
-            group.sort_by_key(|(sum, _)| sum.counts.all());
+            group.sort_by_key(|(sum, _)| sum.tally.all.all());
             while let Some((first, _)) = group.first() {
-                let fewest = first.counts.all();
+                let fewest = first.tally.all.all();
                 let mut of_fewest =
-                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
+                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.tally.all.all() == fewest).enumerate();
                 let found = of_fewest.find_map(|(at, (sum, entry))| {
                     moment_of(sum, entry.time, &last, &of_sensors).map(|moment| (at, moment))
                 });
                 let (sum, entry) = group.remove(found.map_or(0, |(at, _)| at));
-                let tally = sum.tally();
                 for (sensor, queue) in of_sensors.iter_mut().enumerate() {
                     let count = match found {
                         Some((_, (of_sensor, count))) if of_sensor == sensor => count,
                         Some(_) => 0,
                         // Parts of the moment are missing.
-                        None => until(queue, entry.time, frames_of(&tally, sensor) - frames_of(&last, sensor)),
+                        None => until(queue, entry.time, frames_of(&sum.tally, sensor) - frames_of(&last, sensor)),
                     };
                     sorted.push(&mut others, queue.drain(..count));
                 }
                 sorted.order.push_back(entry);
-                last = tally;
+                last = sum.tally;
             }
         }
         for queue in of_sensors {
@@ -225,9 +226,8 @@ fn frames_of(tally: &Tally, sensor: usize) -> i128 {
 /// Returns the sensor whose first messages are the moment of a checksum with this time, and their count; `None` if
 /// there is none. A sensor whose frames the checksum counts comes first.
 fn moment_of(sum: &Sum, time: u64, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<(usize, usize)> {
-    let tally = sum.tally();
     let mut sensors: Vec<usize> = (0..of_sensors.len()).collect();
-    sensors.sort_by_key(|&sensor| tally.of(sensor as u8) == last.of(sensor as u8));
+    sensors.sort_by_key(|&sensor| sum.tally.of(sensor as u8) == last.of(sensor as u8));
     let count = |queue: &VecDeque<Entry>| {
         let mut bytes = 0;
         let count = queue.iter().take(MOST_OF_FRAME).take_while(|entry| {
@@ -328,7 +328,7 @@ impl Sorted {
         self.show(walk, entry)?;
         let mut body = Vec::new();
         walk.body(entry.span(), &mut body)?;
-        Ok(MessageBody::parse(&body).and_then(|message| Sum::parse(message.data)))
+        Ok(message_of(&body).and_then(|(_, data)| Sum::parse(data)))
     }
 
     /// Lets the walk read the chunk of a message.
@@ -410,8 +410,7 @@ mod tests {
         loop {
             match sorted.next(&mut walk) {
                 Ok(Some(span)) => {
-                    let start = walk.start_of(span, MESSAGE_HEADER as usize).unwrap();
-                    assert_eq!(MessageBody::parse(start).unwrap().times[0], found as u64);
+                    assert_eq!(walk.header_of(span).unwrap().unwrap().log_time, found as u64);
                     found += 1;
                 }
                 Ok(None) => return (found, most - sorted.allowed, all, None),

@@ -10,11 +10,12 @@
 mod resync;
 mod shape;
 
+use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
 use crc32fast::Hasher;
-use mcap::records::{MessageHeader, op};
+use mcap::records::{MessageHeader, Record, op};
 use mcap::write::Metadata;
 
 use self::shape::{Around, ChunkHead, UNKNOWN};
@@ -80,35 +81,11 @@ impl Crc {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct MessageBody<'a> {
-    pub(crate) channel: u16,
-    pub(crate) sequence: u32,
-    /// The times when it was logged and when it was published, in nanoseconds.
-    pub(crate) times: [u64; 2],
-    pub(crate) data: &'a [u8],
-}
-
-impl<'a> MessageBody<'a> {
-    /// Returns the message's header with the number of another channel.
-    pub(super) fn header(&self, channel_id: u16) -> MessageHeader {
-        let [log_time, publish_time] = self.times;
-        MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time }
-    }
-
-    /// Reads a message from a record's body; `None` if that is too short.
-    pub(crate) fn parse(body: &'a [u8]) -> Option<Self> {
-        let (header, data) = body.split_at_checked(MESSAGE_HEADER as usize)?;
-        let (channel, rest) = header.split_first_chunk()?;
-        let (sequence, rest) = rest.split_first_chunk()?;
-        let (logged, rest) = rest.split_first_chunk()?;
-        let published = rest.first_chunk()?;
-        Some(Self {
-            channel: u16::from_le_bytes(*channel),
-            sequence: u32::from_le_bytes(*sequence),
-            times: [u64::from_le_bytes(*logged), u64::from_le_bytes(*published)],
-            data,
-        })
+/// Reads a message's header and its data from a record's body; `None` if that is too short.
+pub(super) fn message_of(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
+    match mcap::parse_record(op::MESSAGE, body) {
+        Ok(Record::Message { header, data: Cow::Borrowed(data) }) => Some((header, data)),
+        _ => None,
     }
 }
 
@@ -195,10 +172,6 @@ pub(super) struct Walk {
     pub(super) unread: Option<Unread>,
     /// Attachments and records of unknown kinds so far.
     pub(super) others: u64,
-    /// Memory for records whose shape is checked.
-    scratch: Vec<u8>,
-    /// Memory for bytes that are searched.
-    piece: Vec<u8>,
 }
 
 impl Walk {
@@ -207,7 +180,10 @@ impl Walk {
     /// # Errors
     /// The file cannot be read.
     pub(super) fn open(path: &Path, mode: Mode) -> Result<Self, Error> {
-        let mut file = FileBytes::open(path)?;
+        Self::of(FileBytes::open(path)?, mode)
+    }
+
+    fn of(mut file: FileBytes, mode: Mode) -> Result<Self, Error> {
         let has_magic = file.peek(0, mcap::MAGIC.len())? == mcap::MAGIC;
         let summary = summary::read(&mut file)?;
         let mut walk = Self {
@@ -229,8 +205,6 @@ impl Walk {
             has_magic,
             unread: None,
             others: 0,
-            scratch: Vec::new(),
-            piece: Vec::new(),
         };
         if let Some(summary) = &walk.summary {
             let ids = summary.definitions.iter().filter(|(op, _)| *op == op::CHANNEL);
@@ -276,14 +250,13 @@ impl Walk {
     }
 
     /// Goes back to the start, to walk through the file once more.
-    pub(super) fn rewind(&mut self) {
-        if let Some(outer) = self.outer.take() {
-            self.end = outer.end;
-        }
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn rewind(&mut self) -> Result<(), Error> {
         self.file.set_unpacked(None);
-        (self.at, self.around, self.crc) = (mcap::MAGIC.len() as u64, Around::File, Crc::Unknown);
-        (self.hashed, self.tried, self.crcs) = (0, 0, [0; 2]);
-        (self.total, self.unread, self.others) = ((Hasher::new(), 0), None, 0);
+        *self = Self::of(self.file.clone(), self.mode)?;
+        Ok(())
     }
 
     /// Returns the compressed chunk that the last record stands in.
@@ -330,12 +303,12 @@ impl Walk {
         self.file.peek(span.at + HEAD, count.min(usize::try_from(span.length).unwrap_or(usize::MAX)))
     }
 
-    /// Returns the number of the channel that a message or a channel's record states.
+    /// Returns the header of a message; `None` if its record is too short.
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn channel_of(&mut self, span: Span) -> Result<u16, Error> {
-        Ok(self.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
+    pub(super) fn header_of(&mut self, span: Span) -> Result<Option<MessageHeader>, Error> {
+        Ok(message_of(self.start_of(span, MESSAGE_HEADER as usize)?).map(|(header, _)| header))
     }
 
     /// Returns the checksum of bytes of the file.
@@ -425,7 +398,7 @@ impl Walk {
                     self.at = span.end();
                     self.others += u64::from(span.op == op::ATTACHMENT || span.op >= UNKNOWN);
                     if span.op == op::CHANNEL {
-                        let id = self.channel_of(span)?;
+                        let id = self.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id));
                         self.channels.insert(id);
                     }
                     return Ok(WalkStep::Record(span));
@@ -622,7 +595,7 @@ pub(super) fn outline(walk: &mut Walk) -> Result<Outline, Error> {
                     return Err(walk.refused(message));
                 }
                 walk.body(span, &mut body)?;
-                if let Ok(mcap::records::Record::Metadata(record)) = parse_record(op::METADATA, &body) {
+                if let Ok(Record::Metadata(record)) = parse_record(op::METADATA, &body) {
                     metadata.push(record);
                 }
             }

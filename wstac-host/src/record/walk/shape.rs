@@ -116,15 +116,13 @@ impl Walk {
         if self.goes_on() { MOST_MESSAGE } else { u64::MAX }
     }
 
-    fn fits(&mut self, op: u8, at: u64, length: u64) -> Result<bool, Error> {
+    fn fits(&self, op: u8, at: u64, length: u64) -> Result<bool, Error> {
         if length > MOST_DEFINITIONS {
             return Ok(false);
         }
-        let mut scratch = std::mem::take(&mut self.scratch);
-        let read = self.file.read(at + HEAD, length as usize, &mut scratch);
-        let fits = read.is_ok() && fits(op, &scratch);
-        self.scratch = scratch;
-        read.map(|()| fits)
+        let mut body = Vec::new();
+        self.file.read(at + HEAD, length as usize, &mut body)?;
+        Ok(fits(op, &body))
     }
 
     /// Returns whether the index or the footer follows the record at the end of the data.
