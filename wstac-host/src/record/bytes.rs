@@ -12,6 +12,8 @@ use rustix::io::Errno;
 
 use crate::error::{Error, ErrorKind};
 
+/// Bytes of the operation code and the length of a record.
+pub(super) const HEAD: u64 = 9;
 /// Bytes that are read at a time.
 const WINDOW: u64 = 1 << 16;
 
@@ -87,6 +89,15 @@ impl FileBytes {
         let from = (at - self.start) as usize;
         let rest = self.window.get(from..).unwrap_or_default();
         Ok(rest.get(..count).unwrap_or(rest))
+    }
+
+    /// Returns the operation code and the length of a record; `None` at the end.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn head(&mut self, at: u64) -> Result<Option<(u8, u64)>, Error> {
+        let Some((op, length)) = self.peek(at, HEAD as usize)?.split_first() else { return Ok(None) };
+        Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
     }
 
     /// Returns the first place from here on that may hold other bytes than zeros: a file's holes take no time.

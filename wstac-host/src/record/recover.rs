@@ -128,7 +128,6 @@ struct Recovery<'a> {
     has_sums: bool,
     /// Whether the chunks have checksums.
     has_crcs: bool,
-    sensors: Sensors,
     own: Channels,
     /// The schemas by their numbers, each with whether it stands in undamaged bytes.
     schemas: BTreeMap<u16, (Schema<'static>, bool)>,
@@ -225,8 +224,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         rates,
         has_sums,
         has_crcs: with_crc > without_crc,
-        own: Channels::new(sensors.clone()),
-        sensors,
+        own: Channels::new(sensors),
         schemas: BTreeMap::new(),
         channels: BTreeMap::new(),
         definitions: 0,
@@ -403,7 +401,7 @@ impl Recovery<'_> {
     fn own(&self, channel: u16) -> Option<(u8, Topic)> {
         // This program's numbers are fixed, so a damaged record of a channel loses nothing.
         let is_fixed = self.has_sums && !self.own.is_renumbered;
-        self.own.of(channel).or_else(|| self.sensors.topic(channel).filter(|_| is_fixed))
+        self.own.of(channel).or_else(|| self.own.sensors.topic(channel).filter(|_| is_fixed))
     }
 
     /// Ends a chunk.
@@ -625,7 +623,7 @@ impl Recovery<'_> {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };
-            let names: Vec<_> = self.sensors.names().iter().map(|name| Some(name.as_str())).collect();
+            let names: Vec<_> = self.own.sensors.names().iter().map(|name| Some(name.as_str())).collect();
             let names = if names.is_empty() { &[None][..] } else { &names };
             found.problem = names
                 .iter()

@@ -8,9 +8,9 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use mcap::records::MessageHeader;
 
+use super::bytes::HEAD;
 use super::file::Topic;
 use super::limits::{MOST_PACKED, MOST_ROOM, MOST_SORTED};
-use super::summary::HEAD;
 use super::sums::{Sum, Tally};
 use super::walk::{Crc, Packed, Span, Walk, message_of};
 use crate::error::Error;

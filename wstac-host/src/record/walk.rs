@@ -19,12 +19,12 @@ use mcap::records::{MessageHeader, Record, op};
 use mcap::write::Metadata;
 
 use self::shape::{Around, ChunkHead, UNKNOWN};
-use super::bytes::FileBytes;
+use super::bytes::{FileBytes, HEAD};
 use super::compression::Compression;
 use super::file::Sensors;
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PACKED};
 use super::parse::parse_record;
-use super::summary::{self, HEAD, Summary};
+use super::summary::{self, Summary};
 use crate::error::Error;
 
 /// Bytes of a message before its data.
@@ -326,7 +326,7 @@ impl Walk {
     pub(super) fn messages(&mut self, from: u64, to: u64, most: usize) -> Result<Option<Vec<Span>>, Error> {
         let (mut at, mut found) = (from, Vec::new());
         while at < to {
-            let Some((op, length)) = self.head(at)? else { return Ok(None) };
+            let Some((op, length)) = self.file.head(at)? else { return Ok(None) };
             let span = Span { op, at, length };
             let fits = op == op::MESSAGE && length >= MESSAGE_HEADER && length <= to - at && span.end() <= to;
             if !fits || found.len() == most {
@@ -422,7 +422,7 @@ impl Walk {
         self.at = next;
         let (mut behind, mut others) = (start, 0);
         while behind < next
-            && let Some((op, length)) = self.head(behind)?
+            && let Some((op, length)) = self.file.head(behind)?
             && (op >= UNKNOWN || (op == op::ATTACHMENT && !self.in_chunk()))
         {
             (behind, others) = (behind.saturating_add(length).saturating_add(HEAD), others + 1);

@@ -6,9 +6,9 @@ use mcap::records::MessageHeader;
 
 use super::{Recovery, Waiting};
 use crate::error::Error;
+use crate::record::bytes::HEAD;
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
-use crate::record::summary::HEAD;
 use crate::record::sums::{Counts, MomentSum, Sum, UNCOVERED};
 use crate::record::walk::Crc;
 
@@ -40,7 +40,7 @@ impl Recovery<'_> {
                 let there = self.pending.iter().position(|of| of.span == span).map(|at| self.pending.remove(at));
                 let Some(of) = (if there.is_some() { there } else { self.read(span)? }) else { continue };
                 // The numbers are those that this program gave: the checksum has them.
-                moment.push(Waiting { own: self.sensors.topic(of.header.channel_id), ..of });
+                moment.push(Waiting { own: self.own.sensors.topic(of.header.channel_id), ..of });
             }
             // Messages before the moment have lost their own checksum.
             self.pending.retain(|pending| pending.span.at < from);
@@ -98,7 +98,7 @@ impl Recovery<'_> {
         let is_of_time =
             last == Some(time) && frames.next().is_none_or(|of| of.header.log_time == time) && frames.next().is_none();
         let is_good = self.pending.iter().all(|of| of.crc == Crc::Good);
-        let Some(known) = sum.tally.clone().told_apart(self.sensors.count()) else { return false };
+        let Some(known) = sum.tally.clone().told_apart(self.own.sensors.count()) else { return false };
         let there = &self.out.tally;
         is_good
             && is_of_time
@@ -117,7 +117,7 @@ impl Recovery<'_> {
         let own = frames_of(moment);
         (self.is_suspect, self.suspects) = (false, 0);
         self.spacings.clear();
-        let known = sum.tally.clone().told_apart(self.sensors.count());
+        let known = sum.tally.clone().told_apart(self.own.sensors.count());
         let (place, crc) = sum.key();
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (place.saturating_sub(of_moment), self.out.tally.all.all());
