@@ -1,7 +1,7 @@
 //! The bytes of a file at any place of it, in little memory.
 
 use std::fs::File;
-use std::io::{self, ErrorKind as IoErrorKind, Read, Seek};
+use std::io::{self, ErrorKind as IoErrorKind};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
 use std::sync::Arc;
@@ -80,10 +80,10 @@ impl FileBytes {
         }
         let there = at.checked_sub(self.start).map_or(0, |from| (self.window.len() as u64).saturating_sub(from));
         if there < count as u64 {
-            self.window.clear();
-            let mut file = &*self.file;
-            let read = file.seek(io::SeekFrom::Start(at)).and_then(|_| file.take(WINDOW).read_to_end(&mut self.window));
-            read.map_err(|error| Error::io(&self.subject, error))?;
+            self.window.resize(WINDOW as usize, 0);
+            let read = read_at_most(&self.file, &mut self.window, at);
+            let read = read.map_err(|error| Error::io(&self.subject, error))?;
+            self.window.truncate(read);
             self.start = at;
         }
         let from = (at - self.start) as usize;
@@ -172,6 +172,20 @@ fn of_zeros(mut count: u64) -> Hasher {
         }
     }
     all
+}
+
+/// Fills as much of the buffer as the file has.
+fn read_at_most(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
+    let mut filled = 0;
+    while let Some(rest) = buffer.get_mut(filled..).filter(|rest| !rest.is_empty()) {
+        match file.read_at(rest, at.saturating_add(filled as u64)) {
+            Ok(0) => break,
+            Ok(read) => filled += read,
+            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(filled)
 }
 
 /// Returns this many bytes of a place.

@@ -181,26 +181,27 @@ impl Index {
                 // A damaged checksum vouches for nothing.
                 group.extend(sorted.sum(walk, entry)?.map(|sum| (sum, *entry)));
             }
-            group.sort_by_key(|(sum, _)| sum.tally.all.all());
+            group.sort_by_key(|(sum, _)| sum.counts.all());
             while let Some((first, _)) = group.first() {
-                let fewest = first.tally.all.all();
+                let fewest = first.counts.all();
                 let mut of_fewest =
-                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.tally.all.all() == fewest).enumerate();
+                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
                 let found = of_fewest.find_map(|(at, (sum, entry))| {
                     moment_of(sum, entry.time, &last, &of_sensors).map(|moment| (at, moment))
                 });
                 let (sum, entry) = group.remove(found.map_or(0, |(at, _)| at));
+                let tally = sum.tally();
                 for (sensor, queue) in of_sensors.iter_mut().enumerate() {
                     let count = match found {
                         Some((_, (of_sensor, count))) if of_sensor == sensor => count,
                         Some(_) => 0,
                         // Parts of the moment are missing.
-                        None => until(queue, entry.time, frames_of(&sum.tally, sensor) - frames_of(&last, sensor)),
+                        None => until(queue, entry.time, frames_of(&tally, sensor) - frames_of(&last, sensor)),
                     };
                     sorted.push(&mut others, queue.drain(..count));
                 }
                 sorted.order.push_back(entry);
-                last = sum.tally;
+                last = tally;
             }
         }
         for queue in of_sensors {
@@ -226,8 +227,9 @@ fn frames_of(tally: &Tally, sensor: usize) -> i128 {
 /// Returns the sensor whose first messages are the moment of a checksum with this time, and their count; `None` if
 /// there is none. A sensor whose frames the checksum counts comes first.
 fn moment_of(sum: &Sum, time: u64, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<(usize, usize)> {
+    let tally = sum.tally();
     let mut sensors: Vec<usize> = (0..of_sensors.len()).collect();
-    sensors.sort_by_key(|&sensor| sum.tally.of(sensor as u8) == last.of(sensor as u8));
+    sensors.sort_by_key(|&sensor| tally.of(sensor as u8) == last.of(sensor as u8));
     let count = |queue: &VecDeque<Entry>| {
         let mut bytes = 0;
         let count = queue.iter().take(MOST_OF_FRAME).take_while(|entry| {

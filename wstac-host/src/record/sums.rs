@@ -69,13 +69,11 @@ impl Counts {
 }
 
 /// The content of a recording so far: that of all sensors together, and that of each of several.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tally {
     /// The sum of all sensors.
-    #[serde(flatten)]
     pub(super) all: Counts,
     /// Each of several sensors. It is empty if there is one, or if a recording of before does not say it.
-    #[serde(default, rename = "sensors")]
     pub(super) each: Vec<Counts>,
 }
 
@@ -132,9 +130,12 @@ impl Tally {
 /// The checksum of a moment.
 #[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 pub(super) struct Sum {
-    /// The recording so far.
+    /// The counts of the recording so far.
     #[serde(flatten)]
-    pub(super) tally: Tally,
+    pub(super) counts: Counts,
+    /// The counts of each sensor: frames, lost frames, and both from the first frame on.
+    #[serde(default, rename = "sensors")]
+    each: Vec<Counts>,
     /// Bytes of the moment's records before this message.
     pub(super) bytes: u64,
     /// The checksum of those bytes, and of this message up to the checksum itself.
@@ -148,9 +149,13 @@ impl Sum {
         serde_json::from_slice(data).ok()
     }
 
+    pub(super) fn tally(&self) -> Tally {
+        Tally { all: self.counts, each: self.each.clone() }
+    }
+
     /// Returns the place of the moment and its checksum, which no other moment has.
     pub(super) fn key(&self) -> (u64, Option<u32>) {
-        (self.tally.all.all(), self.crc())
+        (self.counts.all(), self.crc())
     }
 
     /// Returns the checksum; `None` if it is no number.
@@ -361,7 +366,7 @@ mod tests {
             tally.add_lost((sensors - 1) as u8, 2);
             let data = MomentSum::default().end(&header, &tally);
             let sum = Sum::parse(&data).unwrap();
-            assert_eq!(sum.tally, tally);
+            assert_eq!(sum.tally(), tally);
             String::from_utf8(data).unwrap()
         };
         let one = r#"{"kind":"sum","frames":1,"lost":2,"place":3,"bytes":0,"crc32":"286f31b2"}"#;

@@ -10,7 +10,6 @@
 mod resync;
 mod shape;
 
-use std::borrow::Cow;
 use std::collections::BTreeSet;
 use std::path::Path;
 
@@ -82,11 +81,16 @@ impl Crc {
 }
 
 /// Reads a message's header and its data from a record's body; `None` if that is too short.
+///
+/// [`mcap::parse_record`] does the same, and slows down reading.
 pub(super) fn message_of(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
-    match mcap::parse_record(op::MESSAGE, body) {
-        Ok(Record::Message { header, data: Cow::Borrowed(data) }) => Some((header, data)),
-        _ => None,
-    }
+    let (channel, rest) = body.split_first_chunk()?;
+    let (sequence, rest) = rest.split_first_chunk()?;
+    let (logged, rest) = rest.split_first_chunk()?;
+    let (published, data) = rest.split_first_chunk()?;
+    let (channel_id, sequence) = (u16::from_le_bytes(*channel), u32::from_le_bytes(*sequence));
+    let (log_time, publish_time) = (u64::from_le_bytes(*logged), u64::from_le_bytes(*published));
+    Some((MessageHeader { channel_id, sequence, log_time, publish_time }, data))
 }
 
 /// Bytes that could not be read as records.
