@@ -26,7 +26,7 @@ const OV7670: u16 = 0x7673;
 const MT9M114: u16 = 0x2481;
 
 /// The state of a board, as its messages show it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct BoardState {
     wanted: OutputOptions,
     sample: Parts,
@@ -56,22 +56,7 @@ const MOST_UNMATCHED: u8 = 3;
 
 impl BoardState {
     pub(super) fn new(wanted: OutputOptions) -> Self {
-        let (sample, progress) = (Parts::default(), StreamSummary::default());
-        Self {
-            wanted,
-            sample,
-            progress,
-            baseline_frames: Some(TriggerConfig::default().baseline_frames()),
-            clock: None,
-            own_clock: BoardClock::default(),
-            has_model: false,
-            delivery: Delivery::default(),
-            unmatched: 0,
-            uptime_ms: 0,
-            repeats: 0,
-            baseline_said: false,
-            ended: false,
-        }
+        Self { wanted, baseline_frames: Some(TriggerConfig::default().baseline_frames()), ..Self::default() }
     }
 
     /// Returns the requests for the outputs that are wanted. A board that starts does not know them.

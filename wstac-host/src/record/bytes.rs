@@ -4,6 +4,7 @@ use std::fs::File;
 use std::io::{self, ErrorKind as IoErrorKind};
 use std::os::unix::fs::FileExt;
 use std::path::Path;
+use std::sync::Arc;
 
 use crc32fast::Hasher;
 use rustix::fs::{SeekFrom, seek};
@@ -11,14 +12,16 @@ use rustix::io::Errno;
 
 use crate::error::{Error, ErrorKind};
 
+/// Bytes of the operation code and the length of a record.
+pub(super) const HEAD: u64 = 9;
 /// Bytes that are read at a time.
-const WINDOW: usize = 1 << 16;
+const WINDOW: u64 = 1 << 16;
 
 /// A file that is read.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct FileBytes {
     subject: String,
-    file: File,
+    file: Arc<File>,
     length: u64,
     /// Some bytes of the file, and their place.
     window: Vec<u8>,
@@ -43,7 +46,7 @@ impl FileBytes {
             return Err(Error::new(ErrorKind::Format, &subject, message));
         }
         let length = metadata.len();
-        Ok(Self { subject, file, length, window: Vec::new(), start: 0, unpacked: None })
+        Ok(Self { subject, file: Arc::new(file), length, window: Vec::new(), start: 0, unpacked: None })
     }
 
     /// Returns the error of a read that failed.
@@ -71,13 +74,13 @@ impl FileBytes {
     /// # Errors
     /// The file cannot be read.
     pub(super) fn peek(&mut self, at: u64, count: usize) -> Result<&[u8], Error> {
-        let count = (count.min(WINDOW) as u64).min(self.length().saturating_sub(at)) as usize;
+        let count = (count as u64).min(WINDOW).min(self.length().saturating_sub(at)) as usize;
         if let Some(chunk) = &self.unpacked {
             return Ok(part(chunk, at, count as u64).unwrap_or_default());
         }
         let there = at.checked_sub(self.start).map_or(0, |from| (self.window.len() as u64).saturating_sub(from));
         if there < count as u64 {
-            self.window.resize(WINDOW, 0);
+            self.window.resize(WINDOW as usize, 0);
             let read = read_at_most(&self.file, &mut self.window, at);
             let read = read.map_err(|error| Error::io(&self.subject, error))?;
             self.window.truncate(read);
@@ -86,6 +89,15 @@ impl FileBytes {
         let from = (at - self.start) as usize;
         let rest = self.window.get(from..).unwrap_or_default();
         Ok(rest.get(..count).unwrap_or(rest))
+    }
+
+    /// Returns the operation code and the length of a record; `None` at the end.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn head(&mut self, at: u64) -> Result<Option<(u8, u64)>, Error> {
+        let Some((op, length)) = self.peek(at, HEAD as usize)?.split_first() else { return Ok(None) };
+        Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
     }
 
     /// Returns the first place from here on that may hold other bytes than zeros: a file's holes take no time.
@@ -131,15 +143,11 @@ impl FileBytes {
         let mut buffer = [0; 1 << 14];
         let mut at = from;
         while at < to {
-            let wanted = (to - at).min(buffer.len() as u64) as usize;
-            let read = read_at_most(&self.file, buffer.get_mut(..wanted).unwrap_or_default(), at);
-            let read = read.map_err(|error| self.failed(error))?;
-            if read == 0 {
-                return Err(self.failed(IoErrorKind::UnexpectedEof));
-            }
-            let bytes = buffer.get(..read).unwrap_or_default();
+            let wanted = (to - at).min(buffer.len() as u64);
+            let bytes = buffer.get_mut(..wanted as usize).unwrap_or_default();
+            self.file.read_exact_at(bytes, at).map_err(|error| self.failed(error))?;
             hasher.update(bytes);
-            at += read as u64;
+            at += wanted;
             if bytes.iter().all(|&byte| byte == 0) {
                 let next = self.next_data(at).min(to);
                 hasher.combine(&of_zeros(next - at));
@@ -166,12 +174,6 @@ fn of_zeros(mut count: u64) -> Hasher {
     all
 }
 
-/// Returns this many bytes of a place.
-fn part(bytes: &[u8], at: u64, count: u64) -> Option<&[u8]> {
-    let from = usize::try_from(at).ok()?;
-    bytes.get(from..)?.get(..usize::try_from(count).ok()?)
-}
-
 /// Fills as much of the buffer as the file has.
 fn read_at_most(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
     let mut filled = 0;
@@ -184,6 +186,12 @@ fn read_at_most(file: &File, buffer: &mut [u8], at: u64) -> io::Result<usize> {
         }
     }
     Ok(filled)
+}
+
+/// Returns this many bytes of a place.
+fn part(bytes: &[u8], at: u64, count: u64) -> Option<&[u8]> {
+    let from = usize::try_from(at).ok()?;
+    bytes.get(from..)?.get(..usize::try_from(count).ok()?)
 }
 
 #[cfg(test)]

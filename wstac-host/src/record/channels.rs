@@ -25,7 +25,7 @@ struct KnownChannel {
 
 #[derive(Debug, Default)]
 pub(super) struct Channels {
-    sensors: Sensors,
+    pub(super) sensors: Sensors,
     /// Names of the schemas.
     schemas: BTreeMap<u16, String>,
     found: BTreeMap<u16, KnownChannel>,

@@ -74,19 +74,14 @@ impl Compression {
 
 /// Reads to the end, to an error, or to this many bytes, and returns whether it was the end.
 #[cfg_attr(not(feature = "compression"), allow(dead_code, reason = "nothing is unpacked"))]
-fn read_up_to(mut from: impl Read, most: usize) -> io::Result<(Vec<u8>, bool)> {
-    let (mut all, mut piece) = (Vec::new(), [0; 1 << 14]);
-    loop {
-        match from.read(&mut piece) {
-            Ok(0) => return Ok((all, true)),
-            Ok(read) if all.len() + read > most => return Ok((all, false)),
-            Ok(read) => {
-                all.try_reserve(read).map_err(|_| io::Error::from(io::ErrorKind::OutOfMemory))?;
-                all.extend_from_slice(piece.get(..read).unwrap_or_default());
-            }
-            Err(error) if error.kind() == io::ErrorKind::Interrupted => {}
-            Err(_) => return Ok((all, false)),
-        }
+fn read_up_to(from: impl Read, most: usize) -> io::Result<(Vec<u8>, bool)> {
+    let mut all = Vec::new();
+    let read = from.take(most as u64 + 1).read_to_end(&mut all);
+    let is_all = read.is_ok() && all.len() <= most;
+    all.truncate(most);
+    match read {
+        Err(error) if error.kind() == io::ErrorKind::OutOfMemory => Err(error),
+        _ => Ok((all, is_all)),
     }
 }
 

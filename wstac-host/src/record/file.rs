@@ -136,7 +136,7 @@ impl Sensors {
 }
 
 impl Topic {
-    /// All topics, with their names and schemas.
+    /// All topics in the order of their numbers, with their names and schemas.
     const ALL: [(Self, &str, Schema); 11] = [
         (Self::Raw, super::CAMERA, Schema::RawImage),
         (Self::Jpeg, super::CAMERA, Schema::CompressedImage),
@@ -163,8 +163,8 @@ impl Topic {
     }
 
     pub(super) fn name_and_schema(self) -> (&'static str, Schema) {
-        let own = Self::ALL.into_iter().find(|(topic, ..)| *topic == self);
-        own.map_or(("", Schema::Record), |(_, name, schema)| (name, schema))
+        let (_, name, schema) = Self::ALL[self as usize];
+        (name, schema)
     }
 }
 

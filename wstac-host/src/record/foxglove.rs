@@ -7,6 +7,7 @@
 mod messages;
 
 use prost::Message;
+use prost::encoding::{DecodeContext, WireType, decode_key, skip_field};
 use prost_types::Timestamp;
 use wstac_core::params::{FEATURES, TAXELS};
 
@@ -134,24 +135,16 @@ fn with_data(header: &impl Message, field: u8, data: &[u8]) -> Vec<u8> {
 ///
 /// The picture is not copied, and the other fields are passed over.
 pub(crate) fn picture_of(message: &[u8], compressed: bool) -> Option<&[u8]> {
-    let wanted = usize::from(key(if compressed { JPEG_DATA } else { RAW_DATA }));
-    let number = |rest: &mut &[u8]| prost::decode_length_delimiter(rest).ok();
+    let wanted = (if compressed { JPEG_DATA } else { RAW_DATA }).into();
     let (mut rest, mut picture) = (message, &[][..]);
     while !rest.is_empty() {
-        let key = number(&mut rest).filter(|key| *key > 7)?;
-        let bytes = match key & 7 {
-            // A number ends where its own bytes say.
-            0 => number(&mut rest).map(|_| 0)?,
-            1 => 8,
-            2 => number(&mut rest)?,
-            5 => 4,
-            _ => return None,
-        };
-        let (field, behind) = rest.split_at_checked(bytes)?;
-        if key == wanted {
-            picture = field;
+        let (field, kind) = decode_key(&mut rest).ok()?;
+        let mut bytes = rest;
+        skip_field(kind, field, &mut rest, DecodeContext::default()).ok()?;
+        if (field, kind) == (wanted, WireType::LengthDelimited) {
+            let length = prost::decode_length_delimiter(&mut bytes).ok()?;
+            picture = bytes.get(..length)?;
         }
-        rest = behind;
     }
     Some(picture)
 }

@@ -14,7 +14,7 @@ pub(crate) const MOST_ROOM: u64 = 512 << 20;
 pub(crate) const MOST_DEFINITIONS: u64 = 4 << 20;
 /// Most chunks whose places are kept.
 pub(crate) const MOST_CHUNKS: usize = 1 << 20;
-/// Most records of metadata that are copied.
+/// Most records of metadata that are read.
 pub(crate) const MOST_METADATA: usize = 1 << 12;
 /// Most messages of a file that is put in order, of which each takes 40 bytes: a sensor's for some hours.
 pub(crate) const MOST_SORTED: usize = 1 << 21;

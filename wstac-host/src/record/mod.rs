@@ -40,7 +40,7 @@ pub use compression::Compression;
 pub use disk_space::check_room;
 pub use excerpt::{Excerpt, FinishedRecording, first_free_file, new_file};
 pub(crate) use file::Topic;
-pub(crate) use reader::{RecordingReader, damaged};
+pub(crate) use reader::RecordingReader;
 pub use recorder::Recorder;
 pub(crate) use recorder::{ClockLine, check_frame_bytes};
 pub use recover::{Recovered, recover};

@@ -8,18 +8,18 @@
 //! The checksum of a moment is checked if that of a chunk is missing. If moments are not those that the checksums
 //! count, all messages are put in order (`sorted`), and reading goes on behind the last moment that was right.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeMap, VecDeque};
 use std::fmt;
 use std::path::Path;
 
-use mcap::records::op;
+use mcap::records::{MessageHeader, op};
 
 use super::channels::Channels;
 use super::file::{Sensors, Topic};
 use super::limits::MOST_MESSAGE;
 use super::sorted::{Index, OrderCheck, Sorted};
 use super::sums::{MomentSum, Stated, Sum, Tally, sound_metadata};
-use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Outline, Span, Walk, WalkStep, outline};
+use super::walk::{Crc, Mode, Outline, Span, Walk, WalkStep, message_of, outline};
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
@@ -43,11 +43,9 @@ pub(crate) struct RecordingReader {
     /// The messages in their order, if the file has another one.
     sorted: Option<Sorted>,
     has_ended: bool,
-    /// Channels that were described so far, and those of this program. The index may name those before they are
-    /// described.
-    channels: BTreeSet<u16>,
+    /// The channels of this program. The index may name them before they are described.
     own: Channels,
-    /// Messages of each channel so far.
+    /// Messages of each channel that was described so far.
     messages: BTreeMap<u16, u64>,
     /// The statements of the recording about its frames; `None` if it has no checksums.
     stated: Option<Stated>,
@@ -102,7 +100,6 @@ impl RecordingReader {
             is_disordered: false,
             sorted: None,
             has_ended: false,
-            channels: BTreeSet::new(),
             tally: Tally::new(sensors.count()),
             own: Channels::new(sensors),
             messages: BTreeMap::new(),
@@ -185,7 +182,7 @@ impl RecordingReader {
             if is_unsure {
                 self.sum_up(sensor, topic, &body)?;
             }
-            let data = MessageBody::parse(&body).map_or(&[][..], |message| message.data);
+            let data = message_of(&body).map_or(&[][..], |(_, data)| data);
             self.tally.add(sensor, topic, data);
             if topic == Topic::Sums && self.stated.is_some() {
                 let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
@@ -225,7 +222,7 @@ impl RecordingReader {
 
     /// Puts all messages in order. Moments that were given already are not given again.
     fn sort(&mut self) -> Result<(), Error> {
-        self.rewind();
+        self.rewind()?;
         let mut index = Index::default();
         while let Some(span) = self.next_message()? {
             index.add(&mut self.walk, span)?;
@@ -241,25 +238,24 @@ impl RecordingReader {
             self.own_message(span)?;
         }
         let is_other = self.order.is_other(false);
-        self.rewind();
+        self.rewind()?;
         Ok(is_other)
     }
 
     /// Returns the sensor and the topic of a message of this program, and whether it stands where it was recorded.
     fn own_message(&mut self, span: Span) -> Result<Option<(u8, Topic, bool)>, Error> {
-        let start = self.walk.start_of(span, MESSAGE_HEADER as usize);
-        let message = MessageBody::parse(start?);
-        let own = message.and_then(|message| Some((self.own.of(message.channel)?, message)));
-        Ok(own.map(|((sensor, topic), message)| (sensor, topic, self.order.add(sensor, topic, &message))))
+        let header = self.walk.header_of(span)?;
+        let own = header.and_then(|header| Some((self.own.of(header.channel_id)?, header)));
+        Ok(own.map(|((sensor, topic), header)| (sensor, topic, self.order.add(sensor, topic, &header))))
     }
 
-    fn rewind(&mut self) {
-        self.walk.rewind();
-        self.channels.clear();
+    fn rewind(&mut self) -> Result<(), Error> {
+        self.walk.rewind()?;
         self.messages.clear();
         self.ready.clear();
         (self.tally, self.moment, self.moments) = (Tally::new(self.tally.each.len()), None, 0);
         self.order = OrderCheck::default();
+        Ok(())
     }
 
     /// Returns the next message; `None` at the end of a file that is whole.
@@ -276,18 +272,17 @@ impl RecordingReader {
                     op::SCHEMA | op::CHANNEL => {
                         let mut body = Vec::new();
                         self.walk.body(span, &mut body)?;
-                        if span.op == op::CHANNEL {
-                            self.channels.extend(body.first_chunk().map(|id| u16::from_le_bytes(*id)));
+                        if let Some(id) = body.first_chunk().filter(|_| span.op == op::CHANNEL) {
+                            self.messages.entry(u16::from_le_bytes(*id)).or_default();
                         }
                         self.define(span.op, &body)?;
                     }
                     op::MESSAGE => {
-                        let channel = self.walk.channel_of(span)?;
-                        if !self.channels.contains(&channel) {
+                        let channel = self.walk.header_of(span)?.map_or(0, |header| header.channel_id);
+                        let Some(count) = self.messages.get_mut(&channel) else {
                             let what = format_args!("has a message of channel {channel}, which nothing describes");
                             return Err(self.damaged(what));
-                        }
-                        let count = self.messages.entry(channel).or_default();
+                        };
                         *count = count.saturating_add(1);
                         return Ok(Some(span));
                     }
@@ -304,12 +299,12 @@ impl RecordingReader {
     /// Checks the bytes of a moment whose chunk has no checksum, by its own.
     fn sum_up(&mut self, sensor: u8, topic: Topic, body: &[u8]) -> Result<(), Error> {
         let mut moment = self.moment.take().unwrap_or_default();
-        let Some(message) = MessageBody::parse(body) else { return Ok(()) };
-        let header = message.header(topic.number(sensor));
+        let Some((header, data)) = message_of(body) else { return Ok(()) };
+        let header = MessageHeader { channel_id: topic.number(sensor), ..header };
         if topic != Topic::Sums {
-            moment.add(&header, message.data);
+            moment.add(&header, data);
             self.moment = Some(moment);
-        } else if !Sum::parse(message.data).is_some_and(|sum| moment.agrees(&header, message.data, &sum)) {
+        } else if !Sum::parse(data).is_some_and(|sum| moment.agrees(&header, data, &sum)) {
             let what = "has messages in no chunk with a checksum, and their own checksum is not right: they are damaged, or \
                         another tool changed them or their order";
             return Err(self.disordered(what));
@@ -372,12 +367,12 @@ impl RecordingReader {
     }
 
     /// Returns the message that was given last.
-    pub(crate) fn message(&self) -> Option<MessageBody<'_>> {
-        MessageBody::parse(&self.body)
+    pub(crate) fn message(&self) -> Option<(MessageHeader, &[u8])> {
+        message_of(&self.body)
     }
 }
 
-pub(crate) fn damaged(subject: &str, what: impl fmt::Display) -> Error {
+fn damaged(subject: &str, what: impl fmt::Display) -> Error {
     Error::new(
         ErrorKind::Format,
         subject,

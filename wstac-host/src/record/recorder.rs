@@ -22,7 +22,7 @@ use crate::json::{JsonLine, real};
 use crate::output::Output;
 use crate::plural::counted;
 use crate::session::Processor;
-use crate::source::{Crop, Fault, Frame, LossReason, SourceEvent, Stamp, StreamInfo};
+use crate::source::{Fault, Frame, LossReason, SourceEvent, Stamp, StreamInfo};
 
 /// Bytes of a frame's message besides its own.
 const MESSAGE_ROOM: u64 = 1 << 12;
@@ -52,9 +52,8 @@ pub(crate) struct ClockLine {
 
 /// Returns how many lost frames a line of JSON reports; 0 if it reports something else.
 pub(super) fn lost_frames(line: &[u8]) -> u64 {
-    let line: Option<serde_json::Value> = serde_json::from_slice(line).ok();
-    let lost = line.filter(|line| line["kind"] == "lost");
-    lost.and_then(|lost| lost["frames"].as_u64()).unwrap_or(0)
+    let line: serde_json::Value = serde_json::from_slice(line).unwrap_or_default();
+    line["frames"].as_u64().filter(|_| line["kind"] == "lost").unwrap_or(0)
 }
 
 /// Refuses frames that no recording has.
@@ -112,58 +111,48 @@ pub struct Recorder {
     number: u32,
 }
 
-/// The part of a frame that is kept.
-enum Content {
-    /// All bytes of the frame.
-    Pictures { shape: RawImageShape, frame_bytes: usize },
-    /// The bytes of a part of the frame.
-    Part { shape: RawImageShape, info: Box<StreamInfo>, crop: Crop, part: Vec<u8> },
-    /// The taxel sums of the frame.
-    Sums,
+/// The part of each frame that is kept.
+struct Content {
+    /// What viewers see of it.
+    shape: RawImageShape,
+    /// The whole frames.
+    info: StreamInfo,
+    /// The bytes that were cut out of a frame.
+    part: Vec<u8>,
 }
 
 impl Content {
     fn new(info: &StreamInfo) -> Self {
-        if info.taxels_only {
-            return Self::Sums;
-        }
-        match info.crop {
-            Some(crop) => {
-                let shape = picture::shape(&crop.of_stream(info));
-                Self::Part { shape, info: Box::new(info.clone()), crop, part: Vec::new() }
-            }
-            None => Self::Pictures { shape: picture::shape(info), frame_bytes: info.frame_bytes() },
-        }
+        Self { shape: picture::shape(&stored(info)), info: info.clone(), part: Vec::new() }
     }
 
     /// Returns a frame's message; taxel sums come later.
     fn message(&mut self, taken: u64, frame: &Frame<'_>) -> (Topic, Vec<u8>) {
-        match self {
-            Self::Sums => (Topic::TaxelSums, Vec::new()),
-            Self::Pictures { shape, frame_bytes } => {
-                if let Some(jpeg) = frame.encoded {
-                    (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg))
-                } else {
-                    // Bytes that a driver adds after a frame are no part of it.
-                    let bytes = frame.bytes.get(..*frame_bytes).unwrap_or(frame.bytes);
-                    (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, bytes))
-                }
-            }
-            Self::Part { shape, info, crop, part } => {
-                crop.cut(info, frame.bytes, part);
-                (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, part))
-            }
+        let Self { shape, info, part } = self;
+        if info.taxels_only {
+            return (Topic::TaxelSums, Vec::new());
         }
+        let bytes = if let Some(crop) = info.crop {
+            crop.cut(info, frame.bytes, part);
+            part
+        } else if let Some(jpeg) = frame.encoded {
+            return (Topic::Jpeg, foxglove::jpeg_image(taken, FRAME_ID, jpeg));
+        } else {
+            // Bytes that a driver adds after a frame are no part of it.
+            frame.bytes.get(..info.frame_bytes()).unwrap_or(frame.bytes)
+        };
+        (Topic::Raw, foxglove::raw_image(taken, FRAME_ID, *shape, bytes))
     }
+}
+
+/// Returns the stream of what is kept of pictures.
+fn stored(info: &StreamInfo) -> StreamInfo {
+    info.crop.map_or_else(|| info.clone(), |crop| crop.of_stream(info))
 }
 
 /// Returns the approximate bytes of a frame in a recording.
 pub(super) fn stored_bytes(info: &StreamInfo) -> usize {
-    match info.crop {
-        _ if info.taxels_only => MESSAGE_ROOM as usize,
-        Some(crop) => crop.of_stream(info).frame_bytes(),
-        None => info.frame_bytes(),
-    }
+    if info.taxels_only { MESSAGE_ROOM as usize } else { stored(info).frame_bytes() }
 }
 
 /// The place of messages in time.
@@ -305,7 +294,7 @@ impl Recorder {
                     self.messages.push(message);
                 }
             }
-            SourceEvent::Taxels(frame) if matches!(self.content, Content::Sums) => {
+            SourceEvent::Taxels(frame) if self.content.info.taxels_only => {
                 let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.stamp, frame.sequence);
                 let data = foxglove::taxel_sums(&frame.sums);
                 let (sensor, topic) = (self.sensor, Topic::TaxelSums);

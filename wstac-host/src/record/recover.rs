@@ -39,15 +39,15 @@ use self::order::Order;
 use super::about::{About, CONFIGURATION, TOML, is_description};
 use super::channels::Channels;
 use super::compression::Compression;
-use super::file::{RecordingFile, Sensors, Topic, write_error};
+use super::file::{Message, RecordingFile, Sensors, Topic, write_error};
 use super::foxglove::{picture_of, read_taxel_sums};
-use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PENDING, check_memory};
+use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_PENDING, check_memory};
 use super::parse::parse_record;
 use super::recorder::{fault_line, lost_frames, lost_line};
 use super::reserved::give_back_of_killed;
 use super::sorted::{OrderCheck, Sorted};
 use super::sums::{self, Stated, Tally};
-use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Mode, Span, Unread, Walk, WalkStep, outline};
+use super::walk::{Crc, MESSAGE_HEADER, Mode, Span, Unread, Walk, WalkStep, message_of, outline};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
@@ -86,20 +86,28 @@ pub struct Recovered {
 
 struct Waiting {
     span: Span,
-    channel: u16,
+    header: MessageHeader,
     /// The sensor and topic of the message if it is one of this program.
     own: Option<(u8, Topic)>,
     /// The verdict of the checksum of the chunk that the message stands in.
     crc: Crc,
     /// Whether the message stands in a chunk that was never finished, at the end of a file that was not.
     is_unfinished: bool,
-    /// Its record's body if its chunk ended, or if it stands in none. Others are read when they are needed.
-    body: Option<Vec<u8>>,
+    body: Vec<u8>,
 }
 
 impl Waiting {
     fn is_frame(&self) -> bool {
         self.own.is_some_and(|(_, topic)| topic.is_frame())
+    }
+
+    fn data(&self) -> &[u8] {
+        self.body.get(MESSAGE_HEADER as usize..).unwrap_or_default()
+    }
+
+    /// Returns the lost frames that it reports.
+    fn lost(&self) -> u64 {
+        if matches!(self.own, Some((_, Topic::FaultsJson))) { lost_frames(self.data()) } else { 0 }
     }
 }
 
@@ -120,7 +128,6 @@ struct Recovery<'a> {
     has_sums: bool,
     /// Whether the chunks have checksums.
     has_crcs: bool,
-    sensors: Sensors,
     own: Channels,
     /// The schemas by their numbers, each with whether it stands in undamaged bytes.
     schemas: BTreeMap<u16, (Schema<'static>, bool)>,
@@ -129,12 +136,9 @@ struct Recovery<'a> {
     definitions: u64,
     /// Numbers of other programs' channels in the new file, by those in the old one.
     numbers: BTreeMap<u16, u16>,
-    /// Messages that wait for their checksum, and the bytes of those that are in memory.
+    /// Messages that wait for their checksum, and their bytes.
     pending: Vec<Waiting>,
     held: u64,
-    body: Vec<u8>,
-    /// Other programs' records of metadata so far.
-    metadata: usize,
     /// Time of the last message.
     time: u64,
     /// The sensor and the time of the first message of this program that waits.
@@ -155,8 +159,6 @@ struct Recovery<'a> {
     is_over: bool,
     /// The frames of each sensor that no checksum counts.
     spacings: BTreeMap<u8, Spacing>,
-    /// Why the number of lost frames is not certain.
-    doubt: Option<String>,
     found: Recovered,
 }
 
@@ -193,6 +195,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         Ok(None) => Some("has no description of a recording".to_owned()),
         Err(error) => Some(error.clone()),
     };
+    let problem = problem.or(stated.has_other_end.then(|| "has the ends of several recordings".to_owned()));
     // All recordings of several sensors have checksums, unless another tool left them out.
     let is_with = survey.summary.is_none() || has_sum(old)?;
     let [with_crc, without_crc] = survey.crcs;
@@ -221,16 +224,13 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         rates,
         has_sums,
         has_crcs: with_crc > without_crc,
-        own: Channels::new(sensors.clone()),
-        sensors,
+        own: Channels::new(sensors),
         schemas: BTreeMap::new(),
         channels: BTreeMap::new(),
         definitions: 0,
         numbers: BTreeMap::new(),
         pending: Vec::new(),
         held: 0,
-        body: Vec::new(),
-        metadata: 0,
         time: 0,
         moment: None,
         suspects: 0,
@@ -242,7 +242,6 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
         entered: BTreeMap::new(),
         is_over: false,
         spacings: BTreeMap::new(),
-        doubt: stated.has_other_end.then(|| "has the ends of several recordings".to_owned()),
         found: Recovered { problem, ..Recovered::default() },
     };
     // The index comes first, because chunks have each channel only once.
@@ -268,7 +267,7 @@ fn has_sum(old: &Path) -> Result<bool, Error> {
             WalkStep::End { .. } => return Ok(false),
             _ => continue,
         };
-        if moments::looks_like_sum(walk.start_of(span, moments::SUM_START)?) {
+        if walk.start_of(span, MESSAGE_HEADER as usize + sums::START.len())?.ends_with(sums::START) {
             return Ok(true);
         }
     }
@@ -286,17 +285,16 @@ fn is_better<T>(there: Option<&(T, bool)>, sound: bool) -> bool {
 impl Recovery<'_> {
     /// Notes why the number of lost frames is not certain. The first reason stays.
     fn doubt(&mut self, why: impl Into<String>) {
-        self.doubt.get_or_insert_with(|| why.into());
+        self.found.problem.get_or_insert_with(|| why.into());
     }
 
     /// Takes a record that is no message.
     fn record(&mut self, span: Span) -> Result<(), Error> {
         match span.op {
             op::SCHEMA | op::CHANNEL => {
-                let mut body = std::mem::take(&mut self.body);
+                let mut body = Vec::new();
                 self.walk.body(span, &mut body)?;
                 self.define(span.op, &body, self.walk.crc != Crc::Bad);
-                self.body = body;
                 Ok(())
             }
             op::METADATA => self.copy_metadata(span),
@@ -389,12 +387,12 @@ impl Recovery<'_> {
 
     /// Copies other programs' metadata.
     fn copy_metadata(&mut self, span: Span) -> Result<(), Error> {
-        self.walk.body(span, &mut self.body)?;
-        let Ok(Record::Metadata(metadata)) = parse_record(op::METADATA, &self.body) else { return Ok(()) };
-        if is_description(&metadata.name) || metadata.name.starts_with("wstac.") || self.metadata == MOST_METADATA {
+        let mut body = Vec::new();
+        self.walk.body(span, &mut body)?;
+        let Ok(Record::Metadata(metadata)) = parse_record(op::METADATA, &body) else { return Ok(()) };
+        if is_description(&metadata.name) || metadata.name.starts_with("wstac.") {
             return Ok(());
         }
-        self.metadata += 1;
         self.flush()?;
         self.out.write_metadata(&metadata).map_err(|error| not_written(self.path, error))
     }
@@ -403,48 +401,39 @@ impl Recovery<'_> {
     fn own(&self, channel: u16) -> Option<(u8, Topic)> {
         // This program's numbers are fixed, so a damaged record of a channel loses nothing.
         let is_fixed = self.has_sums && !self.own.is_renumbered;
-        self.own.of(channel).or_else(|| self.sensors.topic(channel).filter(|_| is_fixed))
+        self.own.of(channel).or_else(|| self.own.sensors.topic(channel).filter(|_| is_fixed))
     }
 
-    /// Reads a message's body.
-    fn read(&mut self, message: &Waiting) -> Result<(), Error> {
-        match &message.body {
-            Some(body) => self.body.clone_from(body),
-            None => self.walk.body(message.span, &mut self.body)?,
-        }
-        Ok(())
-    }
-
-    /// Ends a chunk. What waits in it for a checksum may not be in the file's bytes any longer.
+    /// Ends a chunk.
     fn end_chunk(&mut self) -> Result<(), Error> {
         if !self.has_sums || self.walk.crc == Crc::Bad {
             return self.flush();
         }
-        let mut pending = std::mem::take(&mut self.pending);
-        self.held = pending.iter().map(|message| message.span.length).sum();
-        let has_room = self.held <= 2 * MOST_MESSAGE;
-        for message in pending.iter_mut().filter(|message| has_room && message.body.is_none()) {
-            self.walk.body(message.span, message.body.insert(Vec::new()))?;
-            // It stands before all of the next chunk.
-            message.span.at = 0;
-        }
-        self.pending = pending;
-        if has_room { Ok(()) } else { self.flush() }
+        // What waits stands before all of the next chunk.
+        self.pending.iter_mut().for_each(|message| message.span.at = 0);
+        Ok(())
+    }
+
+    /// Reads a message; `None` if its record is too short.
+    fn read(&self, span: Span) -> Result<Option<Waiting>, Error> {
+        let mut body = Vec::new();
+        self.walk.body(span, &mut body)?;
+        let (crc, is_unfinished) = (self.walk.crc, self.walk.in_unfinished());
+        let header = message_of(&body).map(|(header, _)| header);
+        Ok(header.map(|header| Waiting { span, header, own: self.own(header.channel_id), crc, is_unfinished, body }))
     }
 
     fn message(&mut self, span: Span) -> Result<(), Error> {
-        let channel = self.walk.channel_of(span)?;
-        let own = self.own(channel);
-        let start = self.walk.start_of(span, MESSAGE_HEADER as usize)?;
-        let (message, mut of_moment) = (MessageBody::parse(start), None);
-        if let (Some((sensor, topic)), Some(message)) = (own, message) {
-            self.order.add(sensor, topic, &message);
-            of_moment = Some((sensor, message.times[0]));
-        }
-        self.has_bad_chunk |= self.walk.crc == Crc::Bad;
+        let Some(message) = self.read(span)? else { return Ok(()) };
+        let own = message.own;
+        let of_moment = own.map(|(sensor, topic)| {
+            self.order.add(sensor, topic, &message.header);
+            (sensor, message.header.log_time)
+        });
+        self.has_bad_chunk |= message.crc == Crc::Bad;
         let is_sum = own.is_some_and(|(_, topic)| topic == Topic::Sums);
-        if is_sum || (self.has_sums && moments::looks_like_sum(self.walk.start_of(span, moments::SUM_START)?)) {
-            return self.sum(span);
+        if is_sum || (self.has_sums && message.data().starts_with(sums::START)) {
+            return self.sum(&message);
         }
         // Without checksums, a moment is a frame and what is behind it of its sensor and time: the next frame may be
         // gone. Lines of events have earlier times.
@@ -452,41 +441,31 @@ impl Recovery<'_> {
         let joins = |((sensor, time), (of, at))| of == sensor && (at == time || (is_line && at < time));
         let joins = self.moment.zip(of_moment).is_none_or(joins);
         let starts = !self.has_sums && own.is_none_or(|(_, topic)| topic.is_frame() || !joins);
-        if starts || self.pending.len() == MOST_PENDING {
+        if starts || self.pending.len() == MOST_PENDING || self.held + span.length > 2 * MOST_MESSAGE {
             self.flush()?;
         }
-        let (crc, is_unfinished, mut body) = (self.walk.crc, self.walk.in_unfinished(), None);
-        if !self.walk.in_chunk() {
-            if self.held + span.length > 2 * MOST_MESSAGE {
-                self.flush()?;
-            }
-            self.held += span.length;
-            self.walk.body(span, body.insert(Vec::new()))?;
-        }
+        self.held += span.length;
         self.moment = self.moment.or(of_moment);
-        self.pending.push(Waiting { span, channel, own, crc, is_unfinished, body });
+        self.pending.push(message);
         Ok(())
     }
 
     /// Returns whether a message is copied that has no checksum of its own.
-    fn is_sound(&mut self, message: &Waiting) -> Result<bool, Error> {
-        Ok(match message.crc {
+    fn is_sound(&self, message: &Waiting) -> bool {
+        match message.crc {
             Crc::Bad => false,
             // Messages that have no place in the stream.
             Crc::Good if self.has_sums => !message.is_frame() && !matches!(message.own, Some((_, Topic::FaultsJson))),
             Crc::Good => true,
-            // The last chunk of a recording that was killed has no checksum yet.
-            Crc::Unknown => !self.has_sums && (!self.has_crcs || message.is_unfinished) && self.is_readable(message)?,
-        })
-    }
-
-    /// Returns whether a message is no frame, or one that is read as a picture: the new file would end at another.
-    fn is_readable(&mut self, message: &Waiting) -> Result<bool, Error> {
-        let Some((_, topic)) = message.own.filter(|(_, topic)| topic.is_frame()) else { return Ok(true) };
-        self.read(message)?;
-        let data = MessageBody::parse(&self.body).map_or(&[][..], |message| message.data);
-        let is_sums = topic == Topic::TaxelSums;
-        Ok(if is_sums { read_taxel_sums(data).is_some() } else { picture_of(data, topic == Topic::Jpeg).is_some() })
+            // The last chunk of a recording that was killed has no checksum yet. The new file would end at a frame that
+            // is read as no picture.
+            Crc::Unknown if self.has_sums || (self.has_crcs && !message.is_unfinished) => false,
+            Crc::Unknown => match message.own {
+                Some((_, Topic::TaxelSums)) => read_taxel_sums(message.data()).is_some(),
+                Some((_, topic)) if topic.is_frame() => picture_of(message.data(), topic == Topic::Jpeg).is_some(),
+                _ => true,
+            },
+        }
     }
 
     /// Copies the messages that wait, if they are sound.
@@ -496,10 +475,7 @@ impl Recovery<'_> {
         if pending.is_empty() || self.is_over {
             return Ok(());
         }
-        let (mut sound, mut others) = (Vec::new(), Vec::new());
-        for message in pending {
-            if self.is_sound(&message)? { &mut sound } else { &mut others }.push(message);
-        }
+        let (sound, others): (Vec<_>, Vec<_>) = pending.into_iter().partition(|message| self.is_sound(message));
         self.leave(&others);
         if sound.is_empty() {
             return Ok(());
@@ -519,7 +495,7 @@ impl Recovery<'_> {
         let frames = messages.iter().filter(|message| message.is_frame()).count() as u64;
         self.suspects = self.suspects.saturating_add(frames);
         let mut foreign = messages.iter().filter(|of| of.own.is_none() && of.crc == Crc::Unknown);
-        if let Some((channel, _)) = foreign.find_map(|of| self.channels.get(&of.channel)) {
+        if let Some((channel, _)) = foreign.find_map(|of| self.channels.get(&of.header.channel_id)) {
             self.doubt(format!("has messages of {}, which no checksum vouches for", channel.topic));
         }
     }
@@ -532,11 +508,8 @@ impl Recovery<'_> {
         let mut gaps = Vec::new();
         for of in moment {
             let Some((sensor, topic)) = of.own else { continue };
-            self.read(of)?;
-            let Some(message) = MessageBody::parse(&self.body) else { continue };
             if !topic.is_frame() {
-                let lost = if topic == Topic::FaultsJson { lost_frames(message.data) } else { 0 };
-                self.spacings.entry(sensor).and_modify(|spacing| spacing.lose(lost));
+                self.spacings.entry(sensor).and_modify(|spacing| spacing.lose(of.lost()));
                 continue;
             }
             let rate = self.rates.get(usize::from(sensor)).copied().flatten().unwrap_or(of_first);
@@ -545,18 +518,18 @@ impl Recovery<'_> {
             let new = || Spacing::new(self.path.display().to_string(), Positions::Times, step);
             let spacing = self.spacings.entry(sensor).or_insert_with(new);
             if is_after_damage && driver_times {
-                self.doubt.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
+                self.found.problem.get_or_insert_with(|| "has a damaged start, whose frames nothing counts".to_owned());
                 gaps.push((sensor, self.suspects));
             } else if is_after_damage {
                 // The first frame has the time 0.
                 spacing.arrive(-step);
             }
-            spacing.arrive(message.times[0] as f64 / 1e6);
+            spacing.arrive(of.header.log_time as f64 / 1e6);
             (self.is_suspect, self.suspects) = (false, 0);
             for event in std::iter::from_fn(|| spacing.next_event()).collect::<Vec<_>>() {
                 match event {
                     SourceEvent::Lost { frames, .. } => gaps.push((sensor, frames)),
-                    SourceEvent::Fault(fault) => self.enter(sensor, &fault_line(&fault))?,
+                    SourceEvent::Fault(fault) => self.enter(sensor, fault_line(&fault))?,
                     _ => {}
                 }
             }
@@ -573,24 +546,19 @@ impl Recovery<'_> {
             let own = message.own.filter(|_| is_own);
             targets.push(match own {
                 Some((sensor, topic)) => Some((own, self.out.add_own(sensor, topic).map_err(failed)?)),
-                None => self.foreign(message.channel)?.map(|number| (None, number)),
+                None => self.foreign(message.header.channel_id)?.map(|number| (None, number)),
             });
         }
         for (message, target) in moment.iter().zip(targets) {
             let Some((own, channel_id)) = target else { continue };
-            self.read(message)?;
-            let body = std::mem::take(&mut self.body);
-            if let Some(MessageBody { sequence, times: [log_time, publish_time], data, .. }) = MessageBody::parse(&body)
-            {
-                if message.is_frame() {
-                    (self.time, self.found.frames) = (log_time, self.found.frames + 1);
-                }
-                let is_event = matches!(message.own, Some((_, Topic::EventsJson)));
-                self.found.events += u64::from(is_event && data.starts_with(br#"{"kind":"event""#));
-                let header = MessageHeader { channel_id, sequence, log_time, publish_time };
-                self.out.write_message(own, &header, data).map_err(failed)?;
+            let header = MessageHeader { channel_id, ..message.header };
+            if message.is_frame() {
+                (self.time, self.found.frames) = (header.log_time, self.found.frames + 1);
             }
-            self.body = body;
+            let data = message.data();
+            let is_event = matches!(message.own, Some((_, Topic::EventsJson)));
+            self.found.events += u64::from(is_event && data.starts_with(br#"{"kind":"event""#));
+            self.out.write_message(own, &header, data).map_err(failed)?;
         }
         self.out.end_moment().map_err(failed)
     }
@@ -620,28 +588,22 @@ impl Recovery<'_> {
         if self.out.tally.all.all() == 0
             && let Some(message) = before
         {
-            self.read(message)?;
-            self.time = MessageBody::parse(&self.body).map_or(0, |message| message.times[0]);
+            self.time = message.header.log_time;
         }
         self.found.damaged = self.found.damaged.saturating_add(frames);
         self.entered.entry(sensor).and_modify(|all| *all = all.saturating_add(frames)).or_insert(frames);
-        self.enter(sensor, &lost_line(frames, "damaged in the recording"))
+        self.enter(sensor, lost_line(frames, "damaged in the recording"))
     }
 
     /// Enters a line of JSON about a sensor's source.
-    fn enter(&mut self, sensor: u8, data: &[u8]) -> Result<(), Error> {
-        let path = self.path;
-        let failed = |error| not_written(path, error);
-        let channel_id = self.out.add_own(sensor, Topic::FaultsJson).map_err(failed)?;
-        let header = MessageHeader { channel_id, sequence: 0, log_time: self.time, publish_time: self.time };
-        self.out.write_message(Some((sensor, Topic::FaultsJson)), &header, data).map_err(failed)?;
-        self.out.end_moment().map_err(failed)
+    fn enter(&mut self, sensor: u8, data: Vec<u8>) -> Result<(), Error> {
+        let line = Message { sensor, topic: Topic::FaultsJson, time: self.time, taken: self.time, sequence: 0, data };
+        self.out.write(&[line]).map_err(|error| not_written(self.path, error))
     }
 
     fn finish(mut self, new: &File) -> Result<Recovered, Error> {
         self.found.bytes = self.out.finish().map_err(|error| not_written(self.path, error))?;
         let mut found = self.found;
-        found.problem = found.problem.or(self.doubt);
         // Frames that were moved are entered as lost where they were, unless two are of one place.
         if self.others > if self.is_over { 0 } else { found.damaged } {
             let others = counted(self.others, "frame");
@@ -661,7 +623,7 @@ impl Recovery<'_> {
             // Whatever a damaged recording says, the new one must be readable.
             let new = PathBuf::from(format!("/proc/self/fd/{}", new.as_raw_fd()));
             let new = if new.exists() { &new } else { self.path };
-            let names: Vec<_> = self.sensors.names().iter().map(|name| Some(name.as_str())).collect();
+            let names: Vec<_> = self.own.sensors.names().iter().map(|name| Some(name.as_str())).collect();
             let names = if names.is_empty() { &[None][..] } else { &names };
             found.problem = names
                 .iter()

@@ -6,11 +6,13 @@
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
+use mcap::records::MessageHeader;
+
+use super::bytes::HEAD;
 use super::file::Topic;
 use super::limits::{MOST_PACKED, MOST_ROOM, MOST_SORTED};
-use super::summary::HEAD;
 use super::sums::{Sum, Tally};
-use super::walk::{Crc, MESSAGE_HEADER, MessageBody, Packed, Span, Walk};
+use super::walk::{Crc, Packed, Span, Walk, message_of};
 use crate::error::Error;
 
 /// Most checksums that are compared of those that look alike, and most of a frame's moments: a bound of the work.
@@ -38,8 +40,8 @@ pub(super) struct OrderCheck {
 impl OrderCheck {
     /// Takes a message of this program. Returns false for a frame or a checksum that does not stand where it was
     /// written: each frame has a checksum behind it.
-    pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageBody<'_>) -> bool {
-        let (number, time) = (message.sequence, message.times[0]);
+    pub(super) fn add(&mut self, sensor: u8, topic: Topic, message: &MessageHeader) -> bool {
+        let (number, time) = (message.sequence, message.log_time);
         if topic == Topic::Sums {
             let counted = number.wrapping_sub(self.sum);
             // A moment has the time of its frame.
@@ -127,8 +129,8 @@ impl Index {
             self.chunks.push(chunk);
             self.unpacked = self.unpacked.saturating_add(chunk.0.map_or(0, |packed| packed.unpacked));
         }
-        let start = walk.start_of(span, MESSAGE_HEADER as usize)?;
-        if let Some(MessageBody { channel, sequence: number, times: [time, _], .. }) = MessageBody::parse(start) {
+        if let Some(header) = walk.header_of(span)? {
+            let MessageHeader { channel_id: channel, sequence: number, log_time: time, .. } = header;
             let (chunk, length) = (self.chunks.len() as u32 - 1, u32::try_from(span.length).unwrap_or(u32::MAX));
             let sum = walk.hash(span.at + HEAD + 2, span.end())?;
             self.entries.push(Entry { time, at: span.at, length, number, chunk, sum, channel, own: None });
@@ -328,7 +330,7 @@ impl Sorted {
         self.show(walk, entry)?;
         let mut body = Vec::new();
         walk.body(entry.span(), &mut body)?;
-        Ok(MessageBody::parse(&body).and_then(|message| Sum::parse(message.data)))
+        Ok(message_of(&body).and_then(|(_, data)| Sum::parse(data)))
     }
 
     /// Lets the walk read the chunk of a message.
@@ -410,8 +412,7 @@ mod tests {
         loop {
             match sorted.next(&mut walk) {
                 Ok(Some(span)) => {
-                    let start = walk.start_of(span, MESSAGE_HEADER as usize).unwrap();
-                    assert_eq!(MessageBody::parse(start).unwrap().times[0], found as u64);
+                    assert_eq!(walk.header_of(span).unwrap().unwrap().log_time, found as u64);
                     found += 1;
                 }
                 Ok(None) => return (found, most - sorted.allowed, all, None),

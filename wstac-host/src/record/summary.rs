@@ -4,12 +4,10 @@ use std::collections::BTreeMap;
 
 use mcap::records::{Record, op};
 
-use super::bytes::FileBytes;
+use super::bytes::{FileBytes, HEAD};
 use super::limits::{MOST_CHUNKS, MOST_DEFINITIONS};
 use crate::error::Error;
 
-/// Bytes of an operation code and a length.
-pub(super) const HEAD: u64 = 9;
 /// Bytes of the record at the end of the data.
 pub(super) const DATA_END: u64 = HEAD + 4;
 /// Bytes of the footer and of the magic at the end.
@@ -77,9 +75,7 @@ pub(super) fn read(file: &mut FileBytes) -> Result<Option<Summary>, Error> {
     let (mut at, mut bytes) = (start, 0_u64);
     let mut body = Vec::new();
     while at < footer {
-        let head = file.peek(at, HEAD as usize)?;
-        let Some((&code, length)) = head.split_first() else { return Ok(None) };
-        let Some(length) = length.first_chunk().map(|length| u64::from_le_bytes(*length)) else { return Ok(None) };
+        let Some((code, length)) = file.head(at)? else { return Ok(None) };
         if length > footer - at - HEAD.min(footer - at) {
             return Ok(None);
         }

@@ -14,16 +14,16 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crc32fast::Hasher;
-use mcap::records::{MessageHeader, op};
+use mcap::records::{MessageHeader, Record, op};
 use mcap::write::Metadata;
 
 use self::shape::{Around, ChunkHead, UNKNOWN};
-use super::bytes::FileBytes;
+use super::bytes::{FileBytes, HEAD};
 use super::compression::Compression;
 use super::file::Sensors;
 use super::limits::{MOST_DEFINITIONS, MOST_MESSAGE, MOST_METADATA, MOST_PACKED};
 use super::parse::parse_record;
-use super::summary::{self, HEAD, Summary};
+use super::summary::{self, Summary};
 use crate::error::Error;
 
 /// Bytes of a message before its data.
@@ -80,36 +80,17 @@ impl Crc {
     }
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct MessageBody<'a> {
-    pub(crate) channel: u16,
-    pub(crate) sequence: u32,
-    /// The times when it was logged and when it was published, in nanoseconds.
-    pub(crate) times: [u64; 2],
-    pub(crate) data: &'a [u8],
-}
-
-impl<'a> MessageBody<'a> {
-    /// Returns the message's header with the number of another channel.
-    pub(super) fn header(&self, channel_id: u16) -> MessageHeader {
-        let [log_time, publish_time] = self.times;
-        MessageHeader { channel_id, sequence: self.sequence, log_time, publish_time }
-    }
-
-    /// Reads a message from a record's body; `None` if that is too short.
-    pub(crate) fn parse(body: &'a [u8]) -> Option<Self> {
-        let (header, data) = body.split_at_checked(MESSAGE_HEADER as usize)?;
-        let (channel, rest) = header.split_first_chunk()?;
-        let (sequence, rest) = rest.split_first_chunk()?;
-        let (logged, rest) = rest.split_first_chunk()?;
-        let published = rest.first_chunk()?;
-        Some(Self {
-            channel: u16::from_le_bytes(*channel),
-            sequence: u32::from_le_bytes(*sequence),
-            times: [u64::from_le_bytes(*logged), u64::from_le_bytes(*published)],
-            data,
-        })
-    }
+/// Reads a message's header and its data from a record's body; `None` if that is too short.
+///
+/// [`mcap::parse_record`] does the same, and slows down reading.
+pub(super) fn message_of(body: &[u8]) -> Option<(MessageHeader, &[u8])> {
+    let (channel, rest) = body.split_first_chunk()?;
+    let (sequence, rest) = rest.split_first_chunk()?;
+    let (logged, rest) = rest.split_first_chunk()?;
+    let (published, data) = rest.split_first_chunk()?;
+    let (channel_id, sequence) = (u16::from_le_bytes(*channel), u32::from_le_bytes(*sequence));
+    let (log_time, publish_time) = (u64::from_le_bytes(*logged), u64::from_le_bytes(*published));
+    Some((MessageHeader { channel_id, sequence, log_time, publish_time }, data))
 }
 
 /// Bytes that could not be read as records.
@@ -195,10 +176,6 @@ pub(super) struct Walk {
     pub(super) unread: Option<Unread>,
     /// Attachments and records of unknown kinds so far.
     pub(super) others: u64,
-    /// Memory for records whose shape is checked.
-    scratch: Vec<u8>,
-    /// Memory for bytes that are searched.
-    piece: Vec<u8>,
 }
 
 impl Walk {
@@ -207,7 +184,10 @@ impl Walk {
     /// # Errors
     /// The file cannot be read.
     pub(super) fn open(path: &Path, mode: Mode) -> Result<Self, Error> {
-        let mut file = FileBytes::open(path)?;
+        Self::of(FileBytes::open(path)?, mode)
+    }
+
+    fn of(mut file: FileBytes, mode: Mode) -> Result<Self, Error> {
         let has_magic = file.peek(0, mcap::MAGIC.len())? == mcap::MAGIC;
         let summary = summary::read(&mut file)?;
         let mut walk = Self {
@@ -229,8 +209,6 @@ impl Walk {
             has_magic,
             unread: None,
             others: 0,
-            scratch: Vec::new(),
-            piece: Vec::new(),
         };
         if let Some(summary) = &walk.summary {
             let ids = summary.definitions.iter().filter(|(op, _)| *op == op::CHANNEL);
@@ -276,14 +254,13 @@ impl Walk {
     }
 
     /// Goes back to the start, to walk through the file once more.
-    pub(super) fn rewind(&mut self) {
-        if let Some(outer) = self.outer.take() {
-            self.end = outer.end;
-        }
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub(super) fn rewind(&mut self) -> Result<(), Error> {
         self.file.set_unpacked(None);
-        (self.at, self.around, self.crc) = (mcap::MAGIC.len() as u64, Around::File, Crc::Unknown);
-        (self.hashed, self.tried, self.crcs) = (0, 0, [0; 2]);
-        (self.total, self.unread, self.others) = ((Hasher::new(), 0), None, 0);
+        *self = Self::of(self.file.clone(), self.mode)?;
+        Ok(())
     }
 
     /// Returns the compressed chunk that the last record stands in.
@@ -330,12 +307,12 @@ impl Walk {
         self.file.peek(span.at + HEAD, count.min(usize::try_from(span.length).unwrap_or(usize::MAX)))
     }
 
-    /// Returns the number of the channel that a message or a channel's record states.
+    /// Returns the header of a message; `None` if its record is too short.
     ///
     /// # Errors
     /// The file cannot be read.
-    pub(super) fn channel_of(&mut self, span: Span) -> Result<u16, Error> {
-        Ok(self.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id)))
+    pub(super) fn header_of(&mut self, span: Span) -> Result<Option<MessageHeader>, Error> {
+        Ok(message_of(self.start_of(span, MESSAGE_HEADER as usize)?).map(|(header, _)| header))
     }
 
     /// Returns the checksum of bytes of the file.
@@ -353,7 +330,7 @@ impl Walk {
     pub(super) fn messages(&mut self, from: u64, to: u64, most: usize) -> Result<Option<Vec<Span>>, Error> {
         let (mut at, mut found) = (from, Vec::new());
         while at < to {
-            let Some((op, length)) = self.head(at)? else { return Ok(None) };
+            let Some((op, length)) = self.file.head(at)? else { return Ok(None) };
             let span = Span { op, at, length };
             let fits = op == op::MESSAGE && length >= MESSAGE_HEADER && length <= to - at && span.end() <= to;
             if !fits || found.len() == most {
@@ -425,7 +402,7 @@ impl Walk {
                     self.at = span.end();
                     self.others += u64::from(span.op == op::ATTACHMENT || span.op >= UNKNOWN);
                     if span.op == op::CHANNEL {
-                        let id = self.channel_of(span)?;
+                        let id = self.start_of(span, 2)?.first_chunk().map_or(0, |id| u16::from_le_bytes(*id));
                         self.channels.insert(id);
                     }
                     return Ok(WalkStep::Record(span));
@@ -449,7 +426,7 @@ impl Walk {
         self.at = next;
         let (mut behind, mut others) = (start, 0);
         while behind < next
-            && let Some((op, length)) = self.head(behind)?
+            && let Some((op, length)) = self.file.head(behind)?
             && (op >= UNKNOWN || (op == op::ATTACHMENT && !self.in_chunk()))
         {
             (behind, others) = (behind.saturating_add(length).saturating_add(HEAD), others + 1);
@@ -622,7 +599,7 @@ pub(super) fn outline(walk: &mut Walk) -> Result<Outline, Error> {
                     return Err(walk.refused(message));
                 }
                 walk.body(span, &mut body)?;
-                if let Ok(mcap::records::Record::Metadata(record)) = parse_record(op::METADATA, &body) {
+                if let Ok(Record::Metadata(record)) = parse_record(op::METADATA, &body) {
                     metadata.push(record);
                 }
             }

@@ -16,7 +16,7 @@ use crate::camera::mjpeg::Decoder;
 use crate::error::{Error, ErrorKind};
 use crate::record::about::{self, About};
 use crate::record::foxglove::{picture_of, read_taxel_sums};
-use crate::record::{CLOCK, ClockLine, FAULTS, RecordingReader, Topic, check_frame_bytes, damaged, sound_metadata};
+use crate::record::{CLOCK, ClockLine, FAULTS, RecordingReader, Topic, check_frame_bytes, sound_metadata};
 
 /// A line of the channel of faults.
 #[derive(Deserialize)]
@@ -130,23 +130,19 @@ impl McapSource {
         &self.about
     }
 
-    fn damaged(&self, what: impl fmt::Display) -> Error {
-        damaged(&self.subject, what)
-    }
-
     /// Goes on to the next message that matters; `None` is a frame, whose message stays in `reader`.
     fn advance(&mut self) -> Result<Option<SourceEvent<'static>>, Error> {
         while let Some(topic) = self.reader.next()? {
             if topic == Topic::TaxelSums && !self.info.taxels_only {
                 continue;
             }
-            let Some(message) = self.reader.message() else {
-                return Err(self.damaged("has a message without a header"));
+            let Some((header, data)) = self.reader.message() else {
+                return Err(self.reader.damaged("has a message without a header"));
             };
             match topic {
                 Topic::FaultsJson => {
-                    let line = serde_json::from_slice(message.data);
-                    match line.map_err(|error| self.damaged(format_args!("{FAULTS}: {error}")))? {
+                    let line = serde_json::from_slice(data);
+                    match line.map_err(|error| self.reader.damaged(format_args!("{FAULTS}: {error}")))? {
                         Line::Lost { frames, why } => {
                             self.spacing.lose(frames);
                             return Ok(Some(SourceEvent::Lost { frames, reason: LossReason::from(why.as_str()) }));
@@ -159,16 +155,17 @@ impl McapSource {
                     }
                 }
                 Topic::Clock => {
-                    let line = serde_json::from_slice(message.data);
-                    let line: ClockLine = line.map_err(|error| self.damaged(format_args!("{CLOCK}: {error}")))?;
+                    let line = serde_json::from_slice(data);
+                    let line: ClockLine =
+                        line.map_err(|error| self.reader.damaged(format_args!("{CLOCK}: {error}")))?;
                     let time = humantime::parse_rfc3339(&line.stamp);
-                    let time = time.map_err(|error| self.damaged(format_args!("{CLOCK}: {error}")))?;
+                    let time = time.map_err(|error| self.reader.damaged(format_args!("{CLOCK}: {error}")))?;
                     let zero = time.checked_sub(Duration::from_nanos(line.time_ns));
                     self.wall = zero.map(|zero| (zero, Duration::from_nanos(line.within_ns)));
                 }
                 topic => {
                     if !self.reader.has_sums() {
-                        self.spacing.arrive(message.times[0] as f64 / 1e6);
+                        self.spacing.arrive(header.log_time as f64 / 1e6);
                     }
                     self.waiting = Some(topic);
                     return Ok(None);
@@ -181,22 +178,22 @@ impl McapSource {
 
     /// Returns the frame that `reader` has.
     fn frame(&mut self, topic: Topic) -> Result<SourceEvent<'_>, Error> {
-        let Some(message) = self.reader.message() else {
-            return Err(self.damaged(NO_PICTURE));
+        let Some((header, data)) = self.reader.message() else {
+            return Err(self.reader.damaged(NO_PICTURE));
         };
         let of_driver = self.about.driver_times;
-        let timestamp = of_driver.then(|| Duration::from_nanos(message.times[1]));
-        let sequence = of_driver.then_some(message.sequence);
+        let timestamp = of_driver.then(|| Duration::from_nanos(header.publish_time));
+        let sequence = of_driver.then_some(header.sequence);
         let stamp = self
             .wall
             .zip(timestamp)
             .and_then(|((zero, within), timestamp)| Some(Stamp { time: zero.checked_add(timestamp)?, within }));
         if topic == Topic::TaxelSums {
-            let sums = read_taxel_sums(message.data).ok_or_else(|| self.damaged("has a frame without taxel sums"))?;
+            let sums = read_taxel_sums(data).ok_or_else(|| self.reader.damaged("has a frame without taxel sums"))?;
             return Ok(SourceEvent::Taxels(SummedFrame { sums, timestamp, stamp, sequence }));
         }
-        let data = picture_of(message.data, topic == Topic::Jpeg);
-        let data = data.ok_or_else(|| damaged(&self.subject, NO_PICTURE))?;
+        let data = picture_of(data, topic == Topic::Jpeg);
+        let data = data.ok_or_else(|| self.reader.damaged(NO_PICTURE))?;
         if let Some(crop) = &self.info.crop {
             let bytes = self.info.frame_bytes();
             self.whole.try_reserve(bytes.saturating_sub(self.whole.len())).map_err(|_| {

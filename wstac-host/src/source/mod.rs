@@ -32,6 +32,7 @@ pub mod y4m;
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::DerefMut;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -340,17 +341,8 @@ pub trait Source: Send {
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error>;
 }
 
-impl<S: Source + ?Sized> Source for Box<S> {
-    fn info(&self) -> &StreamInfo {
-        (**self).info()
-    }
-
-    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
-        (**self).next_event()
-    }
-}
-
-impl<S: Source + ?Sized> Source for &mut S {
+/// A box of a source is one, and so is a reference to one.
+impl<P: DerefMut<Target: Source> + Send> Source for P {
     fn info(&self) -> &StreamInfo {
         (**self).info()
     }

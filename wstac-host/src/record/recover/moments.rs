@@ -2,24 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use mcap::records::MessageHeader;
+
 use super::{Recovery, Waiting};
 use crate::error::Error;
+use crate::record::bytes::HEAD;
 use crate::record::file::Topic;
 use crate::record::limits::{MOST_MESSAGE, MOST_PENDING};
-use crate::record::recorder::lost_frames;
-use crate::record::summary::HEAD;
-use crate::record::sums::{self, Counts, MomentSum, Sum, UNCOVERED};
-use crate::record::walk::{Crc, MESSAGE_HEADER, MessageBody, Span};
-
-/// Most bytes of the data of a checksum's message.
-const MOST_SUM: usize = 1 << 11;
-/// Bytes of a message's body that say whether it is a checksum.
-pub(super) const SUM_START: usize = MESSAGE_HEADER as usize + sums::START.len();
-
-/// Returns whether a message with this start is a checksum, whatever its channel is.
-pub(super) fn looks_like_sum(start: &[u8]) -> bool {
-    start.ends_with(sums::START)
-}
+use crate::record::sums::{Counts, MomentSum, Sum, UNCOVERED};
+use crate::record::walk::Crc;
 
 /// The frames of a sensor that are missing before a moment.
 #[derive(Clone, Copy, Debug)]
@@ -34,32 +25,30 @@ struct Missing {
 
 impl Recovery<'_> {
     /// Takes a checksum, which ends a moment.
-    pub(super) fn sum(&mut self, span: Span) -> Result<(), Error> {
-        let body = self.walk.start_of(span, MOST_SUM)?.to_vec();
-        let Some(message) = MessageBody::parse(&body) else { return self.flush() };
-        let Some(sum) = Sum::parse(message.data).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else {
+    pub(super) fn sum(&mut self, message: &Waiting) -> Result<(), Error> {
+        let Some(sum) = Sum::parse(message.data()).filter(|sum| sum.bytes <= 2 * MOST_MESSAGE) else {
             return self.flush();
         };
+        let span = message.span;
         let from = span.at.saturating_sub(sum.bytes);
         let covered = span.end().saturating_sub(UNCOVERED);
         let is_in_place = self.sorted.is_none() && sum.bytes <= span.at;
         if is_in_place && sum.crc() == Some(self.walk.hash(from, covered)?) {
+            let spans = self.walk.messages(from, span.at, MOST_PENDING)?;
+            let mut moment = Vec::new();
+            for &span in spans.iter().flatten() {
+                let there = self.pending.iter().position(|of| of.span == span).map(|at| self.pending.remove(at));
+                let Some(of) = (if there.is_some() { there } else { self.read(span)? }) else { continue };
+                // The numbers are those that this program gave: the checksum has them.
+                moment.push(Waiting { own: self.own.sensors.topic(of.header.channel_id), ..of });
+            }
             // Messages before the moment have lost their own checksum.
-            let moment = self.walk.messages(from, span.at, MOST_PENDING)?;
             self.pending.retain(|pending| pending.span.at < from);
             self.flush()?;
-            let Some(spans) = moment else { return Ok(()) };
-            let (crc, mut moment) = (self.walk.crc, Vec::with_capacity(spans.len()));
-            for span in spans {
-                // The numbers are those that this program gave: the checksum has them.
-                let channel = self.walk.channel_of(span)?;
-                let own = self.sensors.topic(channel);
-                moment.push(Waiting { span, channel, own, crc, is_unfinished: false, body: None });
-            }
-            return self.sound_moment(&moment, &sum);
+            return if spans.is_some() { self.sound_moment(&moment, &sum) } else { Ok(()) };
         }
         let is_good = self.walk.crc == Crc::Good;
-        if let Some(start) = self.summed_from(&message, &sum)? {
+        if let Some(start) = self.summed_from(message, &sum) {
             let moment = self.pending.split_off(start);
             self.flush()?;
             // Other programs' messages between those of the moment are none of it.
@@ -68,7 +57,7 @@ impl Recovery<'_> {
             self.leave(&others);
             return self.sound_moment(&moment, &sum);
         }
-        if is_good && self.fits(&message, &sum)? {
+        if is_good && self.fits(message.header.log_time, &sum) {
             self.held = 0;
             let moment = std::mem::take(&mut self.pending);
             return self.sound_moment(&moment, &sum);
@@ -82,53 +71,42 @@ impl Recovery<'_> {
     /// Returns the first of the waiting messages that a checksum is of; `None` if it is not right.
     ///
     /// The channels may have other numbers than this program gave them, and other messages may stand between.
-    fn summed_from(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<Option<usize>, Error> {
+    fn summed_from(&self, message: &Waiting, sum: &Sum) -> Option<usize> {
         let mut bytes = 0_u64;
         let start =
             self.pending.iter().enumerate().rev().filter(|(_, of)| of.own.is_some()).find_map(|(number, of)| {
                 bytes += HEAD + of.span.length;
                 (bytes >= sum.bytes).then_some(number)
             });
-        let Some(start) = start.filter(|_| bytes == sum.bytes) else { return Ok(None) };
-        let (pending, mut moment) = (std::mem::take(&mut self.pending), MomentSum::default());
-        for of in pending.iter().skip(start) {
-            let Some((sensor, topic)) = of.own else { continue };
-            self.read(of)?;
-            if let Some(message) = MessageBody::parse(&self.body) {
-                moment.add(&message.header(topic.number(sensor)), message.data);
+        let start = start.filter(|_| bytes == sum.bytes)?;
+        let mut moment = MomentSum::default();
+        for of in self.pending.iter().skip(start) {
+            if let Some((sensor, topic)) = of.own {
+                moment.add(&MessageHeader { channel_id: topic.number(sensor), ..of.header }, of.data());
             }
         }
-        self.pending = pending;
-        let header = message.header(Topic::Sums.number(0));
-        Ok(moment.agrees(&header, message.data, sum).then_some(start))
+        let header = MessageHeader { channel_id: Topic::Sums.number(0), ..message.header };
+        moment.agrees(&header, message.data(), sum).then_some(start)
     }
 
     /// Returns whether the waiting messages are a moment by the checksums of their chunks, by their times and by the
     /// counts of a checksum that stands in such a chunk.
-    fn fits(&mut self, message: &MessageBody<'_>, sum: &Sum) -> Result<bool, Error> {
-        let pending = std::mem::take(&mut self.pending);
-        let (mut time, mut frames) = (None, Vec::new());
-        for of in pending.iter().filter(|of| of.own.is_some()) {
-            self.read(of)?;
-            let logged = MessageBody::parse(&self.body).map(|message| message.times[0]);
-            time = time.max(logged);
-            frames.extend(logged.filter(|_| of.is_frame()));
-        }
-        let found = self.frames_of(&pending)?;
+    fn fits(&self, time: u64, sum: &Sum) -> bool {
+        let last = self.pending.iter().filter(|of| of.own.is_some()).map(|of| of.header.log_time).max();
         // A moment has one frame at most, which has its time.
+        let mut frames = self.pending.iter().filter(|of| of.is_frame());
         let is_of_time =
-            time == Some(message.times[0]) && frames.len() < 2 && frames.iter().all(|of| Some(*of) == time);
-        let is_good = pending.iter().all(|of| of.crc == Crc::Good);
-        self.pending = pending;
-        let Some(known) = sum.tally().told_apart(self.sensors.count()) else { return Ok(false) };
+            last == Some(time) && frames.next().is_none_or(|of| of.header.log_time == time) && frames.next().is_none();
+        let is_good = self.pending.iter().all(|of| of.crc == Crc::Good);
+        let Some(known) = sum.tally().told_apart(self.own.sensors.count()) else { return false };
         let there = &self.out.tally;
-        Ok(is_good
+        is_good
             && is_of_time
-            && found.iter().all(|(&sensor, of_moment)| {
+            && frames_of(&self.pending).iter().all(|(&sensor, of_moment)| {
                 let (known, there) = (known.of(sensor), there.of(sensor));
                 there.frames.saturating_add(of_moment.frames) <= known.frames
                     && there.all().saturating_add(of_moment.all()) <= known.all()
-            }))
+            })
     }
 
     /// Copies a moment whose checksum is right, and enters the frames that are missing before it.
@@ -136,10 +114,10 @@ impl Recovery<'_> {
     /// If a recording of several sensors counts the frames of all together, nobody knows of which sensor missing ones
     /// are. Then everything behind them is left out.
     fn sound_moment(&mut self, moment: &[Waiting], sum: &Sum) -> Result<(), Error> {
-        let own = self.frames_of(moment)?;
+        let own = frames_of(moment);
         (self.is_suspect, self.suspects) = (false, 0);
         self.spacings.clear();
-        let known = sum.tally().told_apart(self.sensors.count());
+        let known = sum.tally().told_apart(self.own.sensors.count());
         let (place, crc) = sum.key();
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (place.saturating_sub(of_moment), self.out.tally.all.all());
@@ -190,26 +168,6 @@ impl Recovery<'_> {
         self.others = self.others.saturating_add(if is_other { frames } else { 0 });
     }
 
-    /// Returns the frames of a moment, found and lost, of each sensor that it is of.
-    fn frames_of(&mut self, moment: &[Waiting]) -> Result<BTreeMap<u8, Counts>, Error> {
-        let mut found = BTreeMap::<u8, Counts>::new();
-        for of in moment {
-            let Some((sensor, topic)) = of.own else { continue };
-            let counts = found.entry(sensor).or_default();
-            if topic.is_frame() {
-                counts.frames += 1;
-            } else if topic == Topic::FaultsJson {
-                self.read(of)?;
-                let message = MessageBody::parse(&self.body);
-                counts.lost = counts.lost.saturating_add(message.map_or(0, |message| lost_frames(message.data)));
-            }
-        }
-        if found.is_empty() {
-            found.insert(0, Counts::default());
-        }
-        Ok(found)
-    }
-
     /// Copies a moment before which frames of sensors are missing.
     ///
     /// Only what is behind the first frame has a place in time. So if the start is missing, the first frame that was
@@ -243,4 +201,20 @@ fn missing_before(of_moment: Counts, known: Counts, there: Counts) -> Option<Mis
     let gap = before.saturating_sub(there.place);
     let leading = if there.frames == 0 { all_before.saturating_sub(there.all()).saturating_sub(gap) } else { 0 };
     Some(Missing { leading, gap, is_early })
+}
+
+/// Returns the frames of a moment, found and lost, of each sensor that it is of.
+fn frames_of(moment: &[Waiting]) -> BTreeMap<u8, Counts> {
+    let mut found = BTreeMap::<u8, Counts>::new();
+    for of in moment {
+        if let Some((sensor, _)) = of.own {
+            let counts = found.entry(sensor).or_default();
+            counts.frames += u64::from(of.is_frame());
+            counts.lost = counts.lost.saturating_add(of.lost());
+        }
+    }
+    if found.is_empty() {
+        found.insert(0, Counts::default());
+    }
+    found
 }

@@ -75,7 +75,7 @@ impl Recovery<'_> {
         let owns: BTreeMap<_, _> =
             self.channels.keys().filter_map(|&channel| Some((channel, self.own(channel)?))).collect();
         let own = |channel: u16| owns.get(&channel).copied();
-        self.sorted = Some(index.sort(&mut self.walk, self.sensors.count(), own)?);
+        self.sorted = Some(index.sort(&mut self.walk, self.own.sensors.count(), own)?);
         Ok(())
     }
 }

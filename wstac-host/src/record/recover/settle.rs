@@ -39,7 +39,7 @@ impl Recovery<'_> {
                 *of_sensor = of_sensor.saturating_add(count);
             }
         }
-        for sensor in self.sensors.places() {
+        for sensor in self.own.sensors.places() {
             let (there, recorded) = (self.out.tally.of(sensor).frames, frames.get(&sensor).copied().unwrap_or(0));
             if there > recorded {
                 self.doubt(format!("has {there} frames, expected {recorded}"));
@@ -53,10 +53,10 @@ impl Recovery<'_> {
 
     /// Enters what is missing of a recording whose end says how many frames it had.
     fn settle_by(&mut self, end: &Tally) -> Result<(), Error> {
-        let Some(end) = end.clone().told_apart(self.sensors.count()) else {
+        let Some(end) = end.clone().told_apart(self.own.sensors.count()) else {
             return self.lost_of_any(end.all.all());
         };
-        for sensor in self.sensors.places() {
+        for sensor in self.own.sensors.places() {
             let (found, recorded) = (self.out.tally.of(sensor).all(), end.of(sensor).all());
             if found > recorded {
                 self.doubt(format!("has {found} frames, expected {recorded}"));
@@ -71,11 +71,11 @@ impl Recovery<'_> {
     /// Enters what is missing of a recording that nothing counts: that was never finished, or lost its end.
     fn settle_unfinished(&mut self) -> Result<(), Error> {
         let suspects = self.suspects;
-        if self.sensors.count() == 1 {
+        if self.own.sensors.count() == 1 {
             return self.enter_lost(0, suspects, None);
         }
         if let Some(known) = self.known.take() {
-            for sensor in self.sensors.places() {
+            for sensor in self.own.sensors.places() {
                 let missing = known.of(sensor).all().saturating_sub(self.out.tally.of(sensor).all());
                 self.enter_lost(sensor, missing, None)?;
             }
@@ -96,7 +96,7 @@ impl Recovery<'_> {
         if missing > 0 {
             self.doubt("misses frames, and nothing says of which sensor: what is behind them is left out");
         }
-        for sensor in self.sensors.places() {
+        for sensor in self.own.sensors.places() {
             self.enter_lost(sensor, missing, None)?;
         }
         Ok(())

@@ -57,45 +57,36 @@ impl Walk {
 
     /// Returns the next place with one of these codes at which records start.
     fn search(&mut self, from: u64, end: u64, chunk: Around, is_code: impl Fn(u8) -> bool) -> Result<u64, Error> {
-        let mut piece = std::mem::take(&mut self.piece);
         let mut at = from;
-        let found = loop {
+        loop {
             // A head starts with a byte that is not 0.
             at = self.file.next_data(at).max(at);
             if at >= end {
-                break end;
+                return Ok(end);
             }
-            piece.clear();
             let wanted = ((end - at).min(PIECE as u64) + HEAD) as usize;
-            piece.extend_from_slice(self.file.peek(at, wanted)?);
+            let piece = self.file.peek(at, wanted)?.to_vec();
+            if piece.iter().all(|&byte| byte == 0) {
+                at += piece.len() as u64;
+                continue;
+            }
             // Lengths are below 4 GiB.
             let is_head = |head: &[u8]| match head {
                 [op, _, _, _, _, 0, 0, 0, 0] => is_code(*op),
                 [op::CHUNK, _, _, _, _, 0xFF, 0xFF, 0xFF, 0xFF] => true,
                 _ => false,
             };
-            if piece.iter().all(|&byte| byte == 0) {
-                at += piece.len() as u64;
-                continue;
-            }
-            let mut found = None;
             for (offset, _) in piece.windows(HEAD as usize).enumerate().filter(|(_, head)| is_head(head)) {
                 let place = at + offset as u64;
                 if place < end && self.is_anchor(place, chunk)? {
-                    found = Some(place);
-                    break;
+                    return Ok(place);
                 }
             }
-            if let Some(found) = found {
-                break found;
-            }
             if piece.len() <= HEAD as usize {
-                break end;
+                return Ok(end);
             }
             at += (piece.len() as u64 - HEAD).max(1).min(end - at);
-        };
-        self.piece = piece;
-        Ok(found)
+        }
     }
 
     /// Returns whether records certainly start at a place: a checksum, or three records one behind the other.

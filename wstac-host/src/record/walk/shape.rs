@@ -54,17 +54,10 @@ impl Walk {
         if left < HEAD {
             return Ok(true);
         }
-        let Some((op, length)) = self.head(at)? else { return Ok(true) };
+        let Some((op, length)) = self.file.head(at)? else { return Ok(true) };
         let most = if op == op::MESSAGE { MOST_MESSAGE } else { MOST_DEFINITIONS };
         let ends = summary::ends_with_magic(&mut self.file)?;
         Ok(op > 0 && op < op::DATA_END && length > left - HEAD && length <= most && !ends)
-    }
-
-    /// Returns a record's operation code and length; `None` at the end.
-    pub(super) fn head(&mut self, at: u64) -> Result<Option<(u8, u64)>, Error> {
-        let head = self.file.peek(at, HEAD as usize)?;
-        let Some((op, length)) = head.split_first() else { return Ok(None) };
-        Ok(length.first_chunk().map(|length| (*op, u64::from_le_bytes(*length))))
     }
 
     /// Returns the record at a place if it has the shape of its kind.
@@ -79,7 +72,7 @@ impl Walk {
             // The index knows better than a damaged code.
             return Ok(self.chunk_head(at)?.map(|_| Span { op: op::CHUNK, at, length: CHUNK_HEADER - HEAD }));
         }
-        let Some((op, length)) = self.head(at)? else { return Ok(None) };
+        let Some((op, length)) = self.file.head(at)? else { return Ok(None) };
         let is_end = op == op::DATA_END && length == 4 && chunk.end().is_none();
         if is_end {
             let known = self.summary.is_none() || at == self.end;
@@ -116,15 +109,13 @@ impl Walk {
         if self.goes_on() { MOST_MESSAGE } else { u64::MAX }
     }
 
-    fn fits(&mut self, op: u8, at: u64, length: u64) -> Result<bool, Error> {
+    fn fits(&self, op: u8, at: u64, length: u64) -> Result<bool, Error> {
         if length > MOST_DEFINITIONS {
             return Ok(false);
         }
-        let mut scratch = std::mem::take(&mut self.scratch);
-        let read = self.file.read(at + HEAD, length as usize, &mut scratch);
-        let fits = read.is_ok() && fits(op, &scratch);
-        self.scratch = scratch;
-        read.map(|()| fits)
+        let mut body = Vec::new();
+        self.file.read(at + HEAD, length as usize, &mut body)?;
+        Ok(fits(op, &body))
     }
 
     /// Returns whether the index or the footer follows the record at the end of the data.
