@@ -17,6 +17,8 @@ HAS_FAMILY, HAS_TAG = 0x2000, 0x8000
 FAMILIES = {"rp2040": 0xE48BFF56, "rp2350": 0xE48BFF59}
 # RP2350-E10: the first revision of the boot ROM needs a first block that is to be ignored, of the family of any address.
 ANY_ADDRESS, IGNORED, IGNORE = 0xE48BFF57, 0x10FFFF00, 0x9957E304
+# The boot ROM of an RP2350 looks for a block with this beginning (section 5.1.5 of its datasheet); that of an RP2040 for none.
+START_BLOCK = struct.pack("<I", 0xFFFFDED3)
 # The suffix of USB DFU 1.1, and of each boot loader its numbers and where a program begins: OpenMV's has a part FIRMWARE;
 # that in the ROM of an STM32 (AN2606) and Arduino's take an address.
 DFU = 0x0100
@@ -49,6 +51,9 @@ def block(address: int, data: bytes, number: int, count: int, family: int, tag: 
 
 def uf2(elf: bytes, chip: str) -> bytes:
     every = pages(elf)
+    found = "rp2350" if any(START_BLOCK in data for at, data in every.items() if at < min(every) + SECTOR) else "rp2040"
+    if found != chip:
+        sys.exit(f"the program is that of an {found}, expected one of an {chip}")
     blocks = [block(at, data, number, len(every), FAMILIES[chip]) for number, (at, data) in enumerate(every.items())]
     if chip == "rp2350":
         blocks.insert(0, block(IGNORED, b"\xef" * PAGE, 0, 2, ANY_ADDRESS, IGNORE))
@@ -70,7 +75,10 @@ def dfu(elf: bytes, board: str) -> bytes:
 def main() -> None:
     if len(sys.argv) != 4 or sys.argv[1] not in (*FAMILIES, *LOADERS):
         sys.exit(__doc__)
-    chip, elf = sys.argv[1], Path(sys.argv[2]).read_bytes()
+    try:
+        chip, elf = sys.argv[1], Path(sys.argv[2]).read_bytes()
+    except OSError as error:
+        sys.exit(f"{sys.argv[2]}: {error.strerror}, expected a program that cargo has built")
     Path(sys.argv[3]).write_bytes(dfu(elf, chip) if chip in LOADERS else uf2(elf, chip))
 
 
