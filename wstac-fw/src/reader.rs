@@ -141,9 +141,20 @@ impl Reader {
     // It is not inlined: its parts would lie on the stack of a function that runs for ever.
     #[inline(never)]
     pub fn new(layout: Layout, size: FrameSize, rate: FrameRate, law: setup::Law) -> Result<Self, ConfigError> {
-        // Not by `check`: what its function takes would lie on the stack beside the reader, 400 bytes more.
+        Self::with(layout, size, rate, law, setup::FLOOR, setup::TRIGGER)
+    }
+
+    // Not by `check`: what its function takes would lie on the stack beside the reader, 400 bytes more.
+    fn with(
+        layout: Layout,
+        size: FrameSize,
+        rate: FrameRate,
+        law: setup::Law,
+        floor: Floor,
+        trigger: TriggerConfig,
+    ) -> Result<Self, ConfigError> {
         let camera = FrameGeometry::with_stride(setup::GREEN, layout, rate, setup::STRIDE)?;
-        let pipeline = setup::checked(camera)?;
+        let pipeline = setup::checked_with(camera, floor, trigger)?;
         let readout = Readout::of_layout(setup::READOUT, RowOrder::Down, &layout, rate);
         let (motion, law) = (setup::motion(rate)?.with_readout(readout), law.with_readout(readout));
         Ok(reader!(pipeline, law, motion, rate, size))
@@ -518,7 +529,7 @@ impl Sender {
         if event.is_event() {
             self.send_held_event(out);
         }
-        if !hold(&mut self.held, event, self.at_once.first_mut(), self.slip.first(), &self.law) {
+        if !hold(&mut self.held, event, self.at_once.first_mut(), &self.slip, &self.law) {
             return false;
         }
         if let Some(model) = self.model() {
@@ -599,14 +610,15 @@ fn hold(
     held: &mut Option<Held>,
     event: &Event<'_>,
     at_once: Option<&mut AtOnce>,
-    slip: Option<&SlipDetector>,
+    slips: &[SlipDetector; SLIPS],
     law: &setup::Law,
 ) -> bool {
     if at_once.as_ref().is_some_and(|at_once| !at_once.is_time(event, law)) {
         return false;
     }
     let mut answer = law.answer(event);
-    if let Some(slip) = slip {
+    // Their number is a constant: without one, the answer is written where it stays.
+    if let Some(slip) = slips.first() {
         slip.correct(event, &mut answer);
     }
     if at_once.is_some_and(|at_once| !at_once.takes(event, law, &answer)) {
