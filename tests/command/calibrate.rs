@@ -66,8 +66,10 @@ fn presses_tell_the_readout() {
     let config = &*folder.path("wstac.toml");
     let presses = [(80, 0.5), (120, 0.4), (50, 0.5)]
         .map(|(approach, hold)| format!("[[touch]]\nkind = \"press\"\napproach = {approach}\nhold = {hold}\n"));
-    for ms in [20.0, -15.0] {
-        let text = format!("[sensor]\nsize = [240, 240]\nreadout_ms = {ms:?}\n{}", presses.concat());
+    // What follows them takes no part.
+    let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Saw3\"\nspeed = 80\ndirection = 30\n";
+    for (ms, rest) in [(20.0, ""), (-15.0, slide)] {
+        let text = format!("[sensor]\nsize = [240, 240]\nreadout_ms = {ms:?}\n{}{rest}", presses.concat());
         let source = folder.scene("presses.toml", &text);
         let calibrate = ["calibrate", &source, "-o", config, "--force", "--json", "--frames", "900"];
         let record = records(&calibrate).remove(0);

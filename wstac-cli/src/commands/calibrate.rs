@@ -88,9 +88,9 @@ impl Arguments {
     }
 }
 
-const NO_READOUT: &str = "no presses tell the readout, or they were too fast or too slow; if the camera has a rolling shutter, \
-                          press a flat plate on all whiskers within 20 to 300 ms, hold it, and let go, three times; without a \
-                          readout, deviations allow for any";
+const NO_READOUT: &str = "no presses tell the readout, or they were too fast or too slow, or other touches hid them; if the \
+                          camera has a rolling shutter, press only (slides do not tell it): a flat plate on all whiskers within \
+                          20 to 300 ms, hold it, and let go, three times; without a readout, deviations allow for any";
 
 const HELP: &str = r#"Pictures that can be used:
   It may be turned by up to 15 degrees, seen in perspective or through a
@@ -112,7 +112,8 @@ The readout of a rolling shutter:
   for half a second, and let go; do so three times. A press and its
   release tell the time from the first to the last row of the picture,
   which is written as [sensor] readout_ms. It is left out if presses are
-  too fast, too weak or differ by more than 1 ms. Slides do not tell it.
+  too fast, too weak or differ by more than 1 ms. Slides do not tell it,
+  and take no part; lift what pressed before you slide it.
 
 Boards:
   A board sends a picture in parts while it goes on finding events. One

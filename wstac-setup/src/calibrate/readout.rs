@@ -2,7 +2,7 @@
 //!
 //! A plate that comes down on the dome of whiskers touches the middle first, and leaves it last. So what a tilt of the
 //! plate, the dome and the placement do to the times of the flashes changes its sign from the press to the release.
-//! The readout delays the rows of the picture in both alike.
+//! The readout delays the rows of the picture in both alike. Touches that are no press, such as slides, take no part.
 
 use wstac_core::params::TAXELS;
 use wstac_host::statistics::solve;
@@ -45,6 +45,8 @@ pub struct PressedReadout {
 
 /// The light of every taxel above the untouched one, in every frame; `None` for a frame that was lost.
 type Light = [Option<[f64; TAXELS]>];
+/// The first frame of a flash, and the one after its last.
+type Span = (usize, usize);
 
 /// Returns the readout of a camera whose taxels had these sums, of which the first [`UNTOUCHED`] are without a touch.
 ///
@@ -59,10 +61,18 @@ pub(super) fn readout(
     // A row that is exposed later has its flash in an earlier frame.
     let ms_per_slope = -1000.0 * (f64::from(rows) - 1.0) / per_second;
     let flashes = flashes(&light);
-    let left = afterglow(&light, &flashes);
-    let times: Vec<_> = flashes.into_iter().map(|span| lateness(&light, span, left)).collect();
-    let pairs = times.windows(2).filter_map(|pair| delay(&pair[0]?, &pair[1]?, centers));
-    let found: Vec<[f64; 2]> = pairs.map(|pair| [pair[0] * ms_per_slope, pair[1] * ms_per_slope.abs()]).collect();
+    let told = |pair: &[Span], left: f64| {
+        let [press, release] = [lateness(&light, pair[0], left)?, lateness(&light, pair[1], left)?];
+        let [slope, sd] = delay(&press, &release, centers)?;
+        let found = [slope * ms_per_slope, sd * ms_per_slope.abs()];
+        // The rows of a frame are read within its time.
+        (found[0].abs() <= 1050.0 / per_second).then_some(found)
+    };
+    // Each pair has its own afterglow first: what rubs glows on, and would count for that of presses.
+    let is_told = |pair: &&[Span]| told(pair, afterglow(&light, pair)).is_some();
+    let pairs: Vec<_> = flashes.windows(2).filter(is_told).collect();
+    let left = afterglow(&light, &pairs.concat());
+    let found: Vec<[f64; 2]> = pairs.iter().filter_map(|pair| told(pair, left)).collect();
     let weights: Vec<f64> = found.iter().map(|[_, sd]| 1.0 / (sd * sd)).collect();
     let weight: f64 = weights.iter().sum();
     let ms = found.iter().zip(&weights).map(|([ms, _], weight)| ms * weight).sum::<f64>() / weight;
@@ -71,9 +81,7 @@ pub(super) fn readout(
     // Presses that disagree are less certain than each of them says.
     let factor = if count > 1 { (spread / (count as f64 - 1.0)).max(1.0) } else { 1.0 };
     let sd_ms = (factor / weight).sqrt();
-    // The rows of a frame are read within its time.
-    let is_possible = ms.abs() <= 1050.0 / per_second;
-    (count > 0 && sd_ms <= MOST_SD_MS && is_possible).then_some(PressedReadout { ms, sd_ms, presses: count })
+    (count > 0 && sd_ms <= MOST_SD_MS).then_some(PressedReadout { ms, sd_ms, presses: count })
 }
 
 /// Returns the light above the untouched frames, in deviations of a taxel's noise; `None` if there are too few.
@@ -352,14 +360,30 @@ mod tests {
             while let Some((light, _)) = scene.next_light() {
                 sums.push(Some(camera.sums(&light).map(f64::from)));
             }
-            readout(&sums, &CENTERS, 400, 30.0)
+            sums
         };
         for (speed, direction) in [(60, 0), (150, 90), (150, 45), (300, 80), (400, 270), (600, 180)] {
             let text = format!("specimen = \"Fla0\"\nspeed = {speed}\ndirection = {direction}\n");
-            assert_eq!(slide(&text), None, "{text}");
+            assert_eq!(readout(&slide(&text), &CENTERS, 400, 30.0), None, "{text}");
         }
         let [press] = pressed(3, [5]);
-        assert!(readout(&press, &CENTERS, 400, 30.0).is_some());
+        let alone = readout(&press, &CENTERS, 400, 30.0).unwrap();
+        // Nor does it change what a press before it tells by more than half its deviation.
+        for touch in [
+            "specimen = \"Saw3\"\nspeed = 60\ndirection = 30",
+            "specimen = \"Sin4\"\nspeed = 150\ndirection = 58",
+            "specimen = \"Fla0\"\nspeed = 300\ndirection = 90",
+            "shape = \"rod\"\ndiameter = 6\nspeed = 60\ndirection = 20",
+            "shape = \"ball\"\ndiameter = 20\nspeed = 30",
+            "[[touch]]\nkind = \"poke\"\nwhisker = [2, 4]",
+        ] {
+            let both = [press.clone(), slide(touch)].concat();
+            let found = readout(&both, &CENTERS, 400, 30.0);
+            assert!(
+                found.is_some_and(|found| (found.ms - alone.ms).abs() < alone.sd_ms / 2.0),
+                "{touch}: {found:?}, {alone:?}"
+            );
+        }
         // The press alone, one with a lost frame, and one that nobody sees.
         assert_eq!(readout(&press[..50], &CENTERS, 400, 30.0), None);
         let mut lost = press.clone();
