@@ -35,6 +35,10 @@ def test_pushed_frames_are_read_as_they_were_pushed(tmp_path: Path) -> None:
     assert [event.to_dict() for event in found.events] == [event.to_dict() for event in events]
     with pytest.raises(wstac.Error, match="a.mcap"):
         wstac.Pipeline("YUYV", size=(200, 200), record=file, **made)
+    # At once, though the format is not known yet.
+    with pytest.raises(wstac.Error, match="a.mcap: exists, expected a new file") as refused:
+        wstac.Pipeline(record=file, **made)
+    assert refused.value.kind == "already_exists"
 
 
 def test_a_recording_has_the_answers_of_that_of_the_command(tmp_path: Path) -> None:

@@ -139,7 +139,7 @@ class Pipeline(Recorded):
             warnings.warn("fps is not given: speeds are those of 30 frames per second", stacklevel=2)
             fps = 30
         made = (_frames.rate(fps), native_config(config), native_models(models, model), bytes_per_row, matrix, range)
-        file = None if record is None else os.fsdecode(record)
+        file = None if record is None else _new_recording(os.fsdecode(record))
         self._timed = bool(timed)
         self._made = (*made, bool(motion), bool(path_samples), bool(at_once), self._timed, file, labels)
         self._native: Optional[_wstac.Pipeline] = None
@@ -256,6 +256,18 @@ class Pipeline(Recorded):
         self._features = values[-1] if len(values) else None
         events = self._take(records)
         return events[0] if events else None
+
+
+def _new_recording(file: str) -> str:
+    """Refuses the name of a recording that exists, or that ends as other files do, before the first frame."""
+    ending = os.path.splitext(file)[1]
+    if ending.lower() not in ("", ".mcap"):
+        raise _wstac.Error(f"{file}: its name ends in {ending}, expected .mcap: no other format is written")
+    if os.path.lexists(file):
+        error = _wstac.Error(f"{file}: exists, expected a new file")
+        error.kind = "already_exists"
+        raise error
+    return file
 
 
 def _native(
