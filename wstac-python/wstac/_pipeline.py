@@ -99,7 +99,12 @@ class Pipeline(Recorded):
     `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
     `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error`
     once, and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs
-    it. Times are those of `push` if the pipeline is `timed`, else they follow from `fps` and the number of the frame.
+    it.
+
+    If the pipeline is `timed`, `push` takes the time of each frame, and it is watched as that of a file: frames that
+    are missing by it and by `fps` are `lost`, and where frames come unevenly, as at another rate, `faults` say so and
+    events are not reliable. Otherwise times follow from `fps` and the number of the frame, and only `lose` says that
+    one is missing.
 
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
@@ -158,7 +163,8 @@ class Pipeline(Recorded):
         `time_ns` is when it was taken, in nanoseconds by a monotonic clock such as `time.monotonic_ns()`, if the
         pipeline is `timed`.
 
-        Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
+        Raises `Error` for a frame of another type or size, and for a time before that of the last frame. That frame was
+        not taken: `lose(1)` keeps its place in time.
         """
         time_ns = self._time(time_ns)
         picture = _frames.array(frame)
