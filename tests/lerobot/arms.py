@@ -15,6 +15,7 @@ import wstac
 from mcap.reader import make_reader
 from mcap.writer import Writer as McapWriter
 from mcap_ros2.writer import Writer
+from wstac._arm import _KEYS, Arm
 
 STATE, ACTION = ["shoulder", "elbow"], ["goal"]
 JOINT_STATE = """std_msgs/Header header
@@ -189,6 +190,21 @@ def check_join(folder: Path, file: Path, run: Callable[..., str]) -> None:
     assert np.allclose(rows["tactile.time_s"], np.array(kept) - kept[0])
 
 
+def check_limit(folder: Path) -> None:
+    """A frame that is just as far from the last row, or from the rows about a gap, as is allowed has values."""
+    file = folder / "limit.csv"
+    seconds, values = table(0, 4)
+    csv(file, *(part[(seconds < 1.985) | (seconds > 2.015)] for part in (seconds, values)))
+    for start in (0.0, 1.7e9):
+        lines = file.read_text().splitlines()
+        moved = [f"{start + float(line.split(',')[0]):.6f},{line.split(',', 1)[1]}" for line in lines[1:]]
+        (folder / "moved.csv").write_text("\n".join([lines[0], *moved]))
+        arm = Arm({**_KEYS, "file": "moved.csv", "columns": STATE}, folder, "moved")
+        for at in (-0.02, 2.0, 4.01):
+            assert arm.at(start + at) is not None, (start, at)
+        assert arm.at(start - 0.0201) is None and arm.at(start + 4.0101) is None
+
+
 def check_refused(folder: Path, file: Path, run: Callable[..., str]) -> int:
     """Checks the errors: each names the file, and the row and column where there are some."""
     here = folder / "refused"
@@ -272,5 +288,6 @@ def check_arms(folder: Path, files: list[Path], run: Callable[..., str]) -> None
     """Checks all of it."""
     check_clocks(folder, run)
     check_join(folder, files[1], run)
+    check_limit(folder)
     count = check_refused(folder, files[1], run)
     print(f"arms: by three clocks, from CSV, Parquet and MCAP; {count} mistakes are refused")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 import re
 import warnings
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,13 @@ WRONG = [
     (lambda: wstac.features(GREY.astype("<u2")), wstac.Error, "expected format = Y10, Y12 or Y16"),
     (lambda: wstac.features(GREY, "YUYV"), wstac.Error, "uint8 (2, 80, 80), expected uint8 (n, height, width, 2) for YUYV"),
     (lambda: wstac.features(GREY, "NV12"), wstac.Error, "format NV12 has planes, expected raw bytes"),
+    (lambda: wstac.features(GREY, "XXXX"), wstac.Error, "\"XXXX\""),
+    (lambda: wstac.Pipeline(fps=30).push(np.zeros((3, 80, 80), np.uint8)), wstac.Error, "give (height, width, 3)"),
+    (lambda: wstac.Pipeline(fps=30, config=__file__), wstac.Error, f"give wstac.Config.read({__file__!r})"),
+    (lambda: wstac.Pipeline(fps=30, config=Path("c.toml")), wstac.Error, "give wstac.Config.read('c.toml')"),
+    (lambda: wstac.Pipeline(fps=30, config=3), TypeError, "config is a int, expected a wstac.Config"),
+    (lambda: wstac.Pipeline(fps=30, models=None), TypeError, "models is a NoneType, expected a wstac.Model"),
+    (lambda: wstac.Pipeline(fps=30, record="x.txt"), wstac.Error, "x.txt: its name ends in .txt, expected .mcap"),
     (lambda: wstac.features(GREY[:, 0], "MJPG", size=(80, 80)), wstac.Error, "format is MJPG, expected pixels"),
     (lambda: wstac.features(GREY[:, 0], "GREY", size=(80, 80)), wstac.Error, "frame has 80 bytes, expected 6400"),
     (lambda: wstac.features(GREY, size=(81, 80)), wstac.Error, "80x80, expected 81x80"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
+from typing import Any, Optional
 
 import numpy as np
 import pytest
@@ -35,6 +35,10 @@ def test_pushed_frames_are_read_as_they_were_pushed(tmp_path: Path) -> None:
     assert [event.to_dict() for event in found.events] == [event.to_dict() for event in events]
     with pytest.raises(wstac.Error, match="a.mcap"):
         wstac.Pipeline("YUYV", size=(200, 200), record=file, **made)
+    # At once, though the format is not known yet.
+    with pytest.raises(wstac.Error, match="a.mcap: exists, expected a new file") as refused:
+        wstac.Pipeline(record=file, **made)
+    assert refused.value.kind == "already_exists"
 
 
 def test_a_recording_has_the_answers_of_that_of_the_command(tmp_path: Path) -> None:
@@ -65,6 +69,43 @@ def test_times_of_frames_are_recorded(tmp_path: Path) -> None:
     assert found.end.clock == "driver" and found.events[0].time_ns == events[0].time_ns == times[46]
     with pytest.raises(wstac.Error, match="frame: has a time_ns, expected timed=True for it"):
         wstac.Pipeline(fps=30).push(scene.frames[0], 0)
+
+
+def test_times_that_are_not_those_of_the_rate_are_found(tmp_path: Path) -> None:
+    scene = wstac.simulate("Saw3@60,90deg,seed=7", size=(200, 200))
+
+    def pushed(rate: float, record: Optional[Path] = None) -> tuple[wstac.Pipeline, list[wstac.Event]]:
+        times = (round(number * 1e9 / rate) for number in range(len(scene.frames)))
+        with wstac.Pipeline(fps=30, config=GLOBAL, timed=True, record=record) as pipeline:
+            events = [event for frame, at in zip(scene.frames, times) if (event := pipeline.push(frame, at))]
+        return pipeline, events
+
+    right, [event] = pushed(30)
+    assert event.reliable and event.speed.mm_s == pytest.approx(60, rel=0.02) and not right.faults
+    # At 15 frames per second each second one is missing, and the speed is half as much.
+    half, [event] = pushed(15)
+    assert half.end.dropped == len(scene.frames) - 1 and "are missing" in half.faults[-1].message
+    assert event.speed.mm_s == pytest.approx(30, rel=0.02)
+    # At 28 and at 60, frames are no whole steps apart.
+    for rate in (28, 60):
+        other, events = pushed(rate, tmp_path / f"{rate}.mcap")
+        assert other.faults[0].fault == "uneven" and events and not any(event.reliable for event in events), rate
+        again = wstac.read(tmp_path / f"{rate}.mcap")
+        assert [fault.fault for fault in again.faults] == [fault.fault for fault in other.faults]
+        assert not any(event.reliable for event in again.events)
+
+
+def test_times_do_not_go_back() -> None:
+    frame = np.zeros((200, 200), np.uint8)
+    pipeline = wstac.Pipeline(fps=30, timed=True)
+    for number in (0, 1, 2):
+        pipeline.push(frame, number * 33_333_333)
+    with pytest.raises(ValueError, match="frame 3 goes back from 66666666 to 66666665 ns"):
+        pipeline.push(frame, 66_666_665)
+    # It was not taken. Four seconds are lost frames.
+    assert pipeline.next_frame == 3
+    pipeline.push(frame, 4_066_666_666)
+    assert [(lost.at, lost.frames) for lost in pipeline.lost] == [(3, 119)] and pipeline.next_frame == 123
 
 
 def test_what_cannot_be_recorded_is_refused(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ use wstac_host::record::about::About;
 use wstac_host::record::labels::check;
 use wstac_host::record::{Recorder, new_file};
 use wstac_host::session::{Processor, Session};
-use wstac_host::source::{Frame, Labels, LossReason, SourceEvent, StreamClock, SummedFrame};
+use wstac_host::source::{Frame, Labels, LossReason, PushedTimes, SourceEvent, StreamClock, SummedFrame};
 
 use crate::config::Config;
 use crate::model::{Model, textures};
@@ -35,6 +35,8 @@ struct State {
     session: Session,
     gathered: Gathered,
     waiting: Option<Waiting>,
+    /// Watches the frames' own times, if they have some.
+    times: Option<PushedTimes>,
     /// Whether it takes sums; `None` before the first.
     of_sums: Option<bool>,
 }
@@ -97,6 +99,7 @@ impl Pipeline {
     ) -> PyResult<Self> {
         let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
         let mut info = stream::info(format, size, bytes_per_row, rate, color)?;
+        let times = timed.then(|| PushedTimes::new(&info));
         if timed {
             info.clock = StreamClock::Driver;
         }
@@ -116,7 +119,7 @@ impl Pipeline {
             let file = Some(new_file(&path).map_err(crate::failed_by)?);
             waiting = Some(Waiting { file, path, about, lost: 0 });
         }
-        let state = State { session, gathered: Gathered::default(), waiting, of_sums: None };
+        let state = State { session, gathered: Gathered::default(), waiting, times, of_sums: None };
         Ok(Self { state: Mutex::new(state), about, frame_bytes })
     }
 
@@ -143,7 +146,7 @@ impl Pipeline {
             // Without the lock, other threads may write to the array: the frame is copied.
             copy.clear();
             copy.extend_from_slice(frame);
-            all.append(self.take(py, &SourceEvent::Frame(Frame { timestamp, ..Frame::new(&copy) }))?);
+            all.append(self.take(py, SourceEvent::Frame(Frame { timestamp, ..Frame::new(&copy) }))?);
         }
         pushed(py, all)
     }
@@ -160,17 +163,17 @@ impl Pipeline {
         let frame = self.locked(py, |state| SummedFrame::from_numbers(&numbers, state.session.processor().geometry()));
         let timestamp = time_ns.map(Duration::from_nanos);
         let frame = SummedFrame { timestamp, ..frame.map_err(crate::failed_by)? };
-        pushed(py, self.take(py, &SourceEvent::Taxels(frame))?)
+        pushed(py, self.take(py, SourceEvent::Taxels(frame))?)
     }
 
     /// Keeps the place of lost frames in time.
     fn lose<'py>(&self, py: Python<'py>, frames: u64) -> PyResult<Pushed<'py>> {
-        pushed(py, self.take(py, &SourceEvent::Lost { frames, reason: LossReason::Reported })?)
+        pushed(py, self.take(py, SourceEvent::Lost { frames, reason: LossReason::Reported })?)
     }
 
     /// Ends the stream, once: gives what was pending, then the end.
     fn finish<'py>(&self, py: Python<'py>) -> PyResult<Pushed<'py>> {
-        pushed(py, self.take(py, &SourceEvent::End)?)
+        pushed(py, self.take(py, SourceEvent::End)?)
     }
 
     /// Returns the taxels of the last frame, float32 (5, 5), each a fraction of full scale; `None` if it was lost.
@@ -193,13 +196,13 @@ impl Pipeline {
     }
 
     /// Takes an event, and returns what follows from it.
-    fn take(&self, py: Python<'_>, event: &SourceEvent<'_>) -> PyResult<Gathered> {
+    fn take(&self, py: Python<'_>, event: SourceEvent<'_>) -> PyResult<Gathered> {
         self.locked(py, |state| state.take(&self.about, event)).map_err(crate::failed_by)
     }
 }
 
 impl State {
-    fn take(&mut self, about: &str, event: &SourceEvent<'_>) -> Result<Gathered, Error> {
+    fn take(&mut self, about: &str, event: SourceEvent<'_>) -> Result<Gathered, Error> {
         let usage = |message: &str| Err(Error::new(ErrorKind::Usage, about, message));
         if self.session.is_over() {
             return usage("the pipeline is finished, expected a new one for more frames");
@@ -212,13 +215,22 @@ impl State {
             }
             _ => {}
         }
-        if let SourceEvent::Lost { frames, .. } = event {
+        if let SourceEvent::Lost { frames, .. } = &event {
             self.waiting.iter_mut().for_each(|waiting| waiting.lost = waiting.lost.saturating_add(*frames));
         } else {
             self.start_recording(of_sums)?;
             self.of_sums = Some(of_sums);
         }
-        self.gathered.push(&mut self.session, event)?;
+        let Some(times) = &mut self.times else {
+            self.gathered.push(&mut self.session, &event)?;
+            return Ok(self.gathered.take_all());
+        };
+        // A full disk ends the recording; the frame is taken all the same.
+        let mut pushed = Ok(());
+        for event in times.take(event)? {
+            pushed = pushed.and(self.gathered.push(&mut self.session, &event));
+        }
+        pushed?;
         Ok(self.gathered.take_all())
     }
 

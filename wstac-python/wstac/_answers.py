@@ -708,6 +708,11 @@ class Recorded:
         return self._records.lost
 
     @property
+    def faults(self) -> list[Fault]:
+        """Faults of the source so far, such as frames that come unevenly; the last 10 000."""
+        return self._records.faults
+
+    @property
     def end(self) -> Optional[End]:
         """How the stream ended; None before its end."""
         return self._records.end

@@ -36,6 +36,8 @@ _CHOICES = {
     "join": ("linear", "nearest"),
 }
 _SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+# Numbers of seconds since 1970 are rounded to a quarter of a microsecond.
+_ROUNDING = 1e-6
 
 
 def read_tables(path: Path) -> dict[str, dict[str, Any]]:
@@ -126,15 +128,15 @@ class Arm:
         Raises `Error` in a gap: no row is as near as the key within_ms demands.
         """
         times = self._times
-        if not times[0] - self._within <= time <= times[-1] + self._within:
-            return None
         after = bisect.bisect_left(times, time)
         before = max(after - 1, 0)
         after = min(after, len(times) - 1)
         nearest = before if time - times[before] <= times[after] - time else after
         away = abs(time - times[nearest])
-        if away > self._within:
-            found = f"row {nearest + 1} is the nearest to {time:.3f} s and {away * 1e3:.0f} ms away"
+        if away > self._within + _ROUNDING:
+            if not times[0] <= time <= times[-1]:
+                return None
+            found = f"row {nearest + 1} is the nearest to {time:.3f} s and {away * 1e3:.1f} ms away"
             raise Error(f"{self.file}: {found}, expected within_ms = {self._within * 1e3:g}")
         span = times[after] - times[before]
         if not self._linear or span <= 0 or not times[before] <= time <= times[after]:

@@ -39,6 +39,8 @@ def guess(frames: Frames, single: bool) -> str:
             return "GREY"
         if len(shape) == 3 and shape[2] == 3:
             return "RGB3"
+        if len(shape) == 3 and shape[0] == 3:
+            raise Error(f"frames: shape {frames.shape} has colors first, expected them last: give (height, width, 3)")
     hint = "Y10, Y12 or Y16" if frames.dtype == np.uint16 else "one such as YUYV"
     raise Error(f"frames: {frames.dtype} {frames.shape} has no format of its own, expected format = {hint}")
 
@@ -63,6 +65,8 @@ def size_of(frames: Frames, code: str) -> tuple[int, int]:
     """Returns the width and the height of a stack of pictures."""
     picture = pixel_shape(code)
     if picture is None:
+        # One that is unknown is refused.
+        _wstac.row_bytes(code, 2)
         raise Error(f"frames: format {code} has planes, expected raw bytes, uint8 (n, bytes), and their size")
     dtype, last = picture
     if frames.dtype != dtype or frames.ndim != 3 + len(last) or frames.shape[3:] != last:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, Optional, Union
 
 import numpy as np
@@ -50,10 +50,16 @@ class Config:
     _native: _wstac.Config
 
     def __init__(self, keys: Union[str, Mapping[str, Any]] = "") -> None:
+        given: Any = keys
+        if isinstance(given, os.PathLike) or (isinstance(given, str) and os.path.isfile(given)):
+            hint = f"give wstac.Config.read({os.fsdecode(given)!r})"
+            raise Error(f"config is the name of a file, expected what it says: {hint}")
         if isinstance(keys, Mapping):
             self._native = _wstac.Config.from_json(as_json("configuration", keys))
-        else:
+        elif isinstance(keys, str):
             self._native = _wstac.Config(keys)
+        else:
+            raise TypeError(f"config is a {type(keys).__name__}, expected a wstac.Config, text in TOML or tables")
 
     @classmethod
     def read(cls, path: Path) -> Config:
@@ -438,4 +444,6 @@ def native_models(models: Models, model: Optional[Models] = None) -> list[_wstac
             raise TypeError("model and models are both given, expected one of them")
         models = model
     several = [models] if isinstance(models, (str, bytes, os.PathLike, Model)) else models
+    if not isinstance(several, Iterable):
+        raise TypeError(f"models is a {type(models).__name__}, expected a wstac.Model, its name, or a list of them")
     return [one._native if isinstance(one, Model) else Model.load(one)._native for one in several]

@@ -99,7 +99,12 @@ class Pipeline(Recorded):
     `record` is a new file, FILE.mcap, for frames and records, which `wstac run`, `wstac view` and `wstac.read` read.
     `labels` are its labels, such as {"specimen": "Saw3"}. `push` waits for a slow disk. A full disk raises `Error`
     once, and the recording ends. `finish` or the end of a `with` ends the file; after a crash, `wstac recover` repairs
-    it. Times are those of `push` if the pipeline is `timed`, else they follow from `fps` and the number of the frame.
+    it.
+
+    If the pipeline is `timed`, `push` takes the time of each frame, and it is watched as that of a file: frames that
+    are missing by it and by `fps` are `lost`, and where frames come unevenly, as at another rate, `faults` say so and
+    events are not reliable. Otherwise times follow from `fps` and the number of the frame, and only `lose` says that
+    one is missing.
 
     >>> import pathlib, tempfile
     >>> file = pathlib.Path(tempfile.mkdtemp()) / "slide.mcap"
@@ -139,7 +144,7 @@ class Pipeline(Recorded):
             warnings.warn("fps is not given: speeds are those of 30 frames per second", stacklevel=2)
             fps = 30
         made = (_frames.rate(fps), native_config(config), native_models(models, model), bytes_per_row, matrix, range)
-        file = None if record is None else os.fsdecode(record)
+        file = None if record is None else _new_recording(os.fsdecode(record))
         self._timed = bool(timed)
         self._made = (*made, bool(motion), bool(path_samples), bool(at_once), self._timed, file, labels)
         self._native: Optional[_wstac.Pipeline] = None
@@ -158,7 +163,8 @@ class Pipeline(Recorded):
         `time_ns` is when it was taken, in nanoseconds by a monotonic clock such as `time.monotonic_ns()`, if the
         pipeline is `timed`.
 
-        Raises `Error` for a frame of another type or size. That frame was not taken: `lose(1)` keeps its place in time.
+        Raises `Error` for a frame of another type or size, and for a time before that of the last frame. That frame was
+        not taken: `lose(1)` keeps its place in time.
         """
         time_ns = self._time(time_ns)
         picture = _frames.array(frame)
@@ -256,6 +262,18 @@ class Pipeline(Recorded):
         self._features = values[-1] if len(values) else None
         events = self._take(records)
         return events[0] if events else None
+
+
+def _new_recording(file: str) -> str:
+    """Refuses the name of a recording that exists, or that ends as other files do, before the first frame."""
+    ending = os.path.splitext(file)[1]
+    if ending.lower() not in ("", ".mcap"):
+        raise _wstac.Error(f"{file}: its name ends in {ending}, expected .mcap: no other format is written")
+    if os.path.lexists(file):
+        error = _wstac.Error(f"{file}: exists, expected a new file")
+        error.kind = "already_exists"
+        raise error
+    return file
 
 
 def _native(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _frames, _wstac
-from ._answers import Event, Fault, Record, Recorded
+from ._answers import Event, Record, Recorded
 from ._frames import Fps, Frames
 from ._models import Config, Configuration, Models, Path, native_config, native_models
 
@@ -169,11 +169,6 @@ class Stream(Recorded):
         Of a board, what it says of itself, and what happens to its line: the first 999 notes and the last one.
         """
         return self._native.notes
-
-    @property
-    def faults(self) -> list[Fault]:
-        """Faults of the source so far; the last 10 000."""
-        return self._records.faults
 
     def __iter__(self) -> Iterator[Event]:
         return self

@@ -50,6 +50,7 @@ use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 
 pub use self::crop::Crop;
+pub use self::spacing::PushedTimes;
 pub use crate::frame_clock::{Stamp, StreamClock};
 pub use crate::reasons::{FaultKind, LossCounts, LossReason};
 

@@ -45,7 +45,7 @@ pub(super) fn several(files: &[PathBuf], places: Option<&(Positions, Vec<f64>)>)
         let is_series = |own: &Vec<PathBuf>| own.len() > 1 && own.len() >= files.len() / LEAST_OF_SERIES;
         let are_series = (2..=MOST_SERIES).contains(&series.len())
             && series.values().all(is_series)
-            && (series.values().all(|own| is_placed(own)) || are_at_once(series.values()));
+            && (series.values().all(|own| is_placed(own)) || are_at_once(series.values(), kept));
         let said = |(name, files): (&String, &Vec<PathBuf>)| format!("{name}: {}", files.len());
         are_series.then(|| series.iter().map(said).collect::<Vec<_>>().join(", "))
     };
@@ -54,10 +54,10 @@ pub(super) fn several(files: &[PathBuf], places: Option<&(Positions, Vec<f64>)>)
     std::iter::once(None).chain((0..columns).map(Some)).find_map(series_by)
 }
 
-/// Returns whether series have times since 1970, and two of them at once.
-fn are_at_once<'a>(series: impl Iterator<Item = &'a Vec<PathBuf>>) -> bool {
+/// Returns whether series have times since 1970, and two of them at once. `kept` is the number that tells them apart.
+fn are_at_once<'a>(series: impl Iterator<Item = &'a Vec<PathBuf>>, kept: Option<usize>) -> bool {
     let span = |own: &Vec<PathBuf>| {
-        let (unit, times) = Names::new(own)?.since_1970()?;
+        let (unit, times) = Names::new(own)?.since_1970(kept)?;
         let at = |time: Option<&i128>| Some((*time? as f64 / unit) as i64);
         Some((at(times.iter().flatten().next())?, at(times.iter().flatten().next_back())?))
     };
@@ -127,7 +127,7 @@ fn by_parts(files: &[PathBuf]) -> Places {
         [at] => {
             let numbers = names.column(at)?;
             // A counter such as 000000041 would be a clock of more frames per second than there are.
-            let times = names.dates().or_else(|| names.since_1970()).or_else(|| names.with_unit(at));
+            let times = names.dates().or_else(|| names.since_1970(None)).or_else(|| names.with_unit(at));
             match times.or_else(|| names.clock(time_of_day).filter(|(_, times)| names.rise(times, SHORTEST))) {
                 Some((unit, times)) => placed(Positions::NamedTimes, unit, times),
                 None => placed(Positions::Numbers, 1.0, numbers),
@@ -229,11 +229,13 @@ impl<'a> Names<'a> {
         self.parsed(0..self.usual.len(), time)
     }
 
-    /// Returns times since 1970: whole ones, or seconds and their fraction.
-    fn since_1970(&self) -> Option<Times> {
+    /// Returns times since 1970: whole ones, or seconds and their fraction, which is not the number at `kept`: at 15
+    /// frames per second, each second has the same fractions.
+    fn since_1970(&self, kept: Option<usize>) -> Option<Times> {
         let whole = self.columns().find_map(|numbers| Some((epoch_unit(&numbers)?, numbers)));
         let is_time = |time: &i128| EPOCH.contains(&(time / NS_PER_S));
-        let fractions = || self.clock(|name| seconds(name).filter(is_time));
+        let starts = (0..self.usual.len()).filter(|at| kept != Some(at + 2));
+        let fractions = || self.parsed(starts, |name| seconds(name).filter(is_time));
         whole.filter(|(_, times)| self.rise(times, 1)).or_else(fractions)
     }
 
@@ -248,8 +250,9 @@ impl<'a> Names<'a> {
     /// Returns the times that names state in a form that nothing else has.
     fn clear_times(&self) -> Option<Times> {
         let of_units = || self.differing.iter().find_map(|at| self.with_unit(*at));
-        let clock = self.dates().or_else(|| self.clock(time_of_day));
-        clock.or_else(|| self.since_1970()).or_else(of_units)
+        // 1700000000.5000 is no time of day, at 17:00:00.
+        let dated = self.dates().or_else(|| self.since_1970(None));
+        dated.or_else(|| self.clock(time_of_day)).or_else(of_units)
     }
 }
 
@@ -623,5 +626,28 @@ mod tests {
         assert_eq!(of(&|n| [0_u64, 1].map(|take| format!("{take}_{}.png", ms(n, take * 9000)))), None);
         assert_eq!(of(&|n| [2 * n, 2 * n + 1].map(|n| format!("{:x}.png", n * 2_654_435))), None);
         assert_eq!(several(&paths(&["a.png", "b.png"]), None), None);
+    }
+
+    #[test]
+    fn fractions_that_each_second_has_are_no_series() {
+        for fps in [10, 12, 15, 16] {
+            let at = |n: u32| format!("{}.{:04}", 1_700_000_000 + n / fps, (n % fps * 10_000 + fps / 2) / fps);
+            let names: [&dyn Fn(u32) -> String; 3] =
+                [&|n| format!("{}.png", at(n)), &|n| format!("frame{n:05}_{}.png", at(n)), &|n| {
+                    format!("{}_{:03}.png", 1_700_000_000 + n / fps, n % fps * 1000 / fps)
+                }];
+            for name in names {
+                let files: Vec<_> = (0..130).map(|n| PathBuf::from(name(n))).collect();
+                let places = positions(&files);
+                assert_eq!(several(&files, places.as_ref()), None, "{}", name(1));
+                let rate = rate(places.as_ref(), None).0.per_second();
+                assert!((rate / f64::from(fps) - 1.0).abs() < 0.01, "{}: {rate}", name(1));
+            }
+            // Two cameras at once are two series all the same.
+            let of_two = (0..130).flat_map(|n| [0, 1].map(|camera| PathBuf::from(format!("{}_{camera}.png", at(n)))));
+            let files: Vec<_> = of_two.collect();
+            let found = several(&files, positions(&files).as_ref());
+            assert_eq!(found.as_deref(), Some("#.#_0: 130, #.#_1: 130"), "{fps}");
+        }
     }
 }

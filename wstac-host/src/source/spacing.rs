@@ -5,11 +5,12 @@
 //! unevenly.
 
 use std::collections::VecDeque;
+use std::time::Duration;
 
 use wstac_core::rate::FrameRate;
 
 use super::{Fault, FaultKind, Frame, LossReason, Source, SourceEvent, StreamInfo};
-use crate::error::Error;
+use crate::error::{Error, ErrorKind};
 use crate::plural::counted;
 
 /// The largest distance of a frame from its place that counts as even, in steps between frames: an application that
@@ -260,6 +261,60 @@ impl<S: Source> Source for Spaced<S> {
     }
 }
 
+/// Watches the times of frames that a program pushes, as a file's are watched.
+///
+/// A program asks it before it pushes an event into a [`Session`](crate::session::Session).
+#[derive(Debug)]
+pub struct PushedTimes {
+    spacing: Spacing,
+    last: Option<Duration>,
+}
+
+impl PushedTimes {
+    /// Watches a stream of this rate.
+    pub fn new(info: &StreamInfo) -> Self {
+        let step = 1000.0 / info.rate.per_second();
+        Self { spacing: Spacing::new(info.about.clone(), Positions::Times, step), last: None }
+    }
+
+    /// Takes an event, and returns those to push: the event itself is the last of them. Frames that are missing by the
+    /// times come before it, and so do faults of frames that come unevenly.
+    ///
+    /// # Errors
+    /// The time of a frame is before that of the last one. Nothing of it was taken.
+    pub fn take<'a>(
+        &mut self,
+        event: SourceEvent<'a>,
+    ) -> Result<impl Iterator<Item = SourceEvent<'a>> + use<'a>, Error> {
+        let time = match &event {
+            SourceEvent::Frame(Frame { timestamp, .. }) => *timestamp,
+            SourceEvent::Taxels(frame) => frame.timestamp,
+            _ => None,
+        };
+        if let Some((last, now)) = self.last.zip(time).filter(|(last, now)| now < last) {
+            let frame = self.spacing.frame;
+            let message = format!(
+                "the time of frame {frame} goes back from {} to {} ns, expected times that rise",
+                last.as_nanos(),
+                now.as_nanos()
+            );
+            return Err(Error::new(ErrorKind::Frame, &self.spacing.subject, message));
+        }
+        self.last = time.or(self.last);
+        match &event {
+            SourceEvent::Frame(_) | SourceEvent::Taxels(_) => {
+                self.spacing.arrive(time.map_or(f64::NAN, |time| time.as_secs_f64() * 1000.0));
+            }
+            SourceEvent::Lost { frames, .. } => self.spacing.lose(*frames),
+            SourceEvent::End => self.spacing.finish(),
+            SourceEvent::Fault(_) | SourceEvent::Waiting => {}
+        }
+        let event = self.spacing.placed(event);
+        let before: VecDeque<SourceEvent<'a>> = std::mem::take(&mut self.spacing.ready);
+        Ok(before.into_iter().chain([event]))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -371,5 +426,37 @@ mod tests {
         );
         // The sum opens no part that is uneven.
         assert_eq!(fault.kind, FaultKind::Spacing);
+    }
+
+    #[test]
+    fn times_that_are_pushed_are_watched_and_do_not_go_back() {
+        let size = wstac_core::layout::FrameSize::new(1, 1).unwrap();
+        let format = wstac_core::green::any::PixelFormat::Gray;
+        let mut times = PushedTimes::new(&StreamInfo::new("frames", size, format, FrameRate::NOMINAL));
+        let mut push = |ms| {
+            let frame = Frame { timestamp: Some(Duration::from_millis(ms)), ..Frame::new(&[]) };
+            times.take(SourceEvent::Frame(frame)).map(|events| {
+                let say = |event| match event {
+                    SourceEvent::Lost { frames, reason } => format!("{frames} {reason:?}"),
+                    SourceEvent::Fault(fault) => fault.kind.to_string(),
+                    SourceEvent::Frame(frame) => format!("{:.1}", frame.off),
+                    other => panic!("{other:?}"),
+                };
+                events.map(say).collect::<Vec<_>>().join(" ")
+            })
+        };
+        for (ms, expected) in [(1000, "0.0"), (1033, "-0.0"), (1100, "1 Missing 0.0"), (5100, "119 Missing 0.0")] {
+            assert_eq!(push(ms).unwrap(), expected);
+        }
+        let back = push(5099).unwrap_err().to_string();
+        let expected = "the time of frame 4 goes back from 5100000000 to 5099000000 ns, expected times that rise";
+        assert_eq!(back, format!("frames: {expected}"));
+        assert_eq!(push(5150).unwrap(), "uneven 1 Missing -0.5");
+        // A frame that is known to be lost is no other one.
+        assert_eq!(times.take(SourceEvent::Lost { frames: 2, reason: LossReason::Reported }).unwrap().count(), 1);
+        let frame = Frame { timestamp: Some(Duration::from_millis(5250)), ..Frame::new(&[]) };
+        assert_eq!(times.take(SourceEvent::Frame(frame)).unwrap().count(), 1);
+        let said: Vec<_> = times.take(SourceEvent::End).unwrap().map(|event| format!("{event:?}")).collect();
+        assert!(said.len() == 2 && said[0].contains("121 frames are missing and 1 frame comes unevenly"), "{said:?}");
     }
 }
