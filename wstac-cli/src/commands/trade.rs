@@ -123,7 +123,8 @@ Terms of a budget, between commas:
   format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
                    YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
                    law=edges, model=svm or model=none
-  law=wave takes speed and direction from arrival times of 25 taxels,
+  law=wave takes speed and direction from arrival times of 25 taxels, and
+  alone has slips;
   law=coherence and law=edges from those of ten sums, which hold for
   objects wider than the sensor. law=published takes them from durations.
   Models of the path are weighed with the first three, and models over
