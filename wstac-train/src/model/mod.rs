@@ -177,14 +177,14 @@ pub(crate) fn check_labels(model: &Trained) -> Result<(), String> {
         }
         let (wrong, is_good) = match model.task {
             Task::Specimen => (
-                "no specimen, expected a name such as Saw3, or --task other",
+                "is no specimen, expected a name such as Saw3, or --task other",
                 label == "Sphere" || pattern_and_depth(label).1.is_some(),
             ),
-            Task::Depth => ("no depth, expected a number of mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
+            Task::Depth => ("is no depth, expected a number of mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
             _ => ("", true),
         };
         if !is_good {
-            return Err(format!("label {label:?} of class {number} is {wrong}"));
+            return Err(format!("label {label:?} of class {number} {wrong}"));
         }
     }
     Ok(())
