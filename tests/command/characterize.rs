@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use wstac_tests::command::{assert_has, good, prints, refused};
+use wstac_tests::command::{assert_has, good, prints, refused, run, said, says};
 use wstac_tests::folder::Folder;
 
 /// A sensor that is not the default one: dimmer, with a weak whisker, a longer afterglow and more noise.
@@ -20,6 +20,9 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     let source = format!("scene:{}", folder.file("sensor.toml", format!("{SENSOR}{slides}")).display());
     let plan = folder.file("plan.toml", PLAN);
     let output = &*folder.path("out");
+    let done = run(&["characterize", &folder.path("none.mp4"), "-o", output]);
+    says(&done, 1, &["none.mp4"]);
+    assert!(!said(&done).contains("do not touch") && !folder.0.join("out").exists(), "{}", said(&done));
     let table = good(&["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()]);
     assert!(table.contains("8 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 0"), "{table}");
     let scene = fs::read_to_string(folder.0.join("out/scene.toml")).unwrap();
@@ -39,14 +42,16 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     let page = fs::read_to_string(folder.0.join("out/report.html")).unwrap();
     assert_has(&page, &["8 slides: 8 reliable", "data:image/png;base64,", "Fla0-80mm_s-90deg-2", "afterglow_ms"]);
 
-    // Recordings of the folder stay, and a table may state the truth.
+    // Recordings of the folder stay, and a table may state the truth. A press has no answers.
+    let press = folder.file("press.toml", "[[touch]]\nkind = \"press\"\n[sensor]\nsize = [240, 180]\n");
+    good(&["record", &format!("scene:{}", press.display()), "-o", &folder.path("out/press.mcap")]);
     let recording = folder.0.join("out/Fla0-80mm_s-0deg-1.mcap");
     let before = fs::metadata(&recording).unwrap().modified().unwrap();
     let truth = folder.file("arm.csv", "\u{feff}recording,speed,direction\r\nFla0-80mm_s-0deg-1,120,\r\n");
     let truth = truth.to_str().unwrap();
     prints(
         &["characterize", &source, "-o", output, "--truth", truth],
-        &["8 reliable; reliable, but off by more than 10 % or 10°: 1", "120"],
+        &["9 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 1", "120"],
     );
     assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), before);
     let with_plan = ["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()];

@@ -52,7 +52,7 @@ fn a_model_of_own_names_is_evaluated_on_recordings_and_on_their_data_set() {
     // Few slides of own names lead to learning.
     refused(
         &["train", recordings, "-o", text(&model), "--force"],
-        &["label \"cork\" of class 0, expected a specimen", "other names need --task other"],
+        &["label \"cork\" of class 0 is no specimen, expected a name such as Saw3, or --task other"],
     );
     for source in [recordings, text(&set)] {
         let train = ["train", source, "-o", text(&model), "--task", "other", "--input", "taxel-path", "--force"];

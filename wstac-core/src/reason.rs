@@ -49,7 +49,7 @@ pub enum Reason {
     TooFast,
     /// Unclear or not reliable: the whiskers do not light up alike.
     NotAlike,
-    /// Not reliable: the speed changes during the touch.
+    /// Not reliable: the speed seems to change during the touch.
     SpeedChanges,
     /// Not reliable: not all whiskers are lit alike, or most are lit in the first frame.
     NotCrossed,
@@ -59,9 +59,9 @@ pub enum Reason {
     Uncertain,
     /// Unclear or not reliable: it depends on when the camera reads its rows, which nobody has stated.
     ReadoutUnknown,
-    /// Not reliable: what slides also turns.
+    /// Not reliable: what slides also seems to turn.
     Turning,
-    /// Not reliable: two objects touch the sensor, and their velocity is not certain.
+    /// Not reliable: two objects seem to touch the sensor, and their velocity is not certain.
     TwoObjects,
     /// Not reliable: the camera takes more frames than were agreed on, so speeds are too low. Its caller says so.
     FasterCamera,
@@ -91,15 +91,15 @@ impl Reason {
             Self::TooSlow => "too slow: the sample does not show all whiskers",
             Self::TooFast => "too fast to tell a slide from a press",
             Self::NotAlike => "the whiskers do not light up alike: two touches, a change of speed or a tilted press",
-            Self::SpeedChanges => "the speed changes during the touch",
+            Self::SpeedChanges => "the speed seems to change during the touch, or the object's shape is not known",
             Self::NotCrossed => {
                 "not all whiskers are lit alike: the touch starts on the sensor, or does not cross all of it"
             }
             Self::OutOfLine => "a row or a column lights up too early or too late, as by a weak whisker",
             Self::Uncertain => "the standard deviation of the speed is too large",
             Self::ReadoutUnknown => "readout unknown: it depends on [sensor] readout_ms, which is not stated",
-            Self::Turning => "the object turns while it slides",
-            Self::TwoObjects => "two objects touch the sensor, and their velocity is not certain",
+            Self::Turning => "the object seems to turn while it slides, or its shape is not known",
+            Self::TwoObjects => "two objects seem to touch the sensor, or the object's shape is not known",
             Self::FasterCamera => "the camera takes more frames per second than were agreed on",
         }
     }

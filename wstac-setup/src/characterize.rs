@@ -36,7 +36,7 @@ pub struct SlideAnswer {
     pub mm_s: Result<Answered, Reason>,
     /// The direction in degrees, or why there is none.
     pub degrees: Result<Answered, Reason>,
-    /// Whether the answers are reliable.
+    /// Whether there are answers, and they are reliable.
     pub reliable: bool,
 }
 
@@ -45,7 +45,7 @@ impl SlideAnswer {
     pub fn new(name: String, truth: SlideTruth, event: &TactileEvent) -> Self {
         let speed = event.speed.map(|speed| (speed.mm_s.into(), speed.sd.map(f64::from)));
         let degrees = event.direction.degrees.map(|found| (found.into(), event.direction.sd.map(f64::from)));
-        Self { name, truth, mm_s: speed, degrees, reliable: event.reliable }
+        Self { name, truth, mm_s: speed, degrees, reliable: event.reliable && event.speed.is_ok() }
     }
 
     /// Returns the error of the speed as a fraction, and by its deviation.

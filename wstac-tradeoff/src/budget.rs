@@ -60,7 +60,12 @@ impl FromStr for Budget {
             if let Some(value) = rest.strip_prefix('<') {
                 let or_equal = value.starts_with('=');
                 let value = value.strip_prefix('=').unwrap_or(value).trim();
-                let what = what(name).ok_or_else(|| format!("term {term:?}: {name:?}, expected {EXPECTED}"))?;
+                let what = what(name).ok_or_else(|| match name {
+                    "host" | "host.event" => {
+                        format!("term {term:?}: was removed; help: ci/bench measures times on a machine")
+                    }
+                    _ => format!("term {term:?}: {name:?}, expected {EXPECTED}"),
+                })?;
                 let units = if name.eq_ignore_ascii_case("latency") { TIMES } else { units(&what) };
                 let most = number(value, units).map_err(|error| format!("term {term:?}: {error}"))?;
                 budget.limits.push(Limit { term: term.to_owned(), what, most, or_equal });

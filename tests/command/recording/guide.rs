@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::process::{Output, Stdio};
 
-use wstac_tests::command::{ends, program, run, said, says, wstac};
+use wstac_tests::command::{ends, prints, program, run, said, says, wstac};
 use wstac_tests::folder::Folder;
 
 #[test]
@@ -57,6 +57,23 @@ fn a_slide_that_was_not_as_planned_is_named() {
     fs::write(folder.0.join("plan.toml"), "specimens = [\"Saw3\"]\ndirections = [340]\ncount = 1\n").unwrap();
     let text = said(&guided(&folder, "\n"));
     assert!(text.contains("°, planned 340°"), "{text}");
+}
+
+/// Neither the slide's file nor one that is there before is that of a touch which is no slide.
+#[test]
+fn a_press_is_not_the_planned_slide() {
+    let folder = folder("recording-guide-press");
+    let press = "[[touch]]\nkind = \"press\"\n";
+    let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Saw3\"\nspeed = 150\n";
+    let scene = format!("gap = 140\n{press}{slide}{press}[sensor]\nsize = [240, 180]\n");
+    fs::write(folder.0.join("s.toml"), scene).unwrap();
+    let done = guided(&folder, "\n\nr\n");
+    says(&done, 0, &["wrote ", "1 slide recorded now, 1 of 4 in total", "the source ended before a slide came"]);
+    let why = "the touch is a press, which does not slide: repeat the same slide";
+    assert_eq!(said(&done).matches(why).count(), 2, "{}", said(&done));
+    let files: Vec<_> = fs::read_dir(folder.0.join("files")).unwrap().map(|file| file.unwrap().path()).collect();
+    assert_eq!(files, [folder.0.join("files/Saw3-150mm_s-1.mcap")]);
+    prints(&["run", files[0].to_str().unwrap()], &["slide, speed 1"]);
 }
 
 #[test]

@@ -204,13 +204,18 @@ struct CrosstalkRecord {
 }
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let output = arguments.output.as_path();
     if arguments.crosstalk {
         return crosstalk(arguments);
     }
     if arguments.gains {
         return gains(arguments);
     }
+    find(arguments, || Ok(()))
+}
+
+/// Finds the whiskers. `opened` is called before the first frame is read, if the source can be opened.
+pub(super) fn find(arguments: &Arguments, opened: impl FnOnce() -> Result<(), Error>) -> Result<(), Stop> {
+    let output = arguments.output.as_path();
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
     if overlay == output {
@@ -223,6 +228,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
     }
     let (mut source, info) = open(arguments)?;
+    opened()?;
     note(&info.about);
     let mut watch = Watch::new(&info)?;
     let is_board = port_of(&arguments.source).is_some();

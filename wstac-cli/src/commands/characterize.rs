@@ -92,14 +92,18 @@ Examples:
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let folder = arguments.output.as_path();
     let truth = arguments.truth.as_deref().map(read_truth).transpose()?.unwrap_or_default();
-    fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
-    keep_plan(arguments.plan.as_deref(), &plan)?;
-    if !config.exists() {
-        note("1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times");
+    if config.exists() {
+        keep_plan(arguments.plan.as_deref(), &plan)?;
+    } else {
         let options = arguments.options.clone();
-        calibrate::run(&calibrate::Arguments::of(arguments.source.clone(), config.clone(), options))?;
+        calibrate::find(&calibrate::Arguments::of(arguments.source.clone(), config.clone(), options), || {
+            fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+            keep_plan(arguments.plan.as_deref(), &plan)?;
+            note("1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times");
+            Ok(())
+        })?;
     }
     note("2 of 3: slides");
     let options = arguments.options.clone();

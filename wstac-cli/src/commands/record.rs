@@ -44,7 +44,7 @@ pub(super) struct Arguments {
 
     /// Guide a person through the slides of a plan, described below
     ///
-    /// Each event becomes a file in the folder that -o names.
+    /// Each slide becomes a file in the folder that -o names.
     #[arg(long, value_name = "PLAN.toml", conflicts_with_all = ["frames", "duration", "events", "force"])]
     guide: Option<PathBuf>,
 
@@ -190,8 +190,9 @@ Guided (--guide PLAN.toml -o FOLDER):
   session ends when standard input ends. A file or a scene does not wait
   then: its remaining slides are taken at once.
   If the baseline is not quiet, it is taken again. Then the program asks
-  for the slide, and the event goes to FOLDER/Saw3-150mm_s-90deg-01.mcap
-  with its labels. Slides that have a file are left out, so the same
+  for the slide, which goes to FOLDER/Saw3-150mm_s-90deg-01.mcap with its
+  labels. A press, a poke or an unclear touch is dropped, and the slide is
+  asked for again. Slides that have a file are left out, so the same
   command continues after a stop. wstac dataset FOLDER -o set.npz makes a
   training set of the folder.
 

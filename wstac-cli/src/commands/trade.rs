@@ -124,8 +124,9 @@ Terms of a budget, between commas:
                    YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
                    law=edges, model=svm or model=none
   law=wave takes speed and direction from arrival times of 25 taxels,
-  law=coherence and law=edges from those of ten sums, which hold for
-  objects wider than the sensor. law=published takes them from durations.
+  and alone reports slips; law=coherence and law=edges take them from
+  those of ten sums, which hold for objects wider than the sensor.
+  law=published takes them from durations.
   Models of the path are weighed with the first three, and models over
   time with the last.
   A core of 64 MHz with 30 frames per second, 10 % of its time and 1.75

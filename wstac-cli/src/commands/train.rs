@@ -113,7 +113,8 @@ The answer:
   has a row for each label, and a column for each answer.
   If each texture has three sensors or recordings to train on, and
   about 50 slides, 15 % of them are kept aside for a calibration: then
-  events have a confidence, and unknown textures are said to be unknown.
+  events have a confidence, and textures can be unknown. --input
+  taxel-path finds most textures that were not trained, path only some.
   With fewer slides, wstac model learn makes a better model, which has
   both from three slides of each texture on.
   A note warns if guessing would have been right as often.

@@ -211,7 +211,7 @@ enum WstacFwWhy
   WSTAC_FW_WHY_TOO_FAST = 13,
   /// Unclear or not reliable: the whiskers do not light up alike.
   WSTAC_FW_WHY_NOT_ALIKE = 14,
-  /// Not reliable: the speed changes during the touch.
+  /// Not reliable: the speed seems to change during the touch.
   WSTAC_FW_WHY_SPEED_CHANGES = 15,
   /// Not reliable: the touch starts on the sensor, or does not cross all of it.
   WSTAC_FW_WHY_NOT_CROSSED = 16,
@@ -223,7 +223,7 @@ enum WstacFwWhy
   WSTAC_FW_WHY_READOUT_UNKNOWN = 19,
   /// Not reliable: what slides also turns.
   WSTAC_FW_WHY_TURNING = 20,
-  /// Not reliable: two objects touch the sensor, and have not one velocity.
+  /// Not reliable: two objects seem to touch the sensor, and have not one velocity.
   WSTAC_FW_WHY_TWO_OBJECTS = 21,
   /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
   WSTAC_FW_WHY_FASTER_CAMERA = 22,

@@ -111,7 +111,7 @@ pub enum WstacFwWhy {
     TooFast = 13,
     /// Unclear or not reliable: the whiskers do not light up alike.
     NotAlike = 14,
-    /// Not reliable: the speed changes during the touch.
+    /// Not reliable: the speed seems to change during the touch.
     SpeedChanges = 15,
     /// Not reliable: the touch starts on the sensor, or does not cross all of it.
     NotCrossed = 16,
@@ -123,7 +123,7 @@ pub enum WstacFwWhy {
     ReadoutUnknown = 19,
     /// Not reliable: what slides also turns.
     Turning = 20,
-    /// Not reliable: two objects touch the sensor, and have not one velocity.
+    /// Not reliable: two objects seem to touch the sensor, and have not one velocity.
     TwoObjects = 21,
     /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
     FasterCamera = 22,

@@ -153,7 +153,7 @@ fn what_is_wrong_is_named() {
         ("model=", ["model=", "a name is missing"]),
         ("frames<5h", ["\"5h\"", "a number above 0"]),
         ("latency<0.6", ["\"0.6\"", "0.6s or 600ms"]),
-        ("host<20us", ["term \"host<20us\"", "expected M0"]),
+        ("host<20us", ["term \"host<20us\": was removed", "help: ci/bench"]),
         ("M4F<1e306k", ["\"1e306k\"", "a number above 0"]),
         ("ln=fixed,ln=libm", ["term \"ln=libm\"", "stands twice"]),
         ("format===GREY", ["\"==GREY\"", "GREY, RGB24"]),

@@ -175,16 +175,16 @@ pub(crate) fn check_labels(model: &Trained) -> Result<(), String> {
         if model.labels[..number].contains(label) {
             return Err(format!("label {label:?} occurs twice, expected a name of its own for each class"));
         }
-        let (expected, is_good) = match model.task {
+        let (wrong, is_good) = match model.task {
             Task::Specimen => (
-                "a specimen, such as Saw3 (other names need --task other)",
+                "is no specimen, expected a name such as Saw3, or --task other",
                 label == "Sphere" || pattern_and_depth(label).1.is_some(),
             ),
-            Task::Depth => ("a depth in mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
+            Task::Depth => ("is no depth, expected a number of mm", label.parse::<f64>().is_ok_and(f64::is_finite)),
             _ => ("", true),
         };
         if !is_good {
-            return Err(format!("label {label:?} of class {number}, expected {expected}: that is the task"));
+            return Err(format!("label {label:?} of class {number} {wrong}"));
         }
     }
     Ok(())

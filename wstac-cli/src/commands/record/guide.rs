@@ -15,6 +15,8 @@ use crate::commands::output::{Stop, note, text_of};
 use crate::commands::records::{Form, Records};
 use crate::commands::signals::{Ending, finishing};
 use crate::commands::source_arguments::doubts_of_textures;
+use wstac_core::reason::Reason;
+use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -272,6 +274,10 @@ impl Session<'_> {
             let goes_on = processor.process(&item, |output| {
                 recorder.output(&output, &text_of(&output));
                 match &output {
+                    // The labels are those of a slide.
+                    Output::Event(TactileEvent { contact: Some(other), .. }) if *other != Contact::Slide => {
+                        found = Some(SlideOutcome::Again(Reason::NoSlide(*other).as_str()));
+                    }
                     Output::Event(event) => {
                         found = Some(SlideOutcome::Recorded);
                         differences(event, &slide.labels).into_iter().for_each(note);
