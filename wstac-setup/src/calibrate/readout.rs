@@ -368,7 +368,7 @@ mod tests {
         }
         let [press] = pressed(3, [5]);
         let alone = readout(&press, &CENTERS, 400, 30.0).unwrap();
-        // Nor does it change what a press before it tells by more than half its deviation.
+        // Nor does it change what a press before it tells by more than its deviation.
         for touch in [
             "specimen = \"Saw3\"\nspeed = 60\ndirection = 30",
             "specimen = \"Sin4\"\nspeed = 150\ndirection = 58",
@@ -380,7 +380,7 @@ mod tests {
             let both = [press.clone(), slide(touch)].concat();
             let found = readout(&both, &CENTERS, 400, 30.0);
             assert!(
-                found.is_some_and(|found| (found.ms - alone.ms).abs() < alone.sd_ms / 2.0),
+                found.is_some_and(|found| (found.ms - alone.ms).abs() < alone.sd_ms),
                 "{touch}: {found:?}, {alone:?}"
             );
         }
