@@ -274,13 +274,14 @@ impl Session<'_> {
             let goes_on = processor.process(&item, |output| {
                 recorder.output(&output, &text_of(&output));
                 match &output {
-                    // The labels are those of a slide.
-                    Output::Event(TactileEvent { contact: Some(other), .. }) if *other != Contact::Slide => {
-                        found = Some(SlideOutcome::Again(Reason::NoSlide(*other).as_str()));
-                    }
                     Output::Event(event) => {
-                        found = Some(SlideOutcome::Recorded);
-                        differences(event, &slide.labels).into_iter().for_each(note);
+                        // The labels are those of a slide.
+                        let other = event.contact.filter(|contact| *contact != Contact::Slide);
+                        if other.is_none() {
+                            differences(event, &slide.labels).into_iter().for_each(note);
+                        }
+                        let again = |contact| SlideOutcome::Again(Reason::NoSlide(contact).as_str());
+                        found = Some(other.map_or(SlideOutcome::Recorded, again));
                     }
                     Output::Interrupted(_) => found = Some(SlideOutcome::Again("too many frames were lost")),
                     Output::BaselineDisturbed { .. } => was_disturbed = true,
