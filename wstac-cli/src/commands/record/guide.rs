@@ -275,7 +275,7 @@ impl Session<'_> {
                 recorder.output(&output, &text_of(&output));
                 match &output {
                     Output::Event(event) => {
-                        // The labels are those of a slide. What is unclear may be one, before a rolling shutter above all.
+                        // The labels are those of a slide. What is unclear may be one: before a rolling shutter, say.
                         let other = event.contact.filter(|contact| matches!(contact, Contact::Press | Contact::Poke));
                         if other.is_none() {
                             differences(event, &slide.labels).into_iter().for_each(note);
