@@ -29,8 +29,8 @@ const LEAST_LATENESS: f64 = 0.05;
 const OPPOSITE: f64 = -0.9;
 /// Most lateness of the outermost column that the press and the release have in common, in frames.
 const MOST_ACROSS: f64 = 0.1;
-/// How many times larger a deviation is if there were other touches, too: a brighter one moves the light at which flashes
-/// begin. Of 50 simulated sources with such touches, half were within one deviation without it.
+/// How many times larger a deviation is if there were other touches, too: a brighter one moves the light at which
+/// flashes begin. Of 50 simulated sources with such touches, half were within one deviation without it.
 const WITH_OTHERS: f64 = 1.5;
 /// Most deviation of an answer, in ms.
 const MOST_SD_MS: f64 = 1.0;
