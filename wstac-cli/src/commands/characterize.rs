@@ -94,13 +94,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let truth = arguments.truth.as_deref().map(read_truth).transpose()?.unwrap_or_default();
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
+    let given = arguments.plan.as_deref().map(plan_text).transpose()?;
     if config.exists() {
-        keep_plan(arguments.plan.as_deref(), &plan)?;
+        keep_plan(given.as_deref(), &plan)?;
     } else {
         let options = arguments.options.clone();
         calibrate::find(&calibrate::Arguments::of(arguments.source.clone(), config.clone(), options), || {
             fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
-            keep_plan(arguments.plan.as_deref(), &plan)?;
+            keep_plan(given.as_deref(), &plan)?;
             note("1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times");
             Ok(())
         })?;
@@ -142,16 +143,19 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(write!(super::output::stdout(), "{}", found.report)?)
 }
 
-/// Writes the plan to the folder, unless it is there. Both are checked before a person waits.
-fn keep_plan(given: Option<&Path>, kept: &Path) -> Result<(), Error> {
-    let text = given.map_or_else(|| Ok(PLAN.to_owned()), file_text)?;
-    if let Some(given) = given {
-        plan::read(given)?;
-    }
+/// Returns the text of a plan, which is checked before a person waits.
+fn plan_text(path: &Path) -> Result<String, Error> {
+    plan::read(path)?;
+    file_text(path)
+}
+
+/// Writes the plan to the folder, unless it is there.
+fn keep_plan(given: Option<&str>, kept: &Path) -> Result<(), Error> {
     if !kept.exists() {
-        return Outputs::new(false).write(kept, text);
+        return Outputs::new(false).write(kept, given.unwrap_or(PLAN));
     }
-    if given.is_some() && file_text(kept)? != text {
+    let text = file_text(kept)?;
+    if given.is_some_and(|given| given != text) {
         let message = "is another plan than that of --plan (one folder has one plan); help: name another folder";
         return Err(Error::new(ErrorKind::Usage, kept.display(), message));
     }

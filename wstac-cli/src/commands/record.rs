@@ -191,10 +191,10 @@ Guided (--guide PLAN.toml -o FOLDER):
   then: its remaining slides are taken at once.
   If the baseline is not quiet, it is taken again. Then the program asks
   for the slide, which goes to FOLDER/Saw3-150mm_s-90deg-01.mcap with its
-  labels. A press, a poke or an unclear touch is dropped, and the slide is
-  asked for again. Slides that have a file are left out, so the same
-  command continues after a stop. wstac dataset FOLDER -o set.npz makes a
-  training set of the folder.
+  labels. A press or a poke is dropped, and the slide is asked for again.
+  Slides that have a file are left out, so the same command continues
+  after a stop. wstac dataset FOLDER -o set.npz makes a training set of
+  the folder.
 
 If something goes wrong:
   Ctrl-C, SIGTERM, SIGHUP and a source that fails end the file properly.

@@ -521,6 +521,27 @@ fn other_versions_and_unknown_messages_are_told_apart_from_damage() {
 }
 
 #[test]
+fn any_bytes_are_borne() {
+    let mut random = 1_u32;
+    let mut decoder = Decoder::<LONGEST>::new();
+    let mut small = Decoder::<4>::new();
+    let mut refused = 0;
+    for _ in 0..1_000_000 {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        // Zeros are more frequent than by chance, so that frames are short.
+        let byte = if random >> 28 == 0 { 0 } else { (random >> 16) as u8 };
+        if let Some(found) = decoder.push::<Message>(byte) {
+            assert!(found.is_err());
+            refused += 1;
+        }
+        assert!(small.push::<Request>(byte).is_none_or(|found| found.is_err()));
+    }
+    assert!(refused > 50_000, "{refused}");
+    let lost = Message::Lost { frames: 1 };
+    assert_eq!(received(&mut decoder, &frame(&lost, 9)).last(), Some(&arrived(&lost, 0)));
+}
+
+#[test]
 fn requests_fit_a_small_decoder() {
     let mut decoder = Decoder::<16>::new();
     let requests = [

@@ -221,9 +221,9 @@ enum WstacFwWhy
   WSTAC_FW_WHY_UNCERTAIN = 18,
   /// Unclear or not reliable: it depends on the readout, which is not known.
   WSTAC_FW_WHY_READOUT_UNKNOWN = 19,
-  /// Not reliable: what slides also turns.
+  /// Not reliable: what slides seems to turn.
   WSTAC_FW_WHY_TURNING = 20,
-  /// Not reliable: two objects seem to touch the sensor, and have not one velocity.
+  /// Not reliable: two objects seem to touch the sensor, and their velocity is not certain.
   WSTAC_FW_WHY_TWO_OBJECTS = 21,
   /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
   WSTAC_FW_WHY_FASTER_CAMERA = 22,

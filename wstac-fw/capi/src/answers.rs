@@ -121,9 +121,9 @@ pub enum WstacFwWhy {
     Uncertain = 18,
     /// Unclear or not reliable: it depends on the readout, which is not known.
     ReadoutUnknown = 19,
-    /// Not reliable: what slides also turns.
+    /// Not reliable: what slides seems to turn.
     Turning = 20,
-    /// Not reliable: two objects seem to touch the sensor, and have not one velocity.
+    /// Not reliable: two objects seem to touch the sensor, and their velocity is not certain.
     TwoObjects = 21,
     /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
     FasterCamera = 22,

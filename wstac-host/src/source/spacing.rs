@@ -294,7 +294,7 @@ impl PushedTimes {
         if let Some((last, now)) = self.last.zip(time).filter(|(last, now)| now < last) {
             let frame = self.spacing.frame;
             let message = format!(
-                "the time of frame {frame} goes back from {} to {} ns, expected times that rise",
+                "the time of frame {frame} goes back from {} to {} ns, expected times in order",
                 last.as_nanos(),
                 now.as_nanos()
             );
@@ -449,7 +449,7 @@ mod tests {
             assert_eq!(push(ms).unwrap(), expected);
         }
         let back = push(5099).unwrap_err().to_string();
-        let expected = "the time of frame 4 goes back from 5100000000 to 5099000000 ns, expected times that rise";
+        let expected = "the time of frame 4 goes back from 5100000000 to 5099000000 ns, expected times in order";
         assert_eq!(back, format!("frames: {expected}"));
         assert_eq!(push(5150).unwrap(), "uneven 1 Missing -0.5");
         // A frame that is known to be lost is no other one.

@@ -37,7 +37,7 @@ impl Recovery<'_> {
             let spans = self.walk.messages(from, span.at, MOST_PENDING)?;
             let mut moment = Vec::new();
             for &span in spans.iter().flatten() {
-                let there = self.pending.iter().position(|of| of.span == span).map(|at| self.pending.remove(at));
+                let there = self.pending.iter().rposition(|of| of.span == span).map(|at| self.pending.remove(at));
                 let Some(of) = (if there.is_some() { there } else { self.read(span)? }) else { continue };
                 // The numbers are those that this program gave: the checksum has them.
                 moment.push(Waiting { own: self.own.sensors.topic(of.header.channel_id), ..of });
