@@ -99,7 +99,7 @@ impl Pipeline {
     ) -> PyResult<Self> {
         let color = stream::color(YcbcrEncoding::default(), matrix, range)?;
         let mut info = stream::info(format, size, bytes_per_row, rate, color)?;
-        let times = timed.then(|| PushedTimes::new(&info));
+        let watch = timed.then(|| PushedTimes::new(&info));
         if timed {
             info.clock = StreamClock::Driver;
         }
@@ -119,7 +119,7 @@ impl Pipeline {
             let file = Some(new_file(&path).map_err(crate::failed_by)?);
             waiting = Some(Waiting { file, path, about, lost: 0 });
         }
-        let state = State { session, gathered: Gathered::default(), waiting, times, of_sums: None };
+        let state = State { session, gathered: Gathered::default(), waiting, times: watch, of_sums: None };
         Ok(Self { state: Mutex::new(state), about, frame_bytes })
     }
 
