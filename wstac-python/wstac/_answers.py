@@ -494,7 +494,7 @@ class Incomplete:
 class Fault:
     """A fault of a source that goes on.
 
-    `Stream.faults` has those of a camera. A simulated sensor has none, so this one is made by hand:
+    `faults` of a stream or a timed pipeline has them. A simulated sensor has none, so this one is made by hand:
 
     >>> import wstac
     >>> fault = wstac.Fault(frame=120, fault="disconnected", message="no frame for 2 s; check the cable")
