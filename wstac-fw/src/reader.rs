@@ -529,7 +529,7 @@ impl Sender {
         if event.is_event() {
             self.send_held_event(out);
         }
-        if !hold(&mut self.held, event, self.at_once.first_mut(), &self.slip, &self.law) {
+        if !hold(&mut self.held, event, self.at_once.first_mut(), self.slip.first(), &self.law) {
             return false;
         }
         if let Some(model) = self.model() {
@@ -610,15 +610,14 @@ fn hold(
     held: &mut Option<Held>,
     event: &Event<'_>,
     at_once: Option<&mut AtOnce>,
-    slips: &[SlipDetector; SLIPS],
+    slip: Option<&SlipDetector>,
     law: &setup::Law,
 ) -> bool {
     if at_once.as_ref().is_some_and(|at_once| !at_once.is_time(event, law)) {
         return false;
     }
     let mut answer = law.answer(event);
-    // Their number is a constant: without one, the answer is written where it stays.
-    if let Some(slip) = slips.first() {
+    if let Some(slip) = slip {
         slip.correct(event, &mut answer);
     }
     if at_once.is_some_and(|at_once| !at_once.takes(event, law, &answer)) {
