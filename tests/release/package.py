@@ -25,7 +25,7 @@ def oldest_rust() -> str:
     texts = [(ROOT / manifest).read_text(encoding="utf-8") for manifest in MANIFESTS]
     stated = [version for text in texts for version in re.findall(r'^rust-version = "(.*)"$', text, re.MULTILINE)]
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    stated += re.findall(r"Minimum supported Rust version: ([0-9.]*[0-9])", readme)
+    stated += re.findall(r"Rust ([0-9.]*[0-9]) or newer", readme)
     if len(stated) != len(MANIFESTS) + 1 or len(set(stated)) != 1:
         fail(f"oldest Rust is stated {', '.join(stated)}, expected the same, once in each of {', '.join(MANIFESTS)} and README.md")
     return stated[0]
