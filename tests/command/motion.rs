@@ -33,6 +33,23 @@ fn a_held_part_that_slips_is_reported_by_hosts_and_boards() {
     assert!(found.iter().all(|record| record["kind"] != "slip"), "{found:?}");
 }
 
+/// Of so slow an edge a sample shows a part, so its velocity is not reliable. That of the other end is the same.
+#[test]
+fn a_slow_flat_block_is_one_event() {
+    let folder = Folder::new("slow-block");
+    for (number, direction) in [(3, 33), (7, 57)] {
+        let slide = format!("specimen = \"Fla0\"\nspeed = 11\ndirection = {direction}\n");
+        let toml = format!(
+            "fidelity = \"taxel\"\nseed = {number}\n[[touch]]\nkind = \"slide\"\n{slide}[light]\nunit = {number}\n"
+        );
+        let found = records(&["run", &folder.scene("block.toml", toml), "--json"]);
+        let of = |kind: &str| found.iter().filter(|record| record["kind"] == kind).collect::<Vec<_>>();
+        let ([event], [end]) = (&of("event")[..], &of("contact_end")[..]) else { panic!("{found:?}") };
+        assert_eq!((&event["reliable"], &end["event_frame"]), (&json!(false), &event["frame"]));
+        assert!(end["frame"].as_u64() > event["frame"].as_u64().map(|frame| frame + 300), "{end}");
+    }
+}
+
 /// The part moves 20 or 30 frames after the press, whose sample is complete after 60.
 #[test]
 fn a_press_in_which_a_part_slips_is_unclear_on_hosts_and_boards() {

@@ -16,6 +16,10 @@ const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
 /// The longest block whose two ends are one touch, and the most path on which one end gives light.
 const LONGEST_MM: f32 = 120.0;
 const OF_END_MM: f32 = 40.0;
+/// A velocity that is not reliable tells an end of a block if it is of at most so many mm per frame, with at most this
+/// deviation as a fraction of it.
+const SLOW_MM: f32 = 1.0;
+const SLOW_SD: f32 = 0.01;
 /// The frames in which the default trigger fires, from the first lit frame of a touch on: its window, and a rest behind
 /// the sample before.
 const FIRES: u8 = 20;
@@ -176,7 +180,12 @@ impl AtOnce {
             return self.goes_on(frame, first);
         }
         self.slow = (!answer.reliable).then_some([frame, frame]);
-        let edge = found.filter(|_| answer.basis == Some(Basis::Edge));
+        let is_edge = |velocity: &Velocity| match found {
+            Some(_) => answer.basis == Some(Basis::Edge),
+            // Of a slow edge the sample shows a part, which is not reliable alone.
+            None => velocity.mm_s * self.seconds_per_frame <= SLOW_MM && velocity.mm_s_sd <= SLOW_SD * velocity.mm_s,
+        };
+        let edge = answer.velocity().filter(is_edge);
         self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity });
         true
     }
