@@ -2,15 +2,19 @@
 outputs.
 """
 
+import concurrent.futures
 import json
 import socket
 import subprocess
 import sys
+import time
 
 import boards
 
 # The frames of a sample behind which the requests are too late for it, with some for the later ones of them.
 LATE = 40
+# The requests that `wstac monitor` sends at the start, each with a zero byte at its end.
+REQUESTS = 4
 # Fields that are times.
 TIMES = ("time_ns", "completed_ns", "time_s", "completed_s", "stamp", "stamp_within_ms", "clock")
 
@@ -21,22 +25,52 @@ def free_port():
         return probe.getsockname()[1]
 
 
+def pass_on(source, sink):
+    """Passes bytes on until the source ends."""
+    try:
+        while part := source.recv(4096):
+            sink.sendall(part)
+        sink.shutdown(socket.SHUT_WR)
+    except OSError:
+        # The other end is gone, and the command ends.
+        pass
+
+
+def connected(port, qemu):
+    """Returns a connection to the UART of a board, which waits for it; `None` if the board has ended."""
+    while qemu.poll() is None:
+        try:
+            return socket.create_connection(("127.0.0.1", port))
+        except ConnectionRefusedError:
+            time.sleep(0.01)
+    return None
+
+
 def monitored(board, elf, folder, wstac, what):
     """Runs the board with `wstac monitor` at the other end of its UART. Returns the finished command."""
     port = free_port()
-    # The board starts when the host is there.
     command = boards.command(board, elf, f"tcp:127.0.0.1:{port},server=on,wait=on")
-    qemu = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    try:
-        for _ in range(100):
-            asked = [wstac, "monitor", f"tcp:127.0.0.1:{port}", "--json", "--features", what]
-            done = subprocess.run(asked, capture_output=True, text=True, timeout=300, check=False)
-            if done.stdout or qemu.poll() is not None:
-                break
-    finally:
-        qemu.kill()
-        qemu.wait()
-    return done
+    with socket.create_server(("127.0.0.1", 0)) as server, concurrent.futures.ThreadPoolExecutor() as pool:
+        asked = [wstac, "monitor", "tcp:127.0.0.1:{}".format(server.getsockname()[1]), "--json", "--features", what]
+        done = pool.submit(subprocess.run, asked, capture_output=True, text=True, timeout=600, check=False)
+        server.settimeout(600)
+        host, _ = server.accept()
+        # The board starts when its requests are there: then they are on time, however busy the machine is.
+        requests = b""
+        while requests.count(b"\0") < REQUESTS and (part := host.recv(4096)):
+            requests += part
+        qemu = subprocess.Popen(command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        try:
+            with host:
+                if uart := connected(port, qemu):
+                    with uart:
+                        uart.sendall(requests)
+                        pool.submit(pass_on, host, uart)
+                        pass_on(uart, host)
+            return done.result()
+        finally:
+            qemu.kill()
+            qemu.wait()
 
 
 def is_late(got, expected):
