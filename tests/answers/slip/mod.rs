@@ -135,6 +135,7 @@ pub(crate) fn section(page: &mut String) {
         (Fault::Crosstalk, "cross-talk of 5 %"),
         (Fault::Rolling, "readout of 33 ms"),
         (Fault::Slow, "a press at 8 to 30 mm/s"),
+        (Fault::RollingSlow, "a press at 20 to 40 mm/s, 45 frames per second, readout of ±18 ms"),
     ] {
         let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);
         both.extend(watched(Kind::Flat, fault, FLAT, OF_FAULT));

@@ -277,11 +277,16 @@ class SlipDetector:
         if self.uneven_beside(light) <= self.limit() or 3 * energy(light) < last:
             return False
         beside = energy_beside(sums, [TAXELS * part for part in self.pattern])
-        parts = 12 if age == self.wait and flash.brightest() == frame_of(flash) else 28
+        brightest, of_press = flash.most(1), self.press[0]
+        if age == 1:
+            is_dim = 6 * brightest < of_press or (3 * brightest < of_press and energy(light) <= 32 * last)
+        else:
+            is_dim = 2 * brightest < of_press
+        is_over = age > self.wait or (age == self.wait and 8 * brightest > 9 * of_press)
         return (
             4 * flash.total() > 5 * self.press[2]
-            or (3 * flash.most(1) < self.press[0] and 50 * beside > energy(sums))
-            or (age >= self.wait and parts * beside > energy(sums))
+            or (is_dim and 50 * beside > energy(sums))
+            or (is_over and 28 * beside > energy(sums))
         )
 
     def in_slip(self, frame: int, light: list[int]) -> None:
@@ -299,11 +304,6 @@ class SlipDetector:
         self.move(light, 1, 1)
 
     in_other = in_slip
-
-
-def frame_of(flash: Flash) -> int:
-    """The newest frame."""
-    return flash.seen[-1][0]
 
 
 def rises(light: Sequence[int]) -> bool:

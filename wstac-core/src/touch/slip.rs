@@ -467,11 +467,13 @@ impl SlipDetector {
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
         let differs = |part| part * beside > energy;
         let is_more = 4 * now.sum > 5 * press.sum;
-        let is_weak = 3 * now.peak < press.peak && differs(50);
-        // A release takes as long as its press, and its light from rows that are read late still rises.
+        // A release's first frames may show a part of it only, and of some rows: it grows fast, up to the press's light.
+        let dim = |part| part * now.peak < press.peak;
+        let is_dim = if age > 1 { dim(2) } else { dim(6) || dim(3) && light.energy <= 32 * last };
+        let is_weak = is_dim && differs(50);
+        // A release takes as long as its press, and is no brighter.
         let least = self.time(KNOWN).max(press.brightest - self.held_since);
-        let rises_still = age == least && now.brightest == frame;
-        let is_late = age >= least && differs(if rises_still { 12 } else { 28 });
+        let is_late = age >= least && differs(28) && (age > least || 8 * now.peak > 9 * press.peak);
         let falls = 3 * light.energy < last;
         let is_other = self.may_be_gone && self.is_from_side();
         if is_lit && !falls && (is_more || is_weak || is_late) && self.has_most_lit(age) && !is_other {
