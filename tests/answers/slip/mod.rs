@@ -115,7 +115,7 @@ pub(crate) fn section(page: &mut String) {
     let [missed, early] = not_held(&all);
     let _ = writeln!(
         page,
-        "\nThe goal is for textured parts from {} mm/s, and for flat ones from {} mm/s. \
+        "\nThe goal is for textured parts from {} mm/s, flat ones from {} mm/s. \
          {missed} % of all were not taken for held, {early} % reported before they moved.\n\
          With disturbances, {OF_FAULT} of each part at these speeds, and {} releases:\n\n\
          | disturbance | in time, % | not held | releases reported |\n| --- | --- | --- | --- |",
@@ -135,7 +135,7 @@ pub(crate) fn section(page: &mut String) {
         (Fault::Crosstalk, "cross-talk of 5 %"),
         (Fault::Rolling, "readout of 33 ms"),
         (Fault::Slow, "a press at 8 to 30 mm/s"),
-        (Fault::RollingSlow, "a press at 20 to 40 mm/s, 45 frames per second, readout of ±18 ms"),
+        (Fault::RollingSlow, "45 frames per second, readout of ±18 ms, a press at 20 to 40 mm/s"),
     ] {
         let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);
         both.extend(watched(Kind::Flat, fault, FLAT, OF_FAULT));

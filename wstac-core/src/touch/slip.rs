@@ -260,18 +260,13 @@ impl SlipDetector {
         }
     }
 
-    /// Corrects a law's answer about a touch: a press in which a slip has begun is unclear. It is no slide with a
-    /// texture, either.
-    ///
-    /// It is to be called about every answer, after the frame's [`push`](Self::push) and before
-    /// [`AtOnce::takes`](crate::touch::at_once::AtOnce::takes).
-    pub fn correct(&self, touch: &Event<'_>, answer: &mut Answer) {
-        let is_still = matches!(answer.contact, Some(Contact::Press | Contact::Poke));
-        if answer.reliable && is_still && self.behind_onset > touch.touch_frame.unwrap_or(touch.frame) {
-            let none = Reason::NoSlide(Contact::Unclear);
-            (answer.contact, answer.reliable) = (Some(Contact::Unclear), false);
-            answer.doubt = Some(Reason::NotAlike);
-            (answer.speed, answer.direction) = (Err(none), Direction::by_arrival(Err(none)));
+    /// Corrects a law's answer: a touch in which a slip has begun is unclear, unless it is a reliable slide.
+    pub(crate) fn correct(&self, touch: &Event<'_>, answer: &mut Answer) {
+        let is_slide = answer.reliable && answer.contact == Some(Contact::Slide);
+        if !is_slide && self.behind_onset > touch.touch_frame.unwrap_or(touch.frame) {
+            let (none, doubt) = (Reason::NoSlide(Contact::Unclear), Some(Reason::Slips));
+            let unclear = Answer::new(Err(none), Direction::by_arrival(Err(none)), false);
+            *answer = Answer { contact: Some(Contact::Unclear), doubt, duration: answer.duration, ..unclear };
         }
     }
 
@@ -461,10 +456,9 @@ impl SlipDetector {
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
         let differs = |part| part * beside > energy;
         let is_more = 4 * now.sum > 5 * press.sum;
-        // A release's first frames may show a part of it only, and of some rows: it grows fast, up to the press's light.
+        // A release's first frames may show a part of it, and of some rows: it grows fast, up to the press's light.
         let dim = |part| part * now.peak < press.peak;
-        let is_dim = if age > 1 { dim(2) } else { dim(6) || dim(3) && light.energy <= 32 * last };
-        let is_weak = is_dim && differs(50);
+        let is_weak = differs(50) && if age > 1 { dim(2) } else { dim(6) || dim(3) && light.energy <= 32 * last };
         // A release takes as long as its press, and is no brighter.
         let least = self.time(KNOWN).max(press.brightest - self.held_since);
         let is_late = age >= least && differs(28) && (age > least || 8 * now.peak > 9 * press.peak);
