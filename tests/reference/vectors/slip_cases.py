@@ -168,7 +168,10 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
         "late": new("late").flash(frames=4).dark(16).late(0.04, 4).dark(16).flash(frames=2).dark(16).late(0.3, 2).dark(14),
         "late-slip": new("late-slip").flash(frames=3).dark(16).again(1, 0.3).again(6, 4.0).dark(14).flash(frames=3).dark(16)
         .again(1, 0.3).again(6, 7.0).dark(14).flash(frames=3).dark(16).again(1, 1.5).again(6, 6.5).dark(14)
-        .flash(frames=3).dark(16).again(6, 17.0).dark(14).flash(frames=3).dark(16).again(6, 27.0).dark(14),
+        .flash(frames=3).dark(16).again(6, 17.0).dark(14).flash(frames=3).dark(16).again(6, 27.0).dark(14)
+        .flash(frames=3).dark(16).again(6, 8.4).dark(14),
+        "late-short": new("late-short").flash(frames=2).dark(16).again(1, 0.3).again(6, 6.0).dark(14).flash(frames=2).dark(16)
+        .again(6, 12.0).dark(14),
         "side": new("side").side(2).dark(14).side(1).dark(14).flash().dark(14).side(3).dark(14),
         "drift": drift.slip(6, 1.0),
         "tremor": tremor.slip(6, 2.0),

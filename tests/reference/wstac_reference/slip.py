@@ -113,8 +113,8 @@ class SlipDetector:
         self.press = (0, 0, 0)
         """The greatest light and energy of the press, and all its light."""
         self.level, self.held_since, self.has_moved, self.may_be_gone = 0, 0, False, False
-        self.wait = 0
-        """Frames to wait for what may be a release: it takes as long as the press."""
+        self.wait, self.is_short = 0, True
+        """Frames to wait for what may be a release: it takes as long as the press. Whether that was short."""
 
     def holds(self) -> bool:
         return self.state in ("held", "rise", "slip")
@@ -193,7 +193,8 @@ class SlipDetector:
         is_wide = sum(part >= LIT for part in self.pattern) >= 5
         self.turn("held" if is_short and is_wide and not self.comes_from_side() else "other")
         self.press = (flash.most(1), flash.most(2), flash.total())
-        self.wait = max(self.least_age, flash.brightest() - flash.first)
+        lasts = flash.brightest() - flash.first
+        self.wait, self.is_short = max(self.least_age, lasts), 2 * lasts <= self.least_age
         self.level, self.held_since, self.has_moved = self.noise, flash.first, False
         self.move(light, 1, 1)
 
@@ -277,15 +278,13 @@ class SlipDetector:
             return False
         beside = energy_beside(sums, [TAXELS * part for part in self.pattern])
         brightest, of_press = flash.most(1), self.press[0]
-        if age == 1:
-            is_dim = 6 * brightest < of_press or (3 * brightest < of_press and energy(light) <= 32 * last)
-        else:
-            is_dim = 2 * brightest < of_press
-        is_over = age > self.wait or (age == self.wait and 8 * brightest > 9 * of_press)
+        jumps = energy(light) > 32 * last and not self.is_short
+        parts = 2 if age > 1 else 6 if jumps else 3
+        is_over = age > self.wait or 8 * brightest > 9 * of_press or (self.is_short and 12 * beside > energy(sums))
         return (
             4 * flash.total() > 5 * self.press[2]
-            or (is_dim and 50 * beside > energy(sums))
-            or (is_over and 28 * beside > energy(sums))
+            or (parts * brightest < of_press and 50 * beside > energy(sums))
+            or (age >= self.wait and is_over and 28 * beside > energy(sums))
         )
 
     def in_slip(self, frame: int, light: list[int]) -> None:

@@ -451,20 +451,21 @@ impl SlipDetector {
         let last = self.now.last[0];
         self.add(frame, light);
         let (age, now, press) = (frame - self.since, self.now, self.press);
-        let is_lit = light.rises && light.beside(&self.pattern, true) > self.limit();
+        let is_lit = light.rises && 3 * light.energy >= last && light.beside(&self.pattern, true) > self.limit();
         let sums = Light::new(self.light);
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
         let differs = |part| part * beside > energy;
         let is_more = 4 * now.sum > 5 * press.sum;
-        // A release's first frames may show a part of it, and of some rows: it grows fast, up to the press's light.
-        let dim = |part| part * now.peak < press.peak;
-        let is_weak = differs(50) && if age > 1 { dim(2) } else { dim(6) || dim(3) && light.energy <= 32 * last };
+        let lasts = press.brightest - self.held_since;
+        let (is_short, least) = (2 * lasts <= self.time(KNOWN), self.time(KNOWN).max(lasts));
+        // The first frame of a release may show a part of it, and of some rows: then its light jumps in the second one.
+        let parts = if age > 1 { 2 } else { 3 + 3 * i64::from(!is_short && light.energy > 32 * last) };
+        let is_weak = parts * now.peak < press.peak && differs(50);
         // A release takes as long as its press, and is no brighter.
-        let least = self.time(KNOWN).max(press.brightest - self.held_since);
-        let is_late = age >= least && differs(28) && (age > least || 8 * now.peak > 9 * press.peak);
-        let falls = 3 * light.energy < last;
+        let is_known = age > least || 8 * now.peak > 9 * press.peak || is_short && differs(12);
+        let is_late = age >= least && is_known && differs(28);
         let is_other = self.may_be_gone && self.is_from_side();
-        if is_lit && !falls && (is_more || is_weak || is_late) && self.has_most_lit(age) && !is_other {
+        if is_lit && (is_more || is_weak || is_late) && self.has_most_lit(age) && !is_other {
             if self.arrives() {
                 self.turn(State::Other);
                 return None;
@@ -472,8 +473,7 @@ impl SlipDetector {
             return Some(self.slip(frame));
         }
         if 16 * light.energy < now.energy || age >= self.time(LONGEST) {
-            let is_release = 6 * now.sum > press.sum;
-            self.turn(if is_release || is_other { State::Other } else { State::Held });
+            self.turn(if 6 * now.sum > press.sum || is_other { State::Other } else { State::Held });
             self.follow(light, 0, 0);
         }
         None

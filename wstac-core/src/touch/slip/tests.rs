@@ -1,3 +1,4 @@
+use core::ops::Range;
 use std::vec::Vec;
 
 use super::*;
@@ -132,9 +133,13 @@ fn pipelines_hand_over_whole_feature_frames() {
     assert!((0..9).all(|_| pipeline.push_taxels(&[9; TAXELS]).newest_taxels().is_none()));
 }
 
-/// Follows a press, a slip from frame 70 on, and a second press in the frame `again`. Returns what `take` finds in each
-/// frame's touch.
-fn follow<T>(again: u32, mut take: impl FnMut(&Event<'_>, &ByWave, &SlipDetector) -> Option<T>) -> (Vec<u64>, Vec<T>) {
+/// Follows a press, a slip in some frames, and a second press 12 frames behind it if `is_again`. Returns the onsets of
+/// slips, and what `take` finds in the frames' updates.
+fn follow<T>(
+    slip: Range<u32>,
+    is_again: bool,
+    mut take: impl FnMut(&Update<'_>, &ByWave, &SlipDetector) -> Option<T>,
+) -> (Vec<u64>, Vec<T>) {
     let rate = FrameRate::NOMINAL;
     let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap(), rate).unwrap();
     let trigger = TriggerConfig::default().one_event_per_touch();
@@ -144,13 +149,13 @@ fn follow<T>(again: u32, mut take: impl FnMut(&Event<'_>, &ByWave, &SlipDetector
     for frame in 0..300_u32 {
         let light = |taxel: usize| match frame {
             40..42 => 10_000.0 * PATTERN[taxel],
-            70..80 => 400.0 * PATTERN[(7 * taxel + 3 * frame as usize) % TAXELS],
-            _ if (again..again + 2).contains(&frame) => 10_000.0 * PATTERN[taxel],
+            _ if slip.contains(&frame) => 400.0 * PATTERN[(7 * taxel + 3 * frame as usize) % TAXELS],
+            _ if is_again && [12, 13].map(|later| slip.end + later).contains(&frame) => 10_000.0 * PATTERN[taxel],
             _ => 0.0,
         };
         let update = pipeline.push_taxels(&core::array::from_fn(|taxel| 9000 + light(taxel) as u32));
         onsets.extend(detector.push(&update).map(|slip| slip.onset_frame));
-        taken.extend(update.event().and_then(|event| take(&event, &law, &detector)));
+        taken.extend(take(&update, &law, &detector));
     }
     (onsets, taken)
 }
@@ -163,14 +168,15 @@ fn all_but_a_reliable_slide_is_unclear_if_a_slip_begins_in_its_touch() {
         doubt: Some(Reason::Slips),
         ..Answer::new(Err(why), Direction::by_arrival(Err(why)), false)
     };
-    let (onsets, presses) = follow(u32::MAX - 2, |event, law, detector| {
-        let before = law.answer(event);
+    let (onsets, presses) = follow(70..80, false, |update, law, detector| {
+        let event = update.event()?;
+        let before = law.answer(&event);
         assert_eq!((event.touch_frame, before.contact, before.reliable), (Some(40), Some(Contact::Press), true));
         let speed = Speed { mm_s: 121.0, sd: Some(10.0), extrapolated: false };
         let slide = Answer { contact: Some(Contact::Slide), speed: Ok(speed), ..before };
         let doubted = Answer { reliable: false, doubt: Some(Reason::NotCrossed), ..slide };
         let corrected = |detector: &SlipDetector, touch_frame, mut answer| {
-            detector.correct(&Event { touch_frame: Some(touch_frame), ..*event }, &mut answer);
+            detector.correct(&Event { touch_frame: Some(touch_frame), ..event }, &mut answer);
             answer
         };
         let unclear = Answer { duration: before.duration, ..unclear };
@@ -188,10 +194,15 @@ fn all_but_a_reliable_slide_is_unclear_if_a_slip_begins_in_its_touch() {
 #[test]
 fn a_press_soon_after_a_touch_with_a_slip_has_its_answer() {
     let mut at_once = AtOnce::new(MotionConfig::published(FrameRate::NOMINAL));
-    let mut of = |event: &Event<'_>, law: &ByWave, slip: &SlipDetector| {
-        answer(event, law, Some(&mut at_once), Some(slip), |answer| (event.touch_frame, answer.contact, answer.doubt))
-    };
-    let found = follow(125, &mut of).1;
+    let (_, found) = follow(44..96, true, |update, law, slip| {
+        let of = |event: Event<'_>| {
+            let of = |answer: &Answer| (event.touch_frame, answer.contact, answer.doubt);
+            answer(&event, law, Some(&mut at_once), Some(slip), of)
+        };
+        let found = update.event().and_then(of);
+        at_once.end(update);
+        found
+    });
     let first = (Some(40), Some(Contact::Unclear), Some(Reason::Slips));
-    assert_eq!(found, [first, (Some(125), Some(Contact::Press), None)]);
+    assert_eq!(found, [first, (Some(108), Some(Contact::Press), None)]);
 }
