@@ -65,6 +65,8 @@ pub enum Reason {
     TwoObjects,
     /// Not reliable: the camera takes more frames than were agreed on, so speeds are too low. Its caller says so.
     FasterCamera,
+    /// Unclear: a held part began to slip during the touch.
+    Slips,
 }
 
 impl Reason {
@@ -100,6 +102,7 @@ impl Reason {
             Self::ReadoutUnknown => "readout unknown: it depends on [sensor] readout_ms, which is not stated",
             Self::Turning => "the object seems to turn while it slides, or its shape is not known",
             Self::TwoObjects => "two objects seem to touch the sensor, or the object's shape is not known",
+            Self::Slips => "a held part began to slip during the touch",
             Self::FasterCamera => "the camera takes more frames per second than were agreed on",
         }
     }

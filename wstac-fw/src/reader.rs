@@ -3,7 +3,7 @@
 
 use wstac_core::error::{ConfigError, FrameError};
 use wstac_core::features::Floor;
-use wstac_core::law::EventLaw;
+use wstac_core::law::{Answer, EventLaw};
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::paper::early::SamplePrefix;
@@ -13,7 +13,7 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES};
 use wstac_core::pipeline::{NextFrame, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{self, AtOnce};
 #[cfg(feature = "motion")]
 use wstac_core::touch::motion::LiveContact;
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
@@ -613,18 +613,10 @@ fn hold(
     slip: Option<&SlipDetector>,
     law: &setup::Law,
 ) -> bool {
-    if at_once.as_ref().is_some_and(|at_once| !at_once.is_time(event, law)) {
-        return false;
-    }
-    let mut answer = law.answer(event);
-    if let Some(slip) = slip {
-        slip.correct(event, &mut answer);
-    }
-    if at_once.is_some_and(|at_once| !at_once.takes(event, law, &answer)) {
-        return false;
-    }
-    let _ = held.insert(Held { answers: Answers::of(event, &answer), next: 0, end: None });
-    true
+    let keep = |answer: &Answer| {
+        let _ = held.insert(Held { answers: Answers::of(event, answer), next: 0, end: None });
+    };
+    at_once::answer(event, law, at_once, slip, keep).is_some()
 }
 
 /// Adds the texture of an event that is kept, if it has one. Returns false if the model needs more of the path of a

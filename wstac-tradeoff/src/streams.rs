@@ -9,7 +9,7 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::paper::trigger::Event;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::taxels::{FrameGeometry, TaxelSums};
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{AtOnce, answer};
 use wstac_core::touch::motion::MotionConfig;
 use wstac_core::touch::path_sample::PathSample;
 
@@ -82,7 +82,8 @@ impl SettingStream {
             self.error.add(&frame.features, expected, float64);
         }
         let early = update.touch().filter(|_| self.law.answers_at_once() && self.early.len() < self.wanted.len());
-        if let Some((touch, answer)) = early.and_then(|touch| Some((touch, self.at_once.answer(&touch, &self.law)?))) {
+        let of = |touch| answer(&touch, &self.law, Some(&mut self.at_once), None, |answer| (touch, *answer));
+        if let Some((touch, answer)) = early.and_then(of) {
             let found = first_event(&touch, &answer, &self.law, self.motion);
             for frames in &self.wanted {
                 let is_new = self.early.iter().all(|(known, _)| known != frames);
@@ -93,8 +94,7 @@ impl SettingStream {
                 }
             }
         }
-        let whole = |event: &Event<'_>| first_event(event, &self.law.answer(event), &self.law, self.motion);
-        self.first = update.event().as_ref().map(whole);
+        self.first = update.event().map(|event| first_event(&event, &self.law.answer(&event), &self.law, self.motion));
     }
 }
 

@@ -5,7 +5,8 @@ use std::fmt::Write as _;
 use wstac_core::features::FeatureScale;
 use wstac_core::law::{Answer, ByWave};
 use wstac_core::paper::trigger::Event;
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{AtOnce, answer as answer_of};
+use wstac_core::touch::slip::SlipDetector;
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::Output;
@@ -55,14 +56,17 @@ pub(crate) fn in_answers<T>(
     let mut pipeline = builder.taxels::<TaxelRing>().build().expect("all parameters are defaults");
     let config = MotionConfig::published(script.sensor.rate).with_readout(Readout::GLOBAL);
     let (law, mut at_once) = (ByWave(config), AtOnce::new(config));
+    let mut slip = SlipDetector::new(script.sensor.rate);
     while let Some(shot) = scene.next_shot() {
         let update = match shot {
             SimulatedFrame::Taxels(sums) => pipeline.push_taxels(&sums),
             SimulatedFrame::Frame(bytes) => pipeline.push_frame(bytes).expect("it is a whole frame"),
             _ => continue,
         };
-        let touch = update.touch().or(update.event());
-        let answered = touch.and_then(|touch| take(&touch, &at_once.answer(&touch, &law)?, (config, &scale)));
+        slip.push(&update);
+        let answered = update.touch().or(update.event()).and_then(|touch| {
+            answer_of(&touch, &law, Some(&mut at_once), Some(&slip), |answer| take(&touch, answer, (config, &scale)))?
+        });
         if answered.is_some() {
             return answered;
         }

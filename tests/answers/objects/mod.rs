@@ -13,8 +13,9 @@ use wstac_core::layout::Layout;
 use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{AtOnce, answer as answer_of};
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
+use wstac_core::touch::slip::SlipDetector;
 use wstac_core::touch::taxel_ring::ChosenTaxels;
 use wstac_core::touch::wave::{Basis, Extent, Measured, by_wave};
 use wstac_host::statistics::percentile;
@@ -141,13 +142,16 @@ fn answer(row: &Row, speeds: [f64; 2], number: u64, is_at_once: bool) -> Answere
     let start = scene.truth()[judged].start_frame() / u64::from(rate.frames_added());
     let mut lost = Rng::new(JUDGE, 2 << 48 | number);
     let (law, mut at_once, mut after) = (ByWave(config), AtOnce::new(config), None);
+    let mut slip = SlipDetector::new(rate);
     let (mut answer, mut extent, mut acceleration) = (None, None, None);
     while let Some(SimulatedFrame::Taxels(sums)) = scene.next_shot() {
         let is_lost = row.fault == Fault::Lost && lost.uniform() < LOST;
         let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums) };
+        slip.push(&update);
         let touch = update.touch().filter(|touch| is_at_once && touch.frame + 60 > start);
         if let Some(touch) = touch {
-            let Some(found) = at_once.answer(&touch, &law) else { continue };
+            let found = answer_of(&touch, &law, Some(&mut at_once), Some(&slip), |answer| *answer);
+            let Some(found) = found else { continue };
             after = Some(
                 (touch.last_frame() + 1).saturating_sub(start) as f64 / rate.per_second()
                     * f64::from(rate.frames_added()),

@@ -115,9 +115,9 @@ pub(crate) fn section(page: &mut String) {
     let [missed, early] = not_held(&all);
     let _ = writeln!(
         page,
-        "\nThe goal is for textured parts from {} mm/s, and for flat ones from {} mm/s. \
+        "\nThe goal is for textured parts from {} mm/s, flat ones from {} mm/s. \
          {missed} % of all were not taken for held, {early} % reported before they moved.\n\
-         With disturbances, {OF_FAULT} of each part at these speeds, and {} releases:\n\n\
+         With disturbances, {OF_FAULT} of each part at these speeds, {} releases:\n\n\
          | disturbance | in time, % | not held | releases reported |\n| --- | --- | --- | --- |",
         TEXTURED[0],
         FLAT[0],
@@ -135,6 +135,7 @@ pub(crate) fn section(page: &mut String) {
         (Fault::Crosstalk, "cross-talk of 5 %"),
         (Fault::Rolling, "readout of 33 ms"),
         (Fault::Slow, "a press at 8 to 30 mm/s"),
+        (Fault::RollingSlow, "45 frames per second, readout ±18 ms, a press at 20 to 40 mm/s"),
     ] {
         let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);
         both.extend(watched(Kind::Flat, fault, FLAT, OF_FAULT));
@@ -158,14 +159,14 @@ fn others(page: &mut String) {
     };
     let all = [10.0, 300.0];
     let rows = [
-        (Kind::Plate, all, "plates that are lifted"),
+        (Kind::Plate, all, "lifted plates"),
         (Kind::Slide, all, "slides from the side"),
         (Kind::Along, [15.0, 30.0], "slides along rows or columns at 15 to 30 mm/s"),
         (Kind::Along, [5.0, 15.0], "at 5 to 15 mm/s"),
         (Kind::Press, all, "short presses"),
         (Kind::Poke, all, "pokes"),
-        (Kind::Twist, all, "twists without a hold"),
-        (Kind::Row, all, "four of plain slides, short presses, pokes and twists in a row"),
+        (Kind::Twist, all, "twists"),
+        (Kind::Row, all, "four slides, short presses, pokes or twists in a row"),
     ];
     let said: Vec<String> = rows
         .into_iter()

@@ -73,6 +73,8 @@ pub(crate) enum Fault {
     Crosstalk,
     /// A readout of 33 ms.
     Rolling,
+    /// 45 frames per second with a readout of 18 ms, from above or from below, and a press at 20 to 40 mm/s.
+    RollingSlow,
     /// The press comes at 8 to 30 mm/s, and not at 30 to 400.
     Slow,
 }
@@ -133,7 +135,11 @@ impl Draw {
     fn touch(&mut self, kind: Kind, fault: Fault, speed: f64) -> Touch {
         let is_held = !matches!(kind, Kind::Slide | Kind::Along | Kind::Press | Kind::Poke | Kind::Twist | Kind::Row);
         let hold_s = if is_held { self.log_between(0.3, 60.0) } else { self.between(0.02, 0.3) };
-        let [slowest, fastest] = if fault == Fault::Slow { [8.0, 30.0] } else { [30.0, 400.0] };
+        let [slowest, fastest] = match fault {
+            Fault::Slow => [8.0, 30.0],
+            Fault::RollingSlow => [20.0, 40.0],
+            _ => [30.0, 400.0],
+        };
         let (approach_mm_s, direction_deg) = (self.log_between(slowest, fastest), self.between(0.0, 360.0));
         let held = Held { approach_mm_s, hold_s, travel_mm: None };
         match kind {
@@ -214,6 +220,10 @@ impl Draw {
             Fault::Gains => script.light.gain_deviation *= 3.0,
             Fault::Crosstalk => script.light.crosstalk = 0.05,
             Fault::Rolling => script.sensor.readout_ms = 33.0,
+            Fault::RollingSlow => {
+                script.sensor.rate = FrameRate::new(45, 1).expect("the rate is above 0");
+                script.sensor.readout_ms = if self.one_in(2.0) { 18.0 } else { -18.0 };
+            }
             _ => {}
         }
         if fault.has(Fault::Noise) {

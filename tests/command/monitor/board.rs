@@ -11,7 +11,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::texture::texture;
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{AtOnce, answer};
 use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout};
 use wstac_core::touch::slip::SlipDetector;
 use wstac_core::touch::taxel_ring::TaxelRing;
@@ -171,14 +171,8 @@ impl Board<'_> {
     /// Returns whether there is an answer.
     fn event(&mut self, event: &Event<'_>) -> bool {
         // Whole samples are events of their own, as those of a host are.
-        if self.is_at_once && !self.at_once.is_time(event, &self.law) {
-            return false;
-        }
-        let mut answer = self.law.answer(event);
-        self.slip.correct(event, &mut answer);
-        if self.is_at_once && !self.at_once.takes(event, &self.law, &answer) {
-            return false;
-        }
+        let at_once = self.is_at_once.then_some(&mut self.at_once);
+        let Some(answer) = answer(event, &self.law, at_once, Some(&self.slip), |answer| *answer) else { return false };
         if let Some(end) = self.at_once.last_end() {
             self.sent.push(&Message::ContactEnd(end));
         }

@@ -58,6 +58,14 @@ class Stream:
             self.add([size * (self.below(80) + 2) for _ in range(TAXELS)])
         return self
 
+    def late(self, begins: float, frames: int) -> Stream:
+        """A release of so many frames whose rows are read late, so that it begins and ends row by row."""
+        open_ = lambda number, row: min(max(number + begins - 0.25 * row, 0.0), 1.0)
+        for number in range(frames + 2):
+            parts = [open_(number, row) - open_(number - frames, row) for row in range(5)]
+            self.add([20.0 * parts[taxel // 5] * self.pattern[taxel] for taxel in range(TAXELS)])
+        return self
+
     def side(self, frames: int) -> Stream:
         """A slide from the left, so many frames for a whisker."""
         for number in range(5 * frames):
@@ -156,6 +164,14 @@ def streams() -> dict[str, tuple[Stream, tuple[int, int]]]:
         "slip-strong": new("slip-strong").flash(frames=3).dark(16).slip(8, 40.0).dark(14),
         "release": new("release").flash(frames=2).dark(16).flash(frames=3).dark(16).flash(frames=4).dark(14),
         "slow": new("slow").flash(4.0, 6).dark(16).slip(6, 2.0).dark(14),
+        # Releases whose first frame has little light, and slips that begin so, and that are as bright as the press or brighter.
+        "late": new("late").flash(frames=4).dark(16).late(0.04, 4).dark(16).flash(frames=2).dark(16).late(0.3, 2).dark(14),
+        "late-slip": new("late-slip").flash(frames=3).dark(16).again(1, 0.3).again(6, 4.0).dark(14).flash(frames=3).dark(16)
+        .again(1, 0.3).again(6, 7.0).dark(14).flash(frames=3).dark(16).again(1, 1.5).again(6, 6.5).dark(14)
+        .flash(frames=3).dark(16).again(6, 17.0).dark(14).flash(frames=3).dark(16).again(6, 27.0).dark(14)
+        .flash(frames=3).dark(16).again(6, 8.4).dark(14),
+        "late-short": new("late-short").flash(frames=2).dark(16).again(1, 0.3).again(6, 6.0).dark(14).flash(frames=2).dark(16)
+        .again(6, 12.0).dark(14),
         "side": new("side").side(2).dark(14).side(1).dark(14).flash().dark(14).side(3).dark(14),
         "drift": drift.slip(6, 1.0),
         "tremor": tremor.slip(6, 2.0),

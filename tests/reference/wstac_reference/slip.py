@@ -100,7 +100,7 @@ class SlipDetector:
         at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
         self.new, self.rises, self.longest_press, self.rest = (at_30(frames) for frames in (16, 12, 32, 3))
         self.longest, self.least_age, self.noisy = (at_30(frames) for frames in (16, 2, 512))
-        self.moved_age, self.weak_age = at_30(5), at_30(7)
+        self.moved_age = at_30(5)
         self.slope, self.second_slope = ((part * per_second / 30).__floor__() for part in (77, 51))
         self.state = "new"
         self.next, self.count = 0, 0
@@ -113,8 +113,8 @@ class SlipDetector:
         self.press = (0, 0, 0)
         """The greatest light and energy of the press, and all its light."""
         self.level, self.held_since, self.has_moved, self.may_be_gone = 0, 0, False, False
-        self.wait = 0
-        """Frames to wait for what may be a release: it takes as long as the press."""
+        self.wait, self.is_short = 0, True
+        """Frames to wait for what may be a release: it takes as long as the press. Whether that was short."""
 
     def holds(self) -> bool:
         return self.state in ("held", "rise", "slip")
@@ -193,7 +193,8 @@ class SlipDetector:
         is_wide = sum(part >= LIT for part in self.pattern) >= 5
         self.turn("held" if is_short and is_wide and not self.comes_from_side() else "other")
         self.press = (flash.most(1), flash.most(2), flash.total())
-        self.wait = max(self.least_age, flash.brightest() - flash.first)
+        lasts = flash.brightest() - flash.first
+        self.wait, self.is_short = max(self.least_age, lasts), 2 * lasts <= self.least_age
         self.level, self.held_since, self.has_moved = self.noise, flash.first, False
         self.move(light, 1, 1)
 
@@ -219,9 +220,8 @@ class SlipDetector:
         if age >= self.least_age and self.comes_from_side():
             self.turn("other")
             return None
-        is_motion = age >= self.moved_age and flash.total() > 2 * first_light
-        is_weak = age >= self.weak_age and 2 * flash.total() < first_light
-        return self.slip(frame) if (is_motion or is_weak) and 4 * energy(light) > flash.most(2) else None
+        is_motion = flash.total() > 2 * first_light or 3 * flash.most(1) < self.press[0]
+        return self.slip(frame) if is_motion and age >= self.moved_age and 4 * energy(light) > flash.most(2) else None
 
     def slip(self, frame: int) -> Slip:
         self.turn("slip")
@@ -277,11 +277,14 @@ class SlipDetector:
         if self.uneven_beside(light) <= self.limit() or 3 * energy(light) < last:
             return False
         beside = energy_beside(sums, [TAXELS * part for part in self.pattern])
-        parts = 12 if age == self.wait and flash.brightest() == frame_of(flash) else 28
+        brightest, of_press = flash.most(1), self.press[0]
+        jumps = energy(light) > 32 * last and not self.is_short
+        parts = 2 if age > 1 else 6 if jumps else 3
+        is_over = age > self.wait or 8 * brightest > 9 * of_press or (self.is_short and 12 * beside > energy(sums))
         return (
             4 * flash.total() > 5 * self.press[2]
-            or (3 * flash.most(1) < self.press[0] and 50 * beside > energy(sums))
-            or (age >= self.wait and parts * beside > energy(sums))
+            or (parts * brightest < of_press and 50 * beside > energy(sums))
+            or (age >= self.wait and is_over and 28 * beside > energy(sums))
         )
 
     def in_slip(self, frame: int, light: list[int]) -> None:
@@ -299,11 +302,6 @@ class SlipDetector:
         self.move(light, 1, 1)
 
     in_other = in_slip
-
-
-def frame_of(flash: Flash) -> int:
-    """The newest frame."""
-    return flash.seen[-1][0]
 
 
 def rises(light: Sequence[int]) -> bool:

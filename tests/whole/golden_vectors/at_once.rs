@@ -8,7 +8,7 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{AtOnce, answer};
 use wstac_core::touch::motion::Contact;
 use wstac_core::touch::taxel_ring::TaxelRing;
 
@@ -52,7 +52,8 @@ impl AtOnceCase {
             };
             said.incomplete.extend(update.interrupted());
             let touch = update.event().or(update.touch());
-            let answer = touch.and_then(|touch| Some((touch, at_once.answer(&touch, &law)?)));
+            let answer =
+                touch.and_then(|touch| answer(&touch, &law, Some(&mut at_once), None, |answer| (touch, *answer)));
             said.ends.extend(at_once.end(&update));
             if let Some((touch, answer)) = answer {
                 said.answers.push((touch.last_frame(), touch.frame, touch.frames, answer));

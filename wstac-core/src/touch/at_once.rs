@@ -4,7 +4,9 @@ use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
 use crate::params::SLOW_DARK_FRAMES;
 use crate::pipeline::Update;
+use crate::reason::Reason;
 use crate::touch::motion::{MotionConfig, Velocity};
+use crate::touch::slip::SlipDetector;
 use crate::touch::wave::Basis;
 
 /// Frames from one try to the next.
@@ -26,24 +28,21 @@ const FIRES: u8 = 20;
 
 /// Tries to answer the touch under way. The answers are the same on every processor.
 ///
-/// After each frame a program asks [`answer`](Self::answer) about the touch or the event, and then
-/// [`end`](Self::end). A board with little stack asks [`is_time`](Self::is_time), its law, and
-/// [`takes`](Self::takes) instead of `answer`, and so does a program with a detector of slips, which
-/// [corrects](crate::touch::slip::SlipDetector::correct) the law's answer. Before it reports an event, it reports what
-/// [`last_end`](Self::last_end) returns; behind an interrupted sample or before a new baseline it calls
-/// [`restart`](Self::restart), and at the end of a stream [`finish`](Self::finish).
+/// After each frame a program asks [`answer`] about the touch or the event, and then [`end`](Self::end). Before it
+/// reports an event, it reports what [`last_end`](Self::last_end) returns; behind an interrupted sample or before a new
+/// baseline it calls [`restart`](Self::restart), and at the end of a stream [`finish`](Self::finish).
 ///
 /// ```
 /// use wstac_core::law::ByWave;
 /// use wstac_core::{green::gray::Gray, layout::{FrameSize, Layout}, pipeline::Pipeline, rate::FrameRate};
-/// use wstac_core::{paper::trigger::TriggerConfig, taxels::FrameGeometry, touch::at_once::AtOnce};
-/// use wstac_core::touch::{motion::{MotionConfig, Readout}, taxel_ring::TaxelRing};
+/// use wstac_core::{paper::trigger::TriggerConfig, taxels::FrameGeometry, touch::at_once::{AtOnce, answer}};
+/// use wstac_core::touch::{motion::{MotionConfig, Readout}, slip::SlipDetector, taxel_ring::TaxelRing};
 ///
 /// let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400)?)?, FrameRate::NOMINAL)?;
 /// let trigger = TriggerConfig::default().one_event_per_touch();
 /// let mut pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>().build()?;
 /// let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
-/// let (law, mut at_once) = (ByWave(config), AtOnce::new(config));
+/// let (law, mut at_once, mut slip) = (ByWave(config), AtOnce::new(config), SlipDetector::new(FrameRate::NOMINAL));
 /// # let mut answered = Vec::new();
 /// # // A narrow flash passes from left to right, a column every two frames.
 /// # let frames = (0..130).map(|t| core::array::from_fn(|taxel| {
@@ -52,8 +51,10 @@ const FIRES: u8 = 20;
 /// # }));
 /// for taxels in frames {
 ///     let update = pipeline.push_taxels(&taxels);
+///     slip.push(&update);
 ///     let touch = update.touch().or(update.event());
-///     if let Some(answer) = touch.and_then(|touch| at_once.answer(&touch, &law)) {
+///     let answer = touch.and_then(|touch| answer(&touch, &law, Some(&mut at_once), Some(&slip), |answer| *answer));
+///     if let Some(answer) = answer {
 ///         // Speed, direction, …
 /// #       answered.push((touch.unwrap().last_frame(), answer.velocity().unwrap().mm_s));
 ///         pipeline.answer_touch();
@@ -116,29 +117,8 @@ impl AtOnce {
         }
     }
 
-    /// Returns the answer about a touch, if it is time: about one under way, if two tries found reliable answers that
-    /// agree; about one that has ended, if the answer is reliable; about an event in any case.
-    ///
-    /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is
-    /// the same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that
-    /// follows an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one.
-    /// An answer that the program does not take ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch))
-    /// comes again with the next try.
-    ///
-    /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
-    ///
-    /// Most frames cost nothing; a try costs what the law costs.
-    pub fn answer<L: EventLaw>(&mut self, touch: &Event<'_>, law: &L) -> Option<Answer> {
-        if !self.is_time(touch, law) {
-            return None;
-        }
-        let answer = law.answer(touch);
-        self.takes(touch, law, &answer).then_some(answer)
-    }
-
-    /// Returns whether the law is to be asked about a touch. With [`AtOnce::takes`] it is [`AtOnce::answer`] for a
-    /// board with little stack, which has one answer then, and no copies.
-    pub fn is_time<L: EventLaw>(&self, touch: &Event<'_>, law: &L) -> bool {
+    /// Returns whether the law is to be asked about a touch.
+    fn is_time<L: EventLaw>(&self, touch: &Event<'_>, law: &L) -> bool {
         if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
             return touch.is_event();
         }
@@ -151,7 +131,7 @@ impl AtOnce {
 
     /// Takes the law's answer about a touch. Returns whether it is the answer about the touch.
     #[inline(never)]
-    pub fn takes<L: EventLaw>(&mut self, touch: &Event<'_>, law: &L, answer: &Answer) -> bool {
+    fn takes<L: EventLaw>(&mut self, touch: &Event<'_>, law: &L, answer: &Answer) -> bool {
         if !L::ANSWERS_AT_ONCE || !law.answers_at_once() {
             return true;
         }
@@ -169,7 +149,8 @@ impl AtOnce {
         }
         let touch_frame = touch.touch_frame.unwrap_or(touch.frame) as u32;
         if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
-            && self.is_other_end(slide, touch_frame, velocity)
+            && self.path_mm(slide, touch_frame) <= LONGEST_MM
+            && agree(slide.velocity, velocity, ALIKE)
         {
             return self.goes_on(frame, slide.frame);
         }
@@ -179,7 +160,8 @@ impl AtOnce {
         {
             return self.goes_on(frame, first);
         }
-        self.slow = (!answer.reliable).then_some([frame, frame]);
+        // What was held is no slow slide.
+        self.slow = (!answer.reliable && answer.doubt != Some(Reason::Slips)).then_some([frame, frame]);
         let is_edge = |velocity: &Velocity| match found {
             Some(_) => answer.basis == Some(Basis::Edge),
             // Of a slow edge the sample shows a part, which is not reliable alone.
@@ -280,15 +262,44 @@ impl AtOnce {
             || self.slow.is_some_and(|[first, _]| first == event && (has_light || !is_dark))
     }
 
-    /// Returns whether light of this velocity is that of the other end of what slid before.
-    fn is_other_end(&self, slide: Answered, touch_frame: u32, velocity: Velocity) -> bool {
-        self.path_mm(slide, touch_frame) <= LONGEST_MM && agree(slide.velocity, velocity, ALIKE)
-    }
-
     /// Returns how far something has slid up to a frame.
     fn path_mm(&self, slide: Answered, frame: u32) -> f32 {
         frame.wrapping_sub(slide.touch_frame) as f32 * self.seconds_per_frame * slide.velocity.mm_s
     }
+}
+
+/// Returns what `of` makes of the answer about a touch, if it is time: about one under way, if two tries found reliable
+/// answers that agree; about one that has ended, if the answer is reliable; about an event in any case. It is always
+/// time without `at_once`.
+///
+/// A touch in which the detector has reported a slip is unclear ([`Reason::Slips`]), unless it is a reliable slide. The
+/// detector takes the frame's update before.
+///
+/// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is the
+/// same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that follows an
+/// event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer that
+/// the program does not take ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the
+/// next try.
+///
+/// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
+///
+/// Most frames cost nothing; a try costs what the law costs.
+// What `of` takes is no copy: boards have little stack.
+pub fn answer<L: EventLaw, T>(
+    touch: &Event<'_>,
+    law: &L,
+    at_once: Option<&mut AtOnce>,
+    slip: Option<&SlipDetector>,
+    of: impl FnOnce(&Answer) -> T,
+) -> Option<T> {
+    if at_once.as_ref().is_some_and(|at_once| !at_once.is_time(touch, law)) {
+        return None;
+    }
+    let mut answer = law.answer(touch);
+    if let Some(slip) = slip {
+        slip.correct(touch, &mut answer);
+    }
+    at_once.is_none_or(|at_once| at_once.takes(touch, law, &answer)).then(|| of(&answer))
 }
 
 /// Returns whether two velocities may be one: so many standard deviations apart, or by a fraction of the speed and

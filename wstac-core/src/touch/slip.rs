@@ -19,8 +19,6 @@ const REST: u32 = 3;
 /// Least frames at 30 per second to tell a slip from a release of the press's pattern, and of an unknown one.
 const KNOWN: u32 = 2;
 const UNKNOWN: u32 = 5;
-/// The same for a second slip with little light.
-const WEAK: u32 = 7;
 /// Frames at 30 per second after which light in a hold that is no slip has ended.
 const LONGEST: u32 = 16;
 /// Frames at 30 per second after which what does not come to rest may be noise that has grown.
@@ -36,7 +34,7 @@ const LEAST_NOISE: i64 = 1600;
 const SLOPE: u32 = 77;
 /// The same after a slip: here a missed slip is better than a false one.
 const SECOND_SLOPE: u32 = 51;
-/// A second slip has so many times the light of the press, or less than this part of it.
+/// A second slip has so many times the light of the press, or is never brighter than a third of it.
 const MOTION: i64 = 2;
 /// The least taxels of a press.
 const LEAST_LIT: usize = 5;
@@ -262,18 +260,13 @@ impl SlipDetector {
         }
     }
 
-    /// Corrects a law's answer about a touch: a press in which a slip has begun is unclear. It is no slide with a
-    /// texture, either.
-    ///
-    /// It is to be called about every answer, after the frame's [`push`](Self::push) and before
-    /// [`AtOnce::takes`](crate::touch::at_once::AtOnce::takes).
-    pub fn correct(&self, touch: &Event<'_>, answer: &mut Answer) {
-        let is_still = matches!(answer.contact, Some(Contact::Press | Contact::Poke));
-        if answer.reliable && is_still && self.behind_onset > touch.touch_frame.unwrap_or(touch.frame) {
-            let none = Reason::NoSlide(Contact::Unclear);
-            (answer.contact, answer.reliable) = (Some(Contact::Unclear), false);
-            answer.doubt = Some(Reason::NotAlike);
-            (answer.speed, answer.direction) = (Err(none), Direction::by_arrival(Err(none)));
+    /// Corrects a law's answer: a touch in which a slip has begun is unclear, unless it is a reliable slide.
+    pub(crate) fn correct(&self, touch: &Event<'_>, answer: &mut Answer) {
+        let is_slide = answer.reliable && answer.contact == Some(Contact::Slide);
+        if !is_slide && self.behind_onset > touch.touch_frame.unwrap_or(touch.frame) {
+            let (none, doubt) = (Reason::NoSlide(Contact::Unclear), Some(Reason::Slips));
+            let unclear = Answer::new(Err(none), Direction::by_arrival(Err(none)), false);
+            *answer = Answer { contact: Some(Contact::Unclear), doubt, duration: answer.duration, ..unclear };
         }
     }
 
@@ -365,13 +358,9 @@ impl SlipDetector {
             return None;
         }
         // A press or a release bends whiskers by about as much as the press.
-        let sum = self.now.sum;
-        let is_motion = sum > MOTION * press.sum && age >= self.time(UNKNOWN);
-        let is_weak = MOTION * sum < press.sum && age >= self.time(WEAK);
-        if !is_motion && !is_weak || 4 * light.energy <= self.now.energy {
-            return None;
-        }
-        Some(self.slip(frame))
+        let is_motion = self.now.sum > MOTION * press.sum || 3 * self.now.peak < press.peak;
+        let is_slip = is_motion && age >= self.time(UNKNOWN) && 4 * light.energy > self.now.energy;
+        is_slip.then(|| self.slip(frame))
     }
 
     /// Reports a slip.
@@ -462,19 +451,21 @@ impl SlipDetector {
         let last = self.now.last[0];
         self.add(frame, light);
         let (age, now, press) = (frame - self.since, self.now, self.press);
-        let is_lit = light.rises && light.beside(&self.pattern, true) > self.limit();
+        let is_lit = light.rises && 3 * light.energy >= last && light.beside(&self.pattern, true) > self.limit();
         let sums = Light::new(self.light);
         let (beside, energy) = (sums.beside(&self.pattern, false), sums.energy);
         let differs = |part| part * beside > energy;
         let is_more = 4 * now.sum > 5 * press.sum;
-        let is_weak = 3 * now.peak < press.peak && differs(50);
-        // A release takes as long as its press, and its light from rows that are read late still rises.
-        let least = self.time(KNOWN).max(press.brightest - self.held_since);
-        let rises_still = age == least && now.brightest == frame;
-        let is_late = age >= least && differs(if rises_still { 12 } else { 28 });
-        let falls = 3 * light.energy < last;
+        let lasts = press.brightest - self.held_since;
+        let (is_short, least) = (2 * lasts <= self.time(KNOWN), self.time(KNOWN).max(lasts));
+        // The first frame of a release may show a part of it, and of some rows: then its light jumps in the second one.
+        let parts = if age > 1 { 2 } else { 3 + 3 * i64::from(!is_short && light.energy > 32 * last) };
+        let is_weak = parts * now.peak < press.peak && differs(50);
+        // A release takes as long as its press, and is no brighter.
+        let is_known = age > least || 8 * now.peak > 9 * press.peak || is_short && differs(12);
+        let is_late = age >= least && is_known && differs(28);
         let is_other = self.may_be_gone && self.is_from_side();
-        if is_lit && !falls && (is_more || is_weak || is_late) && self.has_most_lit(age) && !is_other {
+        if is_lit && (is_more || is_weak || is_late) && self.has_most_lit(age) && !is_other {
             if self.arrives() {
                 self.turn(State::Other);
                 return None;
@@ -482,8 +473,7 @@ impl SlipDetector {
             return Some(self.slip(frame));
         }
         if 16 * light.energy < now.energy || age >= self.time(LONGEST) {
-            let is_release = 6 * now.sum > press.sum;
-            self.turn(if is_release || is_other { State::Other } else { State::Held });
+            self.turn(if 6 * now.sum > press.sum || is_other { State::Other } else { State::Held });
             self.follow(light, 0, 0);
         }
         None

@@ -373,6 +373,7 @@ fn every_reason_crosses_the_link_by_its_number() {
         (20, Reason::Turning),
         (21, Reason::TwoObjects),
         (22, Reason::FasterCamera),
+        (23, Reason::Slips),
     ];
     for (number, reason) in reasons {
         let mut bytes = [0; 16];

@@ -127,11 +127,13 @@ pub enum WstacFwWhy {
     TwoObjects = 21,
     /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
     FasterCamera = 22,
+    /// Unclear: a held part began to slip during the touch.
+    Slips = 23,
 }
 
 impl WstacFwWhy {
     /// The reasons why a motion is unclear or not reliable.
-    const OF_MOTION: [(Self, Reason); 16] = [
+    const OF_MOTION: [(Self, Reason); 17] = [
         (Self::LostFrames, Reason::LostFrames),
         (Self::Uneven, Reason::Uneven),
         (Self::Baseline, Reason::Baseline),
@@ -148,6 +150,7 @@ impl WstacFwWhy {
         (Self::Turning, Reason::Turning),
         (Self::TwoObjects, Reason::TwoObjects),
         (Self::FasterCamera, Reason::FasterCamera),
+        (Self::Slips, Reason::Slips),
     ];
 
     fn of(doubt: Option<Reason>) -> Self {

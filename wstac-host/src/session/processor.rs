@@ -9,7 +9,7 @@ use wstac_core::params::{FEATURE_ONE, FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::pipeline::Update;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{AtOnce, answer};
 use wstac_core::touch::motion::{LiveWave, MotionConfig};
 use wstac_core::touch::slip::SlipDetector;
 
@@ -562,15 +562,8 @@ impl Answers {
 
     /// Returns the answer about a touch, if it is time.
     fn answer(&mut self, touch: &Event<'_>) -> Option<Answer> {
-        let waits = self.waits();
-        if !waits && !self.at_once.is_time(touch, &self.law) {
-            return None;
-        }
-        let mut answer = self.law.answer(touch);
-        if let Some(slip) = &self.slip {
-            slip.correct(touch, &mut answer);
-        }
-        (waits || self.at_once.takes(touch, &self.law, &answer)).then_some(answer)
+        let at_once = (!self.waits()).then_some(&mut self.at_once);
+        answer(touch, &self.law, at_once, self.slip.as_ref(), |answer| *answer)
     }
 
     /// Returns the event of a whole sample, if it is one of its own.

@@ -16,7 +16,7 @@ use wstac_core::pipeline::{Finished, Pipeline, Update};
 use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::taxels::FrameGeometry;
-use wstac_core::touch::at_once::AtOnce;
+use wstac_core::touch::at_once::{AtOnce, answer};
 use wstac_core::touch::crosstalk::Correction;
 use wstac_core::touch::motion::{
     self, Contact, LiveContact, LiveMotion, LiveWave, Motion, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity,
@@ -224,9 +224,7 @@ entries! {
     any_law:
     answer_by_wave(law: &ByWave, event: &Event<'_>) -> Answer { law.answer(event) }
     path_velocity(law: &ByWave, event: &Event<'_>, of_answer: Option<Velocity>) -> Option<Velocity> { law.path_velocity(event, of_answer) }
-    answer_at_once(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave) -> Option<Answer> { at_once.answer(touch, law) }
-    is_time(at_once: &AtOnce, touch: &Event<'_>, law: &ByWave) -> bool { at_once.is_time(touch, law) }
-    takes(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave, answer: &Answer) -> bool { at_once.takes(touch, law, answer) }
+    answer_at_once(at_once: &mut AtOnce, touch: &Event<'_>, law: &ByWave, slip: &SlipDetector) -> Option<Answer> { answer(touch, law, Some(at_once), Some(slip), |answer| *answer) }
     end_at_once(at_once: &mut AtOnce, update: &Update<'_>) -> Option<ContactEnd> { at_once.end(update) }
     finish_at_once(at_once: &mut AtOnce, end: Option<ContactEnd>) -> [Option<ContactEnd>; 2] { at_once.finish(end) }
     last_end(at_once: &mut AtOnce) -> Option<ContactEnd> { at_once.last_end() }
@@ -242,7 +240,6 @@ entries! {
     push_to_slip(detector: &mut SlipDetector, update: &Update<'_>) -> Option<Slip> { detector.push(update) }
     push_taxels_to_slip(detector: &mut SlipDetector, frame: u64, taxels: &[u16; 25]) -> Option<Slip> { detector.push_taxels(frame, taxels) }
     held_since_frame(detector: &SlipDetector) -> Option<u64> { detector.held_since_frame() }
-    correct(detector: &SlipDetector, touch: &Event<'_>, answer: &mut Answer) -> () { detector.correct(touch, answer) }
     new_slip(frame: u64, onset_frame: u64, held_since_frame: u64, strength: f32) -> Slip { Slip::new(frame, onset_frame, held_since_frame, strength) }
 }
 

@@ -1,12 +1,15 @@
+use core::ops::Range;
 use std::vec::Vec;
 
 use super::*;
 use crate::green::gray::Gray;
 use crate::law::{ByWave, EventLaw};
 use crate::layout::{FrameSize, Layout};
+use crate::paper::speed::Speed;
 use crate::paper::trigger::TriggerConfig;
 use crate::pipeline::Pipeline;
 use crate::taxels::FrameGeometry;
+use crate::touch::at_once::{AtOnce, answer};
 use crate::touch::motion::MotionConfig;
 use crate::touch::taxel_ring::TaxelRing;
 
@@ -130,44 +133,76 @@ fn pipelines_hand_over_whole_feature_frames() {
     assert!((0..9).all(|_| pipeline.push_taxels(&[9; TAXELS]).newest_taxels().is_none()));
 }
 
-#[test]
-fn a_press_is_unclear_if_a_slip_begins_in_its_touch() {
+/// Follows a press, a slip in some frames, and a second press 12 frames behind it if `is_again`. Returns the onsets of
+/// slips, and what `take` finds in the frames' updates.
+fn follow<T>(
+    slip: Range<u32>,
+    is_again: bool,
+    mut take: impl FnMut(&Update<'_>, &ByWave, &SlipDetector) -> Option<T>,
+) -> (Vec<u64>, Vec<T>) {
     let rate = FrameRate::NOMINAL;
     let geometry = FrameGeometry::new(Gray, Layout::paper(FrameSize::new(400, 400).unwrap()).unwrap(), rate).unwrap();
     let trigger = TriggerConfig::default().one_event_per_touch();
     let mut pipeline = Pipeline::builder(geometry).trigger(trigger).taxels::<TaxelRing>().build().unwrap();
     let law = ByWave(MotionConfig::published(rate));
-    let (mut detector, mut onsets, mut presses) = (SlipDetector::new(rate), Vec::new(), 0);
-    for frame in 0..200_u32 {
+    let (mut detector, mut onsets, mut taken) = (SlipDetector::new(rate), Vec::new(), Vec::new());
+    for frame in 0..300_u32 {
         let light = |taxel: usize| match frame {
             40..42 => 10_000.0 * PATTERN[taxel],
-            70..80 => 400.0 * PATTERN[(7 * taxel + 3 * frame as usize) % TAXELS],
+            _ if slip.contains(&frame) => 400.0 * PATTERN[(7 * taxel + 3 * frame as usize) % TAXELS],
+            _ if is_again && [12, 13].map(|later| slip.end + later).contains(&frame) => 10_000.0 * PATTERN[taxel],
             _ => 0.0,
         };
         let update = pipeline.push_taxels(&core::array::from_fn(|taxel| 9000 + light(taxel) as u32));
         onsets.extend(detector.push(&update).map(|slip| slip.onset_frame));
-        let Some(event) = update.event() else { continue };
+        taken.extend(take(&update, &law, &detector));
+    }
+    (onsets, taken)
+}
+
+#[test]
+fn all_but_a_reliable_slide_is_unclear_if_a_slip_begins_in_its_touch() {
+    let why = Reason::NoSlide(Contact::Unclear);
+    let unclear = Answer {
+        contact: Some(Contact::Unclear),
+        doubt: Some(Reason::Slips),
+        ..Answer::new(Err(why), Direction::by_arrival(Err(why)), false)
+    };
+    let (onsets, presses) = follow(70..80, false, |update, law, detector| {
+        let event = update.event()?;
         let before = law.answer(&event);
         assert_eq!((event.touch_frame, before.contact, before.reliable), (Some(40), Some(Contact::Press), true));
-        let corrected = |detector: &SlipDetector, touch_frame| {
-            let mut answer = before;
+        let speed = Speed { mm_s: 121.0, sd: Some(10.0), extrapolated: false };
+        let slide = Answer { contact: Some(Contact::Slide), speed: Ok(speed), ..before };
+        let doubted = Answer { reliable: false, doubt: Some(Reason::NotCrossed), ..slide };
+        let corrected = |detector: &SlipDetector, touch_frame, mut answer| {
             detector.correct(&Event { touch_frame: Some(touch_frame), ..event }, &mut answer);
             answer
         };
-        let why = Reason::NoSlide(Contact::Unclear);
-        let unclear = Answer {
-            contact: Some(Contact::Unclear),
-            speed: Err(why),
-            direction: Direction::by_arrival(Err(why)),
-            reliable: false,
-            doubt: Some(Reason::NotAlike),
-            ..before
-        };
+        let unclear = Answer { duration: before.duration, ..unclear };
         for (touch_frame, expected) in [(40, unclear), (70, unclear), (71, before)] {
-            assert_eq!(corrected(&detector, touch_frame), expected, "a touch from frame {touch_frame} on");
+            assert_eq!(corrected(detector, touch_frame, before), expected, "a touch from frame {touch_frame} on");
         }
-        assert_eq!(corrected(&SlipDetector::new(rate), 0), before, "no slip");
-        presses += 1;
-    }
-    assert_eq!((&onsets[..], presses), (&[70][..], 1));
+        assert_eq!(corrected(detector, 40, doubted), unclear);
+        assert_eq!(corrected(detector, 40, slide), slide);
+        assert_eq!(corrected(&SlipDetector::new(FrameRate::NOMINAL), 0, before), before, "no slip");
+        Some(())
+    });
+    assert_eq!((&onsets[..], presses.len()), (&[70][..], 1));
+}
+
+#[test]
+fn a_press_soon_after_a_touch_with_a_slip_has_its_answer() {
+    let mut at_once = AtOnce::new(MotionConfig::published(FrameRate::NOMINAL));
+    let (_, found) = follow(44..96, true, |update, law, slip| {
+        let of = |event: Event<'_>| {
+            let of = |answer: &Answer| (event.touch_frame, answer.contact, answer.doubt);
+            answer(&event, law, Some(&mut at_once), Some(slip), of)
+        };
+        let found = update.event().and_then(of);
+        at_once.end(update);
+        found
+    });
+    let first = (Some(40), Some(Contact::Unclear), Some(Reason::Slips));
+    assert_eq!(found, [first, (Some(108), Some(Contact::Press), None)]);
 }

@@ -12,7 +12,7 @@ use crate::pipeline::Pipeline;
 use crate::rate::FrameRate;
 use crate::reason::Reason;
 use crate::taxels::FrameGeometry;
-use crate::touch::at_once::AtOnce;
+use crate::touch::at_once::{AtOnce, answer};
 use crate::touch::motion::{Contact, MotionConfig, Readout, Velocity};
 use crate::touch::taxel_ring::{TaxelRing, TaxelStore};
 
@@ -261,7 +261,8 @@ impl AtOnceOf {
             let update = if is_lost { pipeline.push_lost(1) } else { pipeline.push_taxels(&sums(frame)) };
             found.interrupted.extend(update.interrupted());
             let touch = update.event().or(update.touch());
-            let answer = touch.and_then(|touch| Some((touch, at_once.answer(&touch, &law)?)));
+            let answer =
+                touch.and_then(|touch| answer(&touch, &law, Some(&mut at_once), None, |answer| (touch, *answer)));
             found.ends.extend(at_once.end(&update));
             let Some((touch, answer)) = answer.filter(|_| takes(frame)) else { continue };
             assert_eq!(touch.lit_frames().is_none(), touch.is_under_way());
@@ -308,7 +309,10 @@ fn an_event_has_one_end_that_of_its_last_light() {
     let (mut answers, mut ends) = (0, 0);
     for frame in 0..150 {
         let update = pipeline.push_taxels(&sums(&|t, x, y| edge(t, x, y) + edge(t - 70.0, x, y), frame));
-        let is_answered = update.touch().or(update.event()).is_some_and(|touch| at_once.answer(&touch, &law).is_some());
+        let is_answered = update
+            .touch()
+            .or(update.event())
+            .is_some_and(|touch| answer(&touch, &law, Some(&mut at_once), None, |_| ()).is_some());
         answers += usize::from(is_answered);
         ends += usize::from(at_once.end(&update).is_some());
         if is_answered {
@@ -327,9 +331,9 @@ fn check_law(law: &impl EventLaw, trigger: TriggerConfig) {
     let (mut pipeline, mut at_once, mut events) = (pipeline::<TaxelRing>(trigger), AtOnce::new(config()), 0);
     for frame in 0..300 {
         let update = pipeline.push_taxels(&sums(light, frame));
-        assert!(update.touch().is_none_or(|touch| at_once.answer(&touch, law).is_none()));
+        assert!(update.touch().is_none_or(|touch| answer(&touch, law, Some(&mut at_once), None, |_| ()).is_none()));
         if let Some(event) = update.event() {
-            assert_eq!(at_once.answer(&event, law), Some(law.answer(&event)));
+            assert_eq!(answer(&event, law, Some(&mut at_once), None, |answer| *answer), Some(law.answer(&event)));
             events += 1;
         }
     }
