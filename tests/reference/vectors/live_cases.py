@@ -46,15 +46,18 @@ def frames_of(
     lines: range,
     outer: float = 1.0,
     readout: Readout = GLOBAL,
+    turned: float = 0.0,
 ) -> np.ndarray:
-    """Frames of ten features. Lines that are not in `lines` stay dark; those at the rim have `outer` times the light."""
+    """Frames of ten features. Lines that are not in `lines` stay dark; those at the rim have `outer` times the light. The trailing edge
+    is `turned` degrees from the leading one."""
     gains = 0.8 + rng.below(400, FEATURES) / 1000
     gains[[0, ROWS - 1, ROWS, FEATURES - 1]] *= outer
-    angle = math.radians(degrees)
-    lags = [PITCH * (k - 2) * -math.sin(angle) for k in range(ROWS)]
-    lags += [PITCH * (k - 2) * math.cos(angle) for k in range(ROWS)]
     delays = [of * (k - 2) for of in (readout.rows, readout.columns) for k in range(ROWS)]
-    lags = [lag - delay * speeds[0] / 30 for lag, delay in zip(lags, delays)]
+    of_edges = []
+    for angle in (math.radians(degrees), math.radians(degrees + turned)):
+        lags = [PITCH * (k - 2) * way for way in (-math.sin(angle), math.cos(angle)) for k in range(ROWS)]
+        of_edges.append([lag - delay * speeds[0] / 30 for lag, delay in zip(lags, delays)])
+    lags, ends = of_edges
     length, start = 70.0, -14.0
     path, light, made = start, np.zeros(FEATURES), []
     count = 40 + int(30 * (-start + length + 20) / min(speeds)) if max(speeds) > 0 else 40
@@ -64,7 +67,7 @@ def frames_of(
             speed = speeds[0] if path < 45 else speeds[1]
             path += speed / 30 / PARTS
             for line in lines:
-                emitted[line] += gains[line] * surface(path - lags[line], length, texture) * speed / speeds[0] / PARTS
+                emitted[line] += gains[line] * surface(path - lags[line], math.inf if path - ends[line] < length else 0.0, texture) * speed / speeds[0] / PARTS
         light = FADES * light + (1 - FADES) * emitted
         made.append(DARK + light)
     return np.array(made)
@@ -86,6 +89,7 @@ def live_cases() -> list[dict[str, Any]]:
     cases = [(f"slide-{speed}-{angle}", ((speed, speed), angle, 0.05, every)) for speed, angle in SLIDES]
     cases += [(f"change-{before}-{after}", ((before, after), 30.0, 0.0, every)) for before, after in CHANGES]
     cases.append(("narrow-60-47", ((60, 60), 47, 0.05, every, 0.4)))
+    cases.append(("oblique-60-47", ((60, 60), 47, 0.05, every, 1.0, GLOBAL, 25.0)))
     cases += [("press", every), ("poke", range(1, FEATURES, 5)), ("dark", range(0))]
     cases = [(name, how, None) for name, how in cases]
     for number, (speed, angle) in enumerate(ROLLING):
@@ -104,9 +108,9 @@ def live_cases() -> list[dict[str, Any]]:
         live.history = [np.full(FEATURES, dark / UNIT)] * SAMPLE_FRAMES
         said = [live.push(frame) for frame in features]
         if not isinstance(how, range):
-            # What is left of the light after the last velocity is noise.
+            # What is left of the light after the last velocity is noise, or an edge at another angle.
             moving = (t for t, one in enumerate(said) if one is not None and one.mm_s is not None)
-            said = said[: 1 + max(moving, default=len(said))]
+            said = said[: max(moving, default=len(said)) + (3 if name.startswith("oblique") else 1)]
         made.append(
             {
                 "name": name,

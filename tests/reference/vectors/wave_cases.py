@@ -57,6 +57,8 @@ class Touch:
     """How much later whiskers on the motion's right are, in pitches."""
     corner: tuple[float, float] | None = None
     """The angle of a corner, above 180 if it opens forward, and by how much it is turned, both in degrees."""
+    ridge: tuple[float, float] = (1000.0, 0.0)
+    """Frames from an edge to a ridge behind it, and the angle between them in degrees."""
 
 
 def outline_of(name: str, across: np.ndarray) -> np.ndarray:
@@ -90,6 +92,8 @@ def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
         edges = [along + beside * math.tan(math.radians(skew + side * (90 - open_by / 2))) for side in (1, -1)]
         late = slowness * (np.maximum if open_by < 180 else np.minimum)(*edges)
     late = np.where(across < 0, late * touch.second + slowness * touch.behind, late)
+    behind, turned = touch.ridge[0], math.radians(touch.ridge[1])
+    ridges = slowness * (along * math.cos(turned) + across * math.sin(turned)) + behind
     late = late - touch.readout_ms / 1000 * touch.fps / 5 * ROW
     peaks = outline_of(touch.outline, 4 * across - touch.offset) * gains * touch.gain
     peaks[list(touch.weak)] *= 0.02
@@ -99,7 +103,7 @@ def sums_of(touch: Touch, rng: SplitMix64) -> list[list[int] | None]:
         at = [t - instant / touch.instants - middle for instant in range(touch.instants)]
         lit = (lambda since: 4.0 * (0 <= since < 0.2)) if touch.fade == 0 else lambda since: light(shape, since)
         seen = lambda late: sum(lit((now - late) * NOMINAL_FPS / touch.fps) for now in at) / touch.instants
-        of = [peak * seen(each) for peak, each in zip(peaks, late)]
+        of = [peak * (seen(each) + seen(ridge)) for peak, each, ridge in zip(peaks, late, ridges)]
         frame = [min(DARK + round(FULL * value) + int(noise), 65535) for value, noise in zip(of, shake[:, t])]
         frames.append(None if t in touch.lost else frame)
     return frames
@@ -170,6 +174,9 @@ def touches() -> dict[str, Touch]:
         "corner-dull": replace(corner, corner=(130, 0), deg=40),
         "corner-open": replace(corner, corner=(270, 5), deg=215),
         "corner-noise": replace(corner, noise=150, gain=0.3, deg=160),
+        "corner-narrow": replace(corner, outline="block", corner=(90, 15), deg=33),
+        "edge-before-ridge": replace(edge, ridge=(4, 6), deg=20),
+        "edge-before-ridge-dead": replace(edge, ridge=(4, -3), deg=110, weak=(12,)),
         "edge-faster": replace(ball, outline="edge", faster=0.5, deg=10),
         "dead": replace(ball, outline="edge", weak=(7,), deg=160),
         "lost": replace(ball, lost=(0, 15, 22, 23), deg=70),

@@ -269,10 +269,10 @@ class Live:
         row, column = rows / whole, columns / whole
         sd = math.sqrt((column * column_sd) ** 2 + (row * row_sd) ** 2 + self.off**2)
         is_behind = whole < 0.6 and any(axis.is_behind for axis in self.axes)
-        if sd > 0.06 or is_behind or self.readout.moves_too_far(rows, columns):
+        turned = math.hypot(row * column_sd, column * row_sd)
+        if sd > 0.06 or turned * min(whole, 0.5) > 0.022 or is_behind or self.readout.moves_too_far(rows, columns):
             return LiveAnswer(kind)
         mm_s = PITCH_MM * self.fps / whole
-        turned = math.hypot(row * column_sd, column * row_sd)
         off = [of / math.sqrt(3) for of in self.readout.off(rows, columns)]
         direction = math.degrees(math.atan2(-row, column)) % 360
         return LiveAnswer(

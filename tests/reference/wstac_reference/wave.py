@@ -46,15 +46,18 @@ FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
-FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.17, 0.31, 0.011), (0.21, 0.28, 0.01)))
+FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.17, 0.31, 0.011), (0.1, 0.28, 0.006)))
 """Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
 by the root of the energy that is missed, and frames late by the phase between frames."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
 OF_EDGE = 1.5
-"""Times the mean square of lateness without a dome, if all whiskers are lit: the square of a sine's height by the phase."""
+"""Times the mean square of lateness without a dome, if at most one is dark: the square of a sine's height by the phase."""
 CHANGE_OF_PHASES = (2.3, 1.2)
 """Change of the slowness of a third of the touch, in deviations by the phase; and times that of the curvature."""
+TURN = (3.0, 0.1, 1.1)
+"""Deviations by which the slowness across the motion of a third of the touch may be off, if at most one whisker is dark; and the parts
+of what is beyond that, which are deviations along and across the motion."""
 OF_FLASH = 4.1
 """Frames late by that phase times the square of what the frame beside the brightest lacks to 0.94 of its light."""
 LOCKED = 0.06
@@ -64,8 +67,8 @@ LATE_OF_CONTACTS, DIFFERENCE, POSSIBLE = (0.04, 0.08), (0.02, 0.05), 0.05
 """Of two contacts: mean and largest lateness, what each slowness differs along and across the motion, and along with an sd."""
 LATE_OF_CORNER, MOST_COSINE, LEAST_SINE = (0.08, 0.18), 0.26, 0.2
 FEWEST_OF_EDGE, FEWEST_OF_CORNER, CORNER_ROUNDS = 5, 18, 6
-PLANE_FACTORS = (0.93, 1.03, 0.77)
-"""Of both deviations by two contacts, and of the speed's by a corner."""
+PLANE_FACTORS = (0.93, 1.03, 0.77, 2.0)
+"""Of both deviations by two contacts, of the speed's by a corner, and of the direction's if the outline tells one, too."""
 
 COLUMN = np.tile(np.arange(COLUMNS) - COLUMNS // 2, ROWS).astype(float)
 ROW = np.repeat(np.arange(ROWS) - ROWS // 2, COLUMNS).astype(float)
@@ -475,6 +478,8 @@ def answer_of_touch(light: np.ndarray, is_cut: bool, lost: float, fps: float, re
         motion = corner_of(seen, places, delays)
         if motion is None:
             raise
+        if outline[1] <= OUTLINE_TELLS:
+            motion = replace(motion, angle_sd=PLANE_FACTORS[3] * motion.angle_sd)
     return velocity_of(motion, of_rows, fps, "outline", lost)
 
 
@@ -542,7 +547,7 @@ def answer_of_wave(
     # A dome is no error of a plane.
     high = dome * (places**2).sum(axis=1)
     flat = late - (high - weights @ high / weights.sum())
-    of_edge = OF_EDGE * float(weights @ flat**2 / weights.sum()) if is_full else 0.0
+    of_edge = OF_EDGE * float(weights @ flat**2 / weights.sum()) if is_nearly_full else 0.0
     in_phase = [
         ((of_phase + flash) ** 2 + of_edge) * by_phase(inverse, plane, way)
         for way, (_, _, of_phase) in enumerate(factors, 1)
@@ -552,7 +557,7 @@ def answer_of_wave(
     faster, faster_sd = abs(dome - curve[3]) * unit, math.hypot(curve_scale * math.sqrt(of_curve[3, 3]), of_curvature) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
-    change = max(abs(fit(plane, weights, part, 1e-4)[0][1]) for part in wave.parts)
+    _, change, turn = np.abs([fit(plane, weights, part, 1e-4)[0] for part in wave.parts]).max(axis=0)
     share, frames = CHANGE[is_full]
     by_phases = CHANGE_OF_PHASES[0] * math.sqrt(in_phase[0]) if is_full else 0.0
     if change > max(share * whole, frames, by_phases) or faster > min(max(ACCELERATION[0], ACCELERATION[1] * faster_sd), ACCELERATION[2]):
@@ -586,11 +591,11 @@ def answer_of_wave(
     # Few whiskers cannot tell what is curved.
     left = (curve_scale if is_nearly_full else scale) / math.sqrt(1 + OF_PHASE * wave.lacks**2)
     one_phase = sum(float(weights @ each) ** 2 for each in sines) / weights.sum() ** 2
-    deviations = []
-    for way, (of_late, of_miss, _) in enumerate(factors, 1):
-        variance = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse[way, way] + in_phase[way - 1]
-        variance += flash**2 * LOCKED * one_phase
-        deviations.append(math.sqrt(variance) / whole)
+    of_late, of_miss, _ = np.array(factors).T
+    variances = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse.diagonal()[1:] + in_phase + flash**2 * LOCKED * one_phase
+    deviations = np.sqrt(variances) / whole
+    beyond = max(turn / whole - TURN[0] * deviations[1], 0.0) if is_nearly_full else 0.0
+    deviations = np.hypot(deviations, np.multiply(TURN[1:], beyond)).tolist()
     answer = velocity_of(Motion(rows, columns, *deviations), of_rows, fps, "edge" if is_edge else "outline", lost)
     answer = replace(answer, unevenness=(rms, rms / unit))
     if not is_edge:

@@ -104,16 +104,22 @@ const LOST: f32 = 0.005;
 /// lateness; frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation
 /// is late where the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
 const FACTORS: [[[f32; 3]; 2]; 2] =
-    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.17, 0.31, 0.011], [0.21, 0.28, 0.01]]];
+    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.17, 0.31, 0.011], [0.1, 0.28, 0.006]]];
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation,
 /// which has a term of its own.
 const OF_PHASE: f32 = 600.0;
-/// Times the mean square of lateness without a dome, if all whiskers are lit: the square of the most that sharp edges
-/// are late by the phase.
+/// Times the mean square of lateness without a dome, if at most one whisker is dark: the square of the most that sharp
+/// edges are late by the phase.
 const OF_EDGE: f32 = 1.5;
 /// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor,
 /// without that of sharp edges.
 const CHANGE_OF_PHASES: [f32; 2] = [2.3, 1.2];
+/// How far the slowness across the motion of a third of the touch may be off, in standard deviations, if at most one
+/// whisker is dark; and the parts of what is beyond that, which are deviations along and across the motion: an oblique
+/// edge before ridges has two directions.
+const TURN: [f32; 3] = [3.0, 0.1, 1.1];
+/// Times the deviation of a corner's direction if the outline tells one, too: edges of a narrow thing are short.
+const OF_NARROW: f32 = 2.0;
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in
 /// a sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
@@ -233,7 +239,8 @@ impl Wave {
                 });
             }
         };
-        let pair = Pair::of_corner(&whiskers, lit, delays(config)).ok_or(reason)?;
+        let mut pair = Pair::of_corner(&whiskers, lit, delays(config)).ok_or(reason)?;
+        pair.sd[1] *= if outline.degrees_sd <= OUTLINE[0] { OF_NARROW } else { 1.0 };
         let velocity = Slide::new(pair.slowness, config)?.velocity(pair.sd, self.lines.lost, config)?;
         Ok((velocity, Basis::Outline, None, [true; 2]))
     }
@@ -489,11 +496,12 @@ impl Rest {
         let twist = normal.fit(&[0, 1, 2, 5], squares, count, 1e-3)?;
         let [_, _, _, u, v] = curve.coefficients;
         let dome = dome(u, v);
-        let parts = wave.parts.iter().map(|part| with_each(columns.get(..3).unwrap_or_default(), part));
-        let change = parts.map(|part| of_plane.of_others(1, &part).abs()).fold(0.0, f32::max);
+        let parts = wave.parts.each_ref().map(|part| with_each(columns.get(..3).unwrap_or_default(), part));
+        let most = |k| parts.iter().map(|part| of_plane.of_others(k, part).abs()).fold(0.0, f32::max);
+        let [change, turn] = [1, 2].map(most);
         // What is curved alike everywhere is no error of a slowness. Few whiskers cannot tell it.
-        let is_full = count == TAXELS;
-        let (left, factors) = if count + 1 < TAXELS { (&of_plane, FACTORS[0]) } else { (&curve, FACTORS[1]) };
+        let (is_full, is_nearly) = (count == TAXELS, count + 1 >= TAXELS);
+        let (left, factors) = if is_nearly { (&curve, FACTORS[1]) } else { (&of_plane, FACTORS[0]) };
         let left = left.variance / (1.0 + OF_PHASE * wave.lacks * wave.lacks);
         let unit = 1.0 / slowness;
         let flash = OF_FLASH * wave.lacks * wave.lacks;
@@ -509,7 +517,7 @@ impl Rest {
         };
         let late = wave.late_without(dome);
         // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
-        let of_edge = if is_full { OF_EDGE * late[1] * late[1] } else { 0.0 };
+        let of_edge = if is_nearly { OF_EDGE * late[1] * late[1] } else { 0.0 };
         let curved = of_phases(&curve, 3);
         let phase = if is_full { CHANGE_OF_PHASES[1] * (factors[0][2] + flash) } else { 0.0 };
         let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
@@ -517,6 +525,7 @@ impl Rest {
             let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k);
             [of_plane.variance_of(k, late) + phases + shared, phases].map(|square| sqrt(square) * unit)
         });
+        let turn = if is_nearly { (turn * unit - TURN[0] * sds[1][0]).max(0.0) } else { 0.0 };
         Some(Self {
             late: late.map(|late| late / (slowness + LATE_FROM)),
             miss: wave.miss,
@@ -524,7 +533,7 @@ impl Rest {
             faster: [(dome - u).abs() * over, length([curve.deviation(3), phase * sqrt(curved)]) * over],
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
             gain: [(u - v) * over, curve.deviation_between(3, 4) * over],
-            sd: [sds[0][0], sds[1][0]],
+            sd: [length([sds[0][0], TURN[1] * turn]), length([sds[1][0], TURN[2] * turn])],
             of_phases: if is_full { sds[0][1] } else { 0.0 },
         })
     }

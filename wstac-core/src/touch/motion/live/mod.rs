@@ -132,8 +132,9 @@ const FADES: [i16; 2] = [-41, -717];
 const BY_LIGHT: [f32; 2] = [0.06, 0.3];
 /// Deviation of every slowness: in frames per pitch, as a fraction, and the slowness from which on it is even.
 const LEAST: [f32; 3] = [0.001, 0.005, 1.5];
-/// Largest deviation of a speed, as a fraction of it.
-const MOST_DEVIATION: f32 = 0.06;
+/// Largest variances: of a speed, as a fraction, and of a slowness across the motion, in frames per pitch, which grows
+/// if an edge at another angle follows; and the square of the slowness above which that of a direction counts.
+const MOST: [f32; 3] = [0.06 * 0.06, 0.022 * 0.022, 0.5 * 0.5];
 
 impl LiveMotion {
     /// Creates a follower that has seen nothing.
@@ -331,10 +332,10 @@ impl Slide {
         let variance = rightwards * right_variance + upwards * up_variance + self.off * self.off;
         let is_behind = whole < 0.6 && self.tracks.iter().any(|track| track.is_behind);
         let reach = config.readout.reach(whole, right, -up);
-        let is_known = !is_behind && variance <= MOST_DEVIATION * MOST_DEVIATION && !readout::is_too_far(reach);
-        let across = sqrt(upwards * right_variance + rightwards * up_variance);
-        is_known.then(|| {
-            let sd = [readout::widened(sqrt(variance), reach[0]), readout::widened(across, reach[1])];
+        let across = upwards * right_variance + rightwards * up_variance;
+        let is_certain = variance <= MOST[0] && across * (whole * whole).min(MOST[2]) <= MOST[1];
+        (is_certain && !is_behind && !readout::is_too_far(reach)).then(|| {
+            let sd = [readout::widened(sqrt(variance), reach[0]), readout::widened(sqrt(across), reach[1])];
             Velocity::along(right, -up, mm_s, sd)
         })
     }
