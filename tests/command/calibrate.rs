@@ -147,6 +147,13 @@ fn what_cannot_be_calibrated_is_said() {
     refused(&["scene:Saw3@150", "-o", config, "--frames", "29"], 2, "29");
     refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 2, "expected two names");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
+    // No folder that can be written to, not even by root: the source is not opened.
+    for command in ["calibrate", "characterize"] {
+        let said = refusal(&[command, "nothing", "-o", "/proc/new.toml"]);
+        assert!(said.contains("/proc/new.toml") && !said.contains("nothing:"), "{said}");
+    }
+    let early = folder.scene("early.toml", "specimen = \"Saw3\"\nspeed = 150\nlead_in = 5\n");
+    refused(&[&early, "-o", config], 1, "cut the start of a video off (ffmpeg -ss SECONDS");
     let sums = folder.scene("sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     refused(&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames");
 }
