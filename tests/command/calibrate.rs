@@ -66,7 +66,7 @@ fn presses_tell_the_readout() {
     let config = &*folder.path("wstac.toml");
     let presses = [(80, 0.5), (120, 0.4), (50, 0.5)]
         .map(|(approach, hold)| format!("[[touch]]\nkind = \"press\"\napproach = {approach}\nhold = {hold}\n"));
-    // What follows them takes no part.
+    // A slide behind them changes nothing.
     let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Saw3\"\nspeed = 80\ndirection = 30\n";
     for (ms, rest) in [(20.0, ""), (-15.0, slide)] {
         let text = format!("[sensor]\nsize = [240, 240]\nreadout_ms = {ms:?}\n{}{rest}", presses.concat());
