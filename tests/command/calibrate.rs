@@ -66,7 +66,7 @@ fn presses_tell_the_readout() {
     let config = &*folder.path("wstac.toml");
     let presses = [(80, 0.5), (120, 0.4), (50, 0.5)]
         .map(|(approach, hold)| format!("[[touch]]\nkind = \"press\"\napproach = {approach}\nhold = {hold}\n"));
-    // What follows them takes no part.
+    // A slide behind them changes nothing.
     let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Saw3\"\nspeed = 80\ndirection = 30\n";
     for (ms, rest) in [(20.0, ""), (-15.0, slide)] {
         let text = format!("[sensor]\nsize = [240, 240]\nreadout_ms = {ms:?}\n{}{rest}", presses.concat());
@@ -147,6 +147,13 @@ fn what_cannot_be_calibrated_is_said() {
     refused(&["scene:Saw3@150", "-o", config, "--frames", "29"], 2, "29");
     refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 2, "expected two names");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
+    // No folder that can be written to, not even by root: the source is not opened.
+    for command in ["calibrate", "characterize"] {
+        let said = refusal(&[command, "nothing", "-o", "/proc/new.toml"]);
+        assert!(said.contains("/proc/new.toml") && !said.contains("nothing:"), "{said}");
+    }
+    let early = folder.scene("early.toml", "specimen = \"Saw3\"\nspeed = 150\nlead_in = 5\n");
+    refused(&[&early, "-o", config], 1, "cut the start of a video off (ffmpeg -ss SECONDS");
     let sums = folder.scene("sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     refused(&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames");
 }

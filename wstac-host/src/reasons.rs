@@ -104,6 +104,8 @@ words! {
     SimulatedExposure = "auto-exposure slows the simulated camera down in the dark",
     /// The times of a video's frames or the numbers of a folder's pictures have a gap.
     Missing = "missing in the file",
+    /// The times that a program pushes have a gap.
+    MissingByTimes = "missing by the times of the others",
     /// The program that pushes frames reported them.
     Reported = "reported lost",
 }

@@ -165,6 +165,7 @@ Output with --json, one object (wrapped here):
 
 Examples:
   wstac calibrate scene:Fla0@100 -o wstac.toml
+  wstac calibrate scene:press.toml -o wstac.toml
   wstac calibrate /dev/video0 -o wstac.toml
   wstac calibrate /dev/ttyACM0 -o board.toml
   wstac calibrate /dev/video0 --crosstalk -o wstac.toml
@@ -172,6 +173,13 @@ Examples:
   wstac run /dev/video0 --config wstac.toml
   A scene that is turned needs room at its edges: set rotation_degrees to
   8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
+  A scene's presses are too fast to tell a readout, unless it says else.
+  This press.toml tells 20 ms:
+    [sensor]
+    readout_ms = 20
+    [[touch]]
+    kind = "press"
+    approach = 80
 "#;
 
 /// The output of `--json`.
@@ -210,11 +218,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.gains {
         return gains(arguments);
     }
-    find(arguments, || Ok(()))
+    find(arguments, None::<fn() -> Result<(), Error>>)
 }
 
-/// Finds the whiskers. `opened` is called before the first frame is read, if the source can be opened.
-pub(super) fn find(arguments: &Arguments, opened: impl FnOnce() -> Result<(), Error>) -> Result<(), Stop> {
+/// Finds the whiskers. `make_folder` is called before the first frame is read, if the source can be opened.
+pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> Result<(), Error>>) -> Result<(), Stop> {
     let output = arguments.output.as_path();
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
@@ -222,13 +230,16 @@ pub(super) fn find(arguments: &Arguments, opened: impl FnOnce() -> Result<(), Er
         let message = "is the name of both configuration and picture, expected two names";
         return Err(Error::new(ErrorKind::Usage, output.display(), message).into());
     }
-    outputs.check([output, &overlay])?;
+    if make_folder.is_none() {
+        outputs.check([output, &overlay])?;
+    }
+    [output, &overlay].into_iter().try_for_each(Outputs::check_room)?;
     if arguments.options.readout.is_some() {
         let message = "--readout is what this command measures; leave it out, or write [sensor] readout_ms yourself";
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
     }
     let (mut source, info) = open(arguments)?;
-    opened()?;
+    make_folder.map_or(Ok(()), |make| make())?;
     note(&info.about);
     let mut watch = Watch::new(&info)?;
     let is_board = port_of(&arguments.source).is_some();
@@ -299,6 +310,7 @@ fn layout_key<W, T>(
     let (config, output) = (Config::read_stored(&arguments.output)?, arguments.output.as_path());
     let outputs = Outputs::new(true).source(&arguments.source);
     outputs.check([output])?;
+    Outputs::check_room(output)?;
     let (mut source, info) = open(arguments)?;
     note(&info.about);
     let mut watch = watch(config.geometry(&info)?);

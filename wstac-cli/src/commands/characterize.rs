@@ -99,21 +99,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         keep_plan(given.as_deref(), &plan)?;
     } else {
         let options = arguments.options.clone();
-        let is_new = !folder.exists();
-        fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
-        let found =
-            calibrate::find(&calibrate::Arguments::of(arguments.source.clone(), config.clone(), options), || {
-                keep_plan(given.as_deref(), &plan)?;
-                note(
-                    "1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times",
-                );
-                Ok(())
-            });
-        if found.is_err() && is_new {
-            // Unless the plan is in it.
-            let _ = fs::remove_dir(folder);
-        }
-        found?;
+        let begin = || {
+            fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+            keep_plan(given.as_deref(), &plan)?;
+            note("1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times");
+            Ok(())
+        };
+        let calibration = calibrate::Arguments::of(arguments.source.clone(), config.clone(), options);
+        calibrate::find(&calibration, Some(begin))?;
     }
     note("2 of 3: slides");
     let options = arguments.options.clone();

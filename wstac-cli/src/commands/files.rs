@@ -93,6 +93,14 @@ impl Outputs {
         check_new(path, self.force)
     }
 
+    /// Checks early that a file can be written, also in a folder that is still to be made. Nothing is left.
+    pub(super) fn check_room(path: &Path) -> Result<(), Error> {
+        let folders = path.ancestors().skip(1).map(|folder| if folder == "" { Path::new(".") } else { folder });
+        let Some(folder) = folders.into_iter().find(|folder| folder.is_dir()) else { return Ok(()) };
+        let name = folder.join(path.file_name().unwrap_or_default());
+        AtomicFile::create(&name).map(drop).map_err(|error| error.about(path.display()))
+    }
+
     pub(super) fn create(&self, path: &Path) -> Result<NewFile, Error> {
         self.check_one(path)?;
         Ok(NewFile { file: AtomicFile::create(path)?, path: path.to_owned(), outputs: self.clone() })

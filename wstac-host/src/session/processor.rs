@@ -265,7 +265,7 @@ impl Processor {
                 self.arrive(Some(taken.sums), is_answered);
             }
             SourceEvent::Lost { frames, reason } => {
-                if matches!(reason, LossReason::Missing | LossReason::CorruptPicture)
+                if matches!(reason, LossReason::Missing | LossReason::MissingByTimes | LossReason::CorruptPicture)
                     || (reason.is_of_jpeg() && !self.is_of_camera)
                 {
                     let added = u64::from(self.geometry().rate().frames_added());

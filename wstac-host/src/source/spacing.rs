@@ -38,6 +38,8 @@ pub(crate) enum Positions {
     NamedTimes,
     /// Numbers in the names of pictures, whatever they count.
     Numbers,
+    /// Milliseconds, by the times that a program pushes. Its frames' numbers count lost ones, too.
+    Pushed,
 }
 
 /// Finds gaps and unevenness.
@@ -76,7 +78,7 @@ impl Spacing {
     /// Takes the position of the next frame. [`Self::next_event`] has what comes before it. If it is not a number, the
     /// frame is taken to be in its place.
     pub(crate) fn arrive(&mut self, position: f64) {
-        let frame = self.frame;
+        let number = self.frame;
         self.frame += 1;
         let position = match self.last {
             Some((_, place)) if position.is_nan() => place + self.step,
@@ -89,6 +91,9 @@ impl Spacing {
         let off = position - place - self.step;
         let missing = (off / self.step).round().max(0.0);
         let off = off - missing * self.step;
+        let (frames, is_pushed) = (missing as u64, self.positions == Positions::Pushed);
+        let counted = if is_pushed { frames } else { 0 };
+        self.frame = self.frame.saturating_add(counted);
         self.off = off / self.step;
         self.mean += AVERAGED * (self.off - self.mean);
         if off.abs() <= TOLERANCE * self.step && self.mean.abs() <= MEAN_TOLERANCE {
@@ -101,17 +106,21 @@ impl Spacing {
         } else {
             self.mean = 0.0;
             let [found, expected] = [distance, self.step].map(|distance| self.distance(distance));
+            let frame = number.saturating_add(counted);
             self.come_unevenly(&format!("frame {frame} comes {found} after the one before, expected {expected}"));
         }
-        if missing > 0.0 {
-            let frames = missing as u64;
+        if frames > 0 {
             self.missing = self.missing.saturating_add(frames);
-            self.ready.push_back(SourceEvent::Lost { frames, reason: LossReason::Missing });
+            let reason = if is_pushed { LossReason::MissingByTimes } else { LossReason::Missing };
+            self.ready.push_back(SourceEvent::Lost { frames, reason });
         }
     }
 
     /// Takes frames that are known to be lost.
     pub(crate) fn lose(&mut self, frames: u64) {
+        if self.positions == Positions::Pushed {
+            self.frame = self.frame.saturating_add(frames);
+        }
         for position in self.last.iter_mut().flat_map(|(last, place)| [last, place]) {
             *position += frames as f64 * self.step;
         }
@@ -146,7 +155,7 @@ impl Spacing {
             return;
         }
         let by = match self.positions {
-            Positions::Times => "time stamps",
+            Positions::Times | Positions::Pushed => "time stamps",
             Positions::NamedTimes => "the times in their names",
             Positions::Numbers => "the numbers in their names",
         };
@@ -178,7 +187,7 @@ impl Spacing {
     /// Returns a distance for a person.
     fn distance(&self, distance: f64) -> String {
         match self.positions {
-            Positions::Times | Positions::NamedTimes => format!("{distance:.1} ms"),
+            Positions::Times | Positions::NamedTimes | Positions::Pushed => format!("{distance:.1} ms"),
             Positions::Numbers => format!("{}", distance.round()),
         }
     }
@@ -274,14 +283,14 @@ impl PushedTimes {
     /// Watches a stream of this rate.
     pub fn new(info: &StreamInfo) -> Self {
         let step = 1000.0 / info.rate.per_second();
-        Self { spacing: Spacing::new(info.about.clone(), Positions::Times, step), last: None }
+        Self { spacing: Spacing::new(info.about.clone(), Positions::Pushed, step), last: None }
     }
 
     /// Takes an event, and returns those to push: the event itself is the last of them. Frames that are missing by the
     /// times come before it, and so do faults of frames that come unevenly.
     ///
     /// # Errors
-    /// The time of a frame is before that of the last one. Nothing of it was taken.
+    /// The time of a frame is not after that of the last one. Nothing of it was taken.
     pub fn take<'a>(
         &mut self,
         event: SourceEvent<'a>,
@@ -291,12 +300,12 @@ impl PushedTimes {
             SourceEvent::Taxels(frame) => frame.timestamp,
             _ => None,
         };
-        if let Some((last, now)) = self.last.zip(time).filter(|(last, now)| now < last) {
+        if let Some((last, now)) = self.last.zip(time).filter(|(last, now)| now <= last) {
             let frame = self.spacing.frame;
             let message = format!(
-                "the time of frame {frame} goes back from {} to {} ns, expected times in order",
-                last.as_nanos(),
-                now.as_nanos()
+                "the time of frame {frame} is wrong (found {} ns, expected one after {} ns)",
+                now.as_nanos(),
+                last.as_nanos()
             );
             return Err(Error::new(ErrorKind::Frame, &self.spacing.subject, message));
         }
@@ -445,17 +454,23 @@ mod tests {
                 events.map(say).collect::<Vec<_>>().join(" ")
             })
         };
-        for (ms, expected) in [(1000, "0.0"), (1033, "-0.0"), (1100, "1 Missing 0.0"), (5100, "119 Missing 0.0")] {
+        for (ms, expected) in
+            [(1000, "0.0"), (1033, "-0.0"), (1100, "1 MissingByTimes 0.0"), (5100, "119 MissingByTimes 0.0")]
+        {
             assert_eq!(push(ms).unwrap(), expected);
         }
-        let back = push(5099).unwrap_err().to_string();
-        let expected = "the time of frame 4 goes back from 5100000000 to 5099000000 ns, expected times in order";
-        assert_eq!(back, format!("frames: {expected}"));
-        assert_eq!(push(5150).unwrap(), "uneven 1 Missing -0.5");
+        for ms in [5099, 5100] {
+            let expected =
+                format!("the time of frame 124 is wrong (found {ms}000000 ns, expected one after 5100000000 ns)");
+            assert_eq!(push(ms).unwrap_err().to_string(), format!("frames: {expected}"));
+        }
+        assert_eq!(push(5150).unwrap(), "uneven 1 MissingByTimes -0.5");
         // A frame that is known to be lost is no other one.
         assert_eq!(times.take(SourceEvent::Lost { frames: 2, reason: LossReason::Reported }).unwrap().count(), 1);
-        let frame = Frame { timestamp: Some(Duration::from_millis(5250)), ..Frame::new(&[]) };
-        assert_eq!(times.take(SourceEvent::Frame(frame)).unwrap().count(), 1);
+        let at = |ms| SourceEvent::Frame(Frame { timestamp: Some(Duration::from_millis(ms)), ..Frame::new(&[]) });
+        assert_eq!(times.take(at(5250)).unwrap().count(), 1);
+        // 124 frames, two that came, three that were lost.
+        assert!(times.take(at(5250)).err().unwrap().to_string().contains("of frame 129 is"));
         let said: Vec<_> = times.take(SourceEvent::End).unwrap().map(|event| format!("{event:?}")).collect();
         assert!(said.len() == 2 && said[0].contains("121 frames are missing and 1 frame comes unevenly"), "{said:?}");
     }

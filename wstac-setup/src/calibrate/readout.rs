@@ -9,7 +9,7 @@ use wstac_host::statistics::solve;
 
 use super::watch::UNTOUCHED;
 
-/// Light at which a flash begins, in parts of the brightest frame and in deviations of the untouched frames.
+/// Light at which a flash begins, in parts of the brightest frame near it and in deviations of the untouched frames.
 const LEAST_LIGHT: f64 = 0.003;
 const LEAST_DEVIATIONS: f64 = 8.0;
 /// Part of both peaks' light below which a frame between them parts two flashes.
@@ -29,9 +29,9 @@ const LEAST_LATENESS: f64 = 0.05;
 const OPPOSITE: f64 = -0.9;
 /// Most lateness of the outermost column that the press and the release have in common, in frames.
 const MOST_ACROSS: f64 = 0.1;
-/// How many times larger a deviation is if there were other touches, too: a brighter one moves the light at which
-/// flashes begin. Of 50 simulated sources with such touches, half were within one deviation without it.
-const WITH_OTHERS: f64 = 1.5;
+/// Deviation of a press's readout in parts of it, besides that of its residuals: a delay moves rows within their
+/// frames, and bendings are not as even as [`bent`] takes them. So much grew the errors of 150 simulated presses.
+const UNEVEN: f64 = 0.02;
 /// Most deviation of an answer, in ms.
 const MOST_SD_MS: f64 = 1.0;
 
@@ -63,18 +63,18 @@ pub(super) fn readout(
     let light = above(sums)?;
     // A row that is exposed later has its flash in an earlier frame.
     let ms_per_slope = -1000.0 * (f64::from(rows) - 1.0) / per_second;
-    let flashes = flashes(&light);
-    let told = |pair: &[Span], left: f64| {
+    let told = |pair: &[Span; 2], left: f64| {
         let [press, release] = [lateness(&light, pair[0], left)?, lateness(&light, pair[1], left)?];
         let [slope, sd] = delay(&press, &release, centers)?;
-        let found = [slope * ms_per_slope, sd * ms_per_slope.abs()];
+        let ms = slope * ms_per_slope;
+        let found = [ms, (sd * ms_per_slope).hypot(UNEVEN * ms)];
         // The rows of a frame are read within its time.
         (found[0].abs() <= 1050.0 / per_second).then_some(found)
     };
     // Each pair has its own afterglow first: what rubs glows on, and would count for that of presses.
-    let is_told = |pair: &&[Span]| told(pair, afterglow(&light, pair)).is_some();
-    let pairs: Vec<_> = flashes.windows(2).filter(is_told).collect();
-    let left = afterglow(&light, &pairs.concat());
+    let is_told = |pair: &[Span; 2]| told(pair, afterglow(&light, pair)).is_some();
+    let pairs: Vec<_> = pairs(&light).into_iter().filter(is_told).collect();
+    let left = afterglow(&light, pairs.as_flattened());
     let found: Vec<[f64; 2]> = pairs.iter().filter_map(|pair| told(pair, left)).collect();
     let weights: Vec<f64> = found.iter().map(|[_, sd]| 1.0 / (sd * sd)).collect();
     let weight: f64 = weights.iter().sum();
@@ -83,8 +83,7 @@ pub(super) fn readout(
     let count = found.len();
     // Presses that disagree are less certain than each of them says.
     let factor = if count > 1 { (spread / (count as f64 - 1.0)).max(1.0) } else { 1.0 };
-    let has_others = flashes.len() > 2 * count;
-    let sd_ms = (factor / weight).sqrt() * if has_others { WITH_OTHERS } else { 1.0 };
+    let sd_ms = (factor / weight).sqrt();
     (count > 0 && sd_ms <= MOST_SD_MS).then_some(PressedReadout { ms, sd_ms, presses: count })
 }
 
@@ -104,13 +103,37 @@ fn above(sums: &Light) -> Option<Vec<Option<[f64; TAXELS]>>> {
     Some(sums.iter().map(|sums| sums.as_ref().map(of)).collect())
 }
 
-/// Returns the frames of each flash: light that rises to a peak between two valleys.
-fn flashes(light: &Light) -> Vec<(usize, usize)> {
-    let totals: Vec<f64> = light.iter().map(|light| light.map_or(0.0, |light| light.iter().sum())).collect();
-    let most = totals.iter().copied().fold(0.0, f64::max);
+/// Returns the light of all taxels in a frame.
+fn total(light: &Option<[f64; TAXELS]>) -> f64 {
+    light.map_or(0.0, |light| light.iter().sum())
+}
+
+/// Returns every two flashes in a row, which may be a press and its release.
+///
+/// The light at which they begin and end is that of these two. By that of the brightest touch, a dim press would have
+/// lost its first and last light.
+fn pairs(light: &Light) -> Vec<[Span; 2]> {
+    let all = flashes(light, (UNTOUCHED, light.len()));
+    let alone = |pair: usize| {
+        let from = pair.checked_sub(1).map_or(UNTOUCHED, |before| all[before].1);
+        let near = flashes(light, (from, all.get(pair + 2).map_or(light.len(), |after| after.0)));
+        let peak = |(start, end): Span| (start..end).max_by(|a, b| total(&light[*a]).total_cmp(&total(&light[*b])));
+        let place = |flash: Span| {
+            near.iter().position(|(start, end)| peak(flash).is_some_and(|peak| (*start..*end).contains(&peak)))
+        };
+        let [press, release] = [place(all[pair])?, place(all[pair + 1])?];
+        (release == press + 1).then(|| [near[press], near[release]])
+    };
+    (0..all.len().saturating_sub(1)).filter_map(alone).collect()
+}
+
+/// Returns the frames of each flash in a span: light that rises to a peak between two valleys.
+fn flashes(light: &Light, (first, last): Span) -> Vec<Span> {
+    let totals = || light[..last].iter().map(total).enumerate().skip(first);
+    let most = totals().map(|(_, total)| total).fold(0.0, f64::max);
     let least = (LEAST_LIGHT * most).max(LEAST_DEVIATIONS * (TAXELS as f64).sqrt());
     let (mut found, mut start, mut peak, mut valley) = (Vec::new(), None, 0.0_f64, (0, f64::MAX));
-    for (frame, &total) in totals.iter().enumerate().skip(UNTOUCHED) {
+    for (frame, total) in totals() {
         let Some(from) = start else {
             if total > least {
                 (start, peak, valley) = (Some(frame.saturating_sub(1)), total, (frame, f64::MAX));
@@ -130,6 +153,8 @@ fn flashes(light: &Light) -> Vec<(usize, usize)> {
             (start, peak, valley) = (Some(valley.0), total, (frame, f64::MAX));
         }
     }
+    // What another touch ends is a flash; what the last frame ends may not be all of one.
+    found.extend(start.filter(|_| last < light.len()).map(|from| (from, last)));
     found
 }
 
@@ -137,8 +162,7 @@ fn flashes(light: &Light) -> Vec<(usize, usize)> {
 fn afterglow(light: &Light, flashes: &[(usize, usize)]) -> f64 {
     let (mut products, mut squares) = (0.0, 1e-9);
     for &(start, end) in flashes {
-        let totals: Vec<f64> =
-            light[start..end].iter().map(|light| light.map_or(0.0, |light| light.iter().sum())).collect();
+        let totals: Vec<f64> = light[start..end].iter().map(total).collect();
         let peak = totals.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(frame, _)| frame);
         for pair in totals.get(peak + 2..).unwrap_or_default().windows(2) {
             products += pair[0] * pair[1];
@@ -286,18 +310,25 @@ mod tests {
     /// Parts of a frame that are simulated one by one.
     const PARTS: usize = 40;
 
-    /// Returns the sums of a press for each readout, in parts of a frame from a row of taxels to the next.
-    fn pressed<const N: usize>(number: u64, delays: [usize; N]) -> [Vec<Option<[f64; TAXELS]>>; N] {
+    type Sums = Vec<Option<[f64; TAXELS]>>;
+
+    /// Returns the keys of a press.
+    fn press(number: u64, unit: Option<u32>) -> String {
         let mut rng = Rng::new(0x7ead, number);
         let mut between = |low: f64, high: f64| low + (high - low) * rng.uniform();
-        let unit = 1 + (between(0.0, 100.0) as u32);
+        let own = 1 + (between(0.0, 100.0) as u32);
+        let unit = unit.unwrap_or(own);
         let (tilt, direction) = (between(0.0, 2.0), between(0.0, 360.0));
         let (overlap, approach, hold) = (between(2.2, 3.5), between(20.0, 150.0), between(0.2, 0.6));
-        let text = format!(
+        format!(
             "seed = {number}\n[sensor]\nsize = [400, 400]\n[light]\nunit = {unit}\n[[touch]]\nkind = \"press\"\noverlap = {overlap}\n\
              approach = {approach}\nhold = {hold}\ntilt = {tilt}\ndirection = {direction}\n"
-        );
-        let script = SceneConfig::from_toml("presses", &text).unwrap();
+        )
+    }
+
+    /// Returns the sums of a scene for each readout, in parts of a frame from a row of taxels to the next.
+    fn seen<const N: usize>(text: &str, first: usize, delays: [usize; N]) -> [Sums; N] {
+        let script = SceneConfig::from_toml("presses", text).unwrap();
         let mut fine = script.clone();
         fine.sensor.rate = FrameRate::new(30 * PARTS as u32, 1).unwrap();
         let mut scene = Scene::new(&fine).unwrap();
@@ -306,7 +337,6 @@ mod tests {
             let before = until[until.len() - 1];
             until.push(core::array::from_fn(|taxel| before[taxel] + light[taxel] / PARTS as f64));
         }
-        let first = number as usize % PARTS;
         let frames = (until.len() - first) / PARTS - 3;
         delays.map(|delay| {
             let mut camera = Scene::camera(&script).unwrap();
@@ -319,6 +349,32 @@ mod tests {
             });
             sums.collect()
         })
+    }
+
+    fn pressed<const N: usize>(number: u64, delays: [usize; N]) -> [Sums; N] {
+        seen(&press(number, None), number as usize % PARTS, delays)
+    }
+
+    /// Returns the readout in ms that a delay is.
+    fn ms(delay: usize) -> f64 {
+        delay as f64 / PARTS as f64 / 80.0 * 399.0 * 1000.0 / 30.0
+    }
+
+    /// Returns the keys of a touch of another kind, by chance.
+    fn other(rng: &mut Rng, unit: u32) -> String {
+        let kinds = [
+            "specimen = \"Fla0\"",
+            "specimen = \"Saw3\"",
+            "specimen = \"Sin4\"",
+            "shape = \"rod\"\ndiameter = 6",
+            "shape = \"ball\"\ndiameter = 20",
+        ];
+        let (speed, direction) = (30.0 * 10_f64.powf(rng.uniform()), 360.0 * rng.uniform());
+        format!(
+            "seed = {}\n{}\nspeed = {speed}\ndirection = {direction}\n[sensor]\nsize = [400, 400]\n[light]\nunit = {unit}\n",
+            rng.below(1000),
+            kinds[rng.below(5)]
+        )
     }
 
     const CENTERS: [[f64; 2]; TAXELS] = {
@@ -339,7 +395,7 @@ mod tests {
         let read = |number| pressed(number, delays).map(|sums| readout(&sums, &CENTERS, 400, 30.0));
         let found: Vec<_> = (0..presses).into_par_iter().map(read).collect();
         for (k, delay) in delays.into_iter().enumerate() {
-            let truth = delay as f64 / PARTS as f64 / 80.0 * 399.0 * 1000.0 / 30.0;
+            let truth = ms(delay);
             let told = found.iter().filter_map(|found| found[k].as_ref());
             let mut errors: Vec<f64> = told.map(|found| (found.ms - truth).abs()).collect();
             errors.sort_by(f64::total_cmp);
@@ -353,6 +409,29 @@ mod tests {
             );
             assert!(10 * within as u64 >= 9 * presses);
         }
+    }
+
+    /// Prints the table for any number of sources: `PRESSES=400`. The test is of 24.
+    #[test]
+    fn slides_around_presses_leave_the_readout_and_its_deviation() {
+        let sources = std::env::var("PRESSES").map_or(24, |count| count.parse().unwrap());
+        let delays = [0, 5];
+        let read = |number: u64| {
+            let mut rng = Rng::new(0x0714, number);
+            let unit = 1 + rng.below(100) as u32;
+            let pressed = |of: u64| press(2 * number + of, Some(unit));
+            let texts = [other(&mut rng, unit), pressed(0), other(&mut rng, unit), pressed(1), other(&mut rng, unit)];
+            let parts = texts.map(|text| seen(&text, rng.below(PARTS), delays));
+            [0, 1].map(|k| readout(&parts.each_ref().map(|sums| &*sums[k]).concat(), &CENTERS, 400, 30.0))
+        };
+        let found: Vec<_> = (0..sources).into_par_iter().map(read).collect();
+        let told: Vec<_> = found.iter().flat_map(|found| found.iter().zip(delays)).collect();
+        let by_sd =
+            told.iter().map(|(found, delay)| found.map_or(f64::NAN, |found| (found.ms - ms(*delay)) / found.sd_ms));
+        let rms = (by_sd.map(|off| off * off).sum::<f64>() / told.len() as f64).sqrt();
+        println!("{sources} sources, all told, errors of {rms:.2} deviations");
+        // A source that tells nothing is not a number.
+        assert!(rms <= 1.1, "{rms}: {told:?}");
     }
 
     #[test]
@@ -372,7 +451,7 @@ mod tests {
         }
         let [press] = pressed(3, [5]);
         let alone = readout(&press, &CENTERS, 400, 30.0).unwrap();
-        // Nor does it change what a press before it tells by more than its deviation.
+        // Nor does it change what a press before it tells by more than 0.3 of its deviation.
         for touch in [
             "specimen = \"Saw3\"\nspeed = 60\ndirection = 30",
             "specimen = \"Sin4\"\nspeed = 150\ndirection = 58",
@@ -384,7 +463,7 @@ mod tests {
             let both = [press.clone(), slide(touch)].concat();
             let found = readout(&both, &CENTERS, 400, 30.0);
             assert!(
-                found.is_some_and(|found| (found.ms - alone.ms).abs() < alone.sd_ms),
+                found.is_some_and(|found| (found.ms - alone.ms).abs() < 0.3 * alone.sd_ms),
                 "{touch}: {found:?}, {alone:?}"
             );
         }

@@ -45,11 +45,9 @@ impl fmt::Display for Calibration {
             writeln!(f, "{} of them reached full scale: use a shorter exposure or a lower gain", self.saturated)?;
         }
         let noise = &self.noise;
-        write!(
-            f,
-            "taxels of {width} x {height} pixels; untouched {:.2} gray levels, noise {:.4}",
-            noise.dark_levels, noise.levels
-        )?;
+        write!(f, "taxels of {width} x {height} pixels; untouched {:.2} gray levels, noise ", noise.dark_levels)?;
+        // A compressed video may repeat its untouched frames.
+        if noise.levels < 0.0001 { write!(f, "below 0.0001") } else { write!(f, "{:.4}", noise.levels) }?;
         self.readout.map_or(Ok(()), |readout| write!(f, "\nthe readout is {readout}"))
     }
 }

@@ -40,7 +40,7 @@ impl OpenBoard<'_> {
                     records.write(&output)?;
                     if !has_hint && lacks_model(&output) {
                         has_hint = true;
-                        records.note("no model was given: wstac board --model builtin sends one");
+                        records.note("no model was given: wstac board --model builtin sends one to firmware with the feature models");
                     }
                     has_events |= matches!(output, Output::Event(_));
                     if !has_events && matches!(&output, Output::End(end) if end.frames > 0 && !end.baseline_complete) {
