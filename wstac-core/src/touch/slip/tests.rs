@@ -133,10 +133,11 @@ fn pipelines_hand_over_whole_feature_frames() {
     assert!((0..9).all(|_| pipeline.push_taxels(&[9; TAXELS]).newest_taxels().is_none()));
 }
 
-/// Follows a press, a slip in some frames, and a second press 12 frames behind it if `is_again`. Returns the onsets of
+/// Follows a press, a slip in some frames, and a second press 16 frames behind it if `is_again`. Returns the onsets of
 /// slips, and what `take` finds in the frames' updates.
 fn follow<T>(
     slip: Range<u32>,
+    light: f32,
     is_again: bool,
     mut take: impl FnMut(&Update<'_>, &ByWave, &SlipDetector) -> Option<T>,
 ) -> (Vec<u64>, Vec<T>) {
@@ -147,13 +148,13 @@ fn follow<T>(
     let law = ByWave(MotionConfig::published(rate));
     let (mut detector, mut onsets, mut taken) = (SlipDetector::new(rate), Vec::new(), Vec::new());
     for frame in 0..300_u32 {
-        let light = |taxel: usize| match frame {
+        let glow = |taxel: usize| match frame {
             40..42 => 10_000.0 * PATTERN[taxel],
-            _ if slip.contains(&frame) => 400.0 * PATTERN[(7 * taxel + 3 * frame as usize) % TAXELS],
-            _ if is_again && [12, 13].map(|later| slip.end + later).contains(&frame) => 10_000.0 * PATTERN[taxel],
+            _ if slip.contains(&frame) => light * PATTERN[(7 * taxel + 3 * frame as usize) % TAXELS],
+            _ if is_again && [16, 17].map(|later| slip.end + later).contains(&frame) => 10_000.0 * PATTERN[taxel],
             _ => 0.0,
         };
-        let update = pipeline.push_taxels(&core::array::from_fn(|taxel| 9000 + light(taxel) as u32));
+        let update = pipeline.push_taxels(&core::array::from_fn(|taxel| 9000 + glow(taxel) as u32));
         onsets.extend(detector.push(&update).map(|slip| slip.onset_frame));
         taken.extend(take(&update, &law, &detector));
     }
@@ -168,7 +169,7 @@ fn all_but_a_reliable_slide_is_unclear_if_a_slip_begins_in_its_touch() {
         doubt: Some(Reason::Slips),
         ..Answer::new(Err(why), Direction::by_arrival(Err(why)), false)
     };
-    let (onsets, presses) = follow(70..80, false, |update, law, detector| {
+    let (onsets, presses) = follow(70..80, 400.0, false, |update, law, detector| {
         let event = update.event()?;
         let before = law.answer(&event);
         assert_eq!((event.touch_frame, before.contact, before.reliable), (Some(40), Some(Contact::Press), true));
@@ -194,7 +195,7 @@ fn all_but_a_reliable_slide_is_unclear_if_a_slip_begins_in_its_touch() {
 #[test]
 fn a_press_soon_after_a_touch_with_a_slip_has_its_answer() {
     let mut at_once = AtOnce::new(MotionConfig::published(FrameRate::NOMINAL));
-    let (_, found) = follow(44..96, true, |update, law, slip| {
+    let (_, found) = follow(44..96, 4000.0, true, |update, law, slip| {
         let of = |event: Event<'_>| {
             let of = |answer: &Answer| (event.touch_frame, answer.contact, answer.doubt);
             answer(&event, law, Some(&mut at_once), Some(slip), of)
@@ -204,5 +205,5 @@ fn a_press_soon_after_a_touch_with_a_slip_has_its_answer() {
         found
     });
     let first = (Some(40), Some(Contact::Unclear), Some(Reason::Slips));
-    assert_eq!(found, [first, (Some(108), Some(Contact::Press), None)]);
+    assert_eq!(found, [first, (Some(112), Some(Contact::Press), None)]);
 }
