@@ -42,19 +42,21 @@ pub(super) fn recorded(folder: &Folder, options: &[&str]) -> Vec<u8> {
 pub(super) struct Stream {
     /// Its frames by their numbers; `None` stands for a lost one.
     pub(super) frames: Vec<Option<Vec<u8>>>,
+    /// The kinds of its faults.
+    pub(super) faults: Vec<String>,
     events: Vec<TactileEvent>,
 }
 
 /// Reads a sensor; `None` if the file cannot be read to its end, or has no configuration that can be read.
 pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
     let mut source = McapSource::open_sensor(file, name, None).ok()?;
-    let mut frames = Vec::new();
+    let (mut frames, mut faults) = (Vec::new(), Vec::new());
     loop {
         match source.next_event().ok()? {
             SourceEvent::Frame(frame) => frames.push(Some(frame.bytes.to_vec())),
             SourceEvent::Taxels(frame) => frames.push(Some(frame.sums.map(u32::to_le_bytes).concat())),
             SourceEvent::Lost { frames: lost, .. } => frames.extend((0..lost).map(|_| None)),
-            SourceEvent::Fault(_) => {}
+            SourceEvent::Fault(fault) => faults.push(fault.kind.to_string()),
             SourceEvent::End => break,
             other => panic!("{other:?}"),
         }
@@ -65,7 +67,7 @@ pub(super) fn stream(file: &Path, name: Option<&str>) -> Option<Stream> {
         Output::Event(event) => Some(*event),
         _ => None,
     });
-    Some(Stream { frames, events: events.collect() })
+    Some(Stream { frames, faults, events: events.collect() })
 }
 
 /// Checks that a sensor's frames are those that were recorded, each at its own place.

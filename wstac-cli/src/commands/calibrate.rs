@@ -173,8 +173,8 @@ Examples:
   wstac run /dev/video0 --config wstac.toml
   A scene that is turned needs room at its edges: set rotation_degrees to
   8 and scale to 0.75 in [sensor.pose] (see wstac scene --help).
-  A scene's presses are too fast to tell a readout, unless it says else.
-  This press.toml tells 20 ms:
+  A scene's default press is too fast to tell a readout. This press.toml
+  tells 20 ms:
     [sensor]
     readout_ms = 20
     [[touch]]
@@ -239,7 +239,10 @@ pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> R
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
     }
     let (mut source, info) = open(arguments)?;
-    make_folder.map_or(Ok(()), |make| make())?;
+    if let Some(make_folder) = make_folder {
+        make_folder()?;
+        outputs.check([output, &overlay])?;
+    }
     note(&info.about);
     let mut watch = Watch::new(&info)?;
     let is_board = port_of(&arguments.source).is_some();

@@ -104,7 +104,7 @@ fn above(sums: &Light) -> Option<Vec<Option<[f64; TAXELS]>>> {
 }
 
 /// Returns the light of all taxels in a frame.
-fn total(light: &Option<[f64; TAXELS]>) -> f64 {
+fn total(light: Option<&[f64; TAXELS]>) -> f64 {
     light.map_or(0.0, |light| light.iter().sum())
 }
 
@@ -117,7 +117,9 @@ fn pairs(light: &Light) -> Vec<[Span; 2]> {
     let alone = |pair: usize| {
         let from = pair.checked_sub(1).map_or(UNTOUCHED, |before| all[before].1);
         let near = flashes(light, (from, all.get(pair + 2).map_or(light.len(), |after| after.0)));
-        let peak = |(start, end): Span| (start..end).max_by(|a, b| total(&light[*a]).total_cmp(&total(&light[*b])));
+        let peak = |(start, end): Span| {
+            (start..end).max_by(|a, b| total(light[*a].as_ref()).total_cmp(&total(light[*b].as_ref())))
+        };
         let place = |flash: Span| {
             near.iter().position(|(start, end)| peak(flash).is_some_and(|peak| (*start..*end).contains(&peak)))
         };
@@ -129,7 +131,7 @@ fn pairs(light: &Light) -> Vec<[Span; 2]> {
 
 /// Returns the frames of each flash in a span: light that rises to a peak between two valleys.
 fn flashes(light: &Light, (first, last): Span) -> Vec<Span> {
-    let totals = || light[..last].iter().map(total).enumerate().skip(first);
+    let totals = || light[..last].iter().map(|light| total(light.as_ref())).enumerate().skip(first);
     let most = totals().map(|(_, total)| total).fold(0.0, f64::max);
     let least = (LEAST_LIGHT * most).max(LEAST_DEVIATIONS * (TAXELS as f64).sqrt());
     let (mut found, mut start, mut peak, mut valley) = (Vec::new(), None, 0.0_f64, (0, f64::MAX));
@@ -162,7 +164,7 @@ fn flashes(light: &Light, (first, last): Span) -> Vec<Span> {
 fn afterglow(light: &Light, flashes: &[(usize, usize)]) -> f64 {
     let (mut products, mut squares) = (0.0, 1e-9);
     for &(start, end) in flashes {
-        let totals: Vec<f64> = light[start..end].iter().map(total).collect();
+        let totals: Vec<f64> = light[start..end].iter().map(|light| total(light.as_ref())).collect();
         let peak = totals.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(frame, _)| frame);
         for pair in totals.get(peak + 2..).unwrap_or_default().windows(2) {
             products += pair[0] * pair[1];
