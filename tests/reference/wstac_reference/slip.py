@@ -100,7 +100,7 @@ class SlipDetector:
         at_30 = lambda frames: (2 * frames * per_second / 30).__floor__() + 1 >> 1
         self.new, self.rises, self.longest_press, self.rest = (at_30(frames) for frames in (16, 12, 32, 3))
         self.longest, self.least_age, self.noisy = (at_30(frames) for frames in (16, 2, 512))
-        self.moved_age = at_30(5)
+        self.moved_age, self.weak_age = at_30(5), at_30(7)
         self.slope, self.second_slope = ((part * per_second / 30).__floor__() for part in (77, 51))
         self.state = "new"
         self.next, self.count = 0, 0
@@ -220,8 +220,9 @@ class SlipDetector:
         if age >= self.least_age and self.comes_from_side():
             self.turn("other")
             return None
-        is_motion = flash.total() > 2 * first_light or 3 * flash.most(1) < self.press[0]
-        return self.slip(frame) if is_motion and age >= self.moved_age and 4 * energy(light) > flash.most(2) else None
+        is_motion = age >= self.moved_age and flash.total() > 2 * first_light
+        is_weak = age >= self.weak_age and 2 * flash.total() < first_light
+        return self.slip(frame) if (is_motion or is_weak) and 4 * energy(light) > flash.most(2) else None
 
     def slip(self, frame: int) -> Slip:
         self.turn("slip")

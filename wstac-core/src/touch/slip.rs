@@ -19,6 +19,8 @@ const REST: u32 = 3;
 /// Least frames at 30 per second to tell a slip from a release of the press's pattern, and of an unknown one.
 const KNOWN: u32 = 2;
 const UNKNOWN: u32 = 5;
+/// The same for a second slip with little light.
+const WEAK: u32 = 7;
 /// Frames at 30 per second after which light in a hold that is no slip has ended.
 const LONGEST: u32 = 16;
 /// Frames at 30 per second after which what does not come to rest may be noise that has grown.
@@ -34,7 +36,7 @@ const LEAST_NOISE: i64 = 1600;
 const SLOPE: u32 = 77;
 /// The same after a slip: here a missed slip is better than a false one.
 const SECOND_SLOPE: u32 = 51;
-/// A second slip has so many times the light of the press, or is never brighter than a third of it.
+/// A second slip has so many times the light of the press, or less than this part of it.
 const MOTION: i64 = 2;
 /// The least taxels of a press.
 const LEAST_LIT: usize = 5;
@@ -358,9 +360,13 @@ impl SlipDetector {
             return None;
         }
         // A press or a release bends whiskers by about as much as the press.
-        let is_motion = self.now.sum > MOTION * press.sum || 3 * self.now.peak < press.peak;
-        let is_slip = is_motion && age >= self.time(UNKNOWN) && 4 * light.energy > self.now.energy;
-        is_slip.then(|| self.slip(frame))
+        let sum = self.now.sum;
+        let is_motion = sum > MOTION * press.sum && age >= self.time(UNKNOWN);
+        let is_weak = MOTION * sum < press.sum && age >= self.time(WEAK);
+        if !is_motion && !is_weak || 4 * light.energy <= self.now.energy {
+            return None;
+        }
+        Some(self.slip(frame))
     }
 
     /// Reports a slip.
