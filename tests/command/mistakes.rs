@@ -54,7 +54,7 @@ fn files_of_another_kind_say_what_to_do_with_them() {
         (&["record", board, "-o", &path(&folder.0.join("none.mcap"))][..], frames),
         (&["plot", board, "-o", &path(&folder.0.join("none.svg"))], frames),
         (&["doctor", board], frames),
-        (&["serve", board], frames),
+        (&["serve", board, "--listen", "127.0.0.1:0"], frames),
         (&["run", &video], &format!("board.mp4: {bytes}")),
         (&["run", &recording], &format!("board.mcap: {bytes}")),
         (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),

@@ -64,6 +64,7 @@ def monitored(board, elf, folder, wstac, what):
             with host:
                 if uart := connected(port, qemu):
                     with uart:
+                        uart.settimeout(600)
                         uart.sendall(requests)
                         pool.submit(pass_on, host, uart)
                         pass_on(uart, host)

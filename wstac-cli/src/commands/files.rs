@@ -95,8 +95,8 @@ impl Outputs {
 
     /// Checks early that a file can be written, also in a folder that is still to be made. Nothing is left.
     pub(super) fn check_room(path: &Path) -> Result<(), Error> {
-        let folders = path.ancestors().skip(1).map(|folder| if folder == "" { Path::new(".") } else { folder });
-        let Some(folder) = folders.into_iter().find(|folder| folder.is_dir()) else { return Ok(()) };
+        let mut folders = path.ancestors().skip(1).map(|folder| if folder == "" { Path::new(".") } else { folder });
+        let Some(folder) = folders.find(|folder| folder.exists()) else { return Ok(()) };
         let name = folder.join(path.file_name().unwrap_or_default());
         AtomicFile::create(&name).map(drop).map_err(|error| error.about(path.display()))
     }

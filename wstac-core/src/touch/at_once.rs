@@ -20,8 +20,7 @@ const LONGEST_MM: f32 = 120.0;
 const OF_END_MM: f32 = 40.0;
 /// A velocity that is not reliable tells an end of a block if it is of at most so many mm per frame, with at most this
 /// deviation as a fraction of it.
-const SLOW_MM: f32 = 1.0;
-const SLOW_SD: f32 = 0.01;
+const SLOW: [f32; 2] = [1.0, 0.01];
 /// The frames in which the default trigger fires, from the first lit frame of a touch on: its window, and a rest behind
 /// the sample before.
 const FIRES: u8 = 20;
@@ -162,12 +161,11 @@ impl AtOnce {
         }
         // What was held is no slow slide.
         self.slow = (!answer.reliable && answer.doubt != Some(Reason::Slips)).then_some([frame, frame]);
-        let is_edge = |velocity: &Velocity| match found {
-            Some(_) => answer.basis == Some(Basis::Edge),
-            // Of a slow edge the sample shows a part, which is not reliable alone.
-            None => velocity.mm_s * self.seconds_per_frame <= SLOW_MM && velocity.mm_s_sd <= SLOW_SD * velocity.mm_s,
+        // Of a slow edge the sample shows a part, which is not reliable alone.
+        let is_slow = |of: &Velocity| {
+            found.is_none() && of.mm_s * self.seconds_per_frame <= SLOW[0] && of.mm_s_sd <= SLOW[1] * of.mm_s
         };
-        let edge = answer.velocity().filter(is_edge);
+        let edge = answer.velocity().filter(|of| answer.basis == Some(Basis::Edge) || is_slow(of));
         self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity });
         true
     }
@@ -276,10 +274,10 @@ impl AtOnce {
 /// detector takes the frame's update before.
 ///
 /// A flat block is dark while its middle is over the sensor. The light of its other end has no answer, since it is the
-/// same touch: an edge, the same velocity, at most 120 mm later. Neither has light without a velocity that follows an
-/// event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by one. An answer that
-/// the program does not take ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the
-/// next try.
+/// same touch: an edge or something slow, the same velocity, at most 120 mm later. Neither has light without a velocity
+/// that follows an event without a reliable answer by less than 20 dark frames: a slow slide lights whiskers one by
+/// one. An answer that the program does not take
+/// ([`Pipeline::answer_touch`](crate::pipeline::Pipeline::answer_touch)) comes again with the next try.
 ///
 /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
 ///

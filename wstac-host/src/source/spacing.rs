@@ -118,7 +118,8 @@ impl Spacing {
 
     /// Takes frames that are known to be lost.
     pub(crate) fn lose(&mut self, frames: u64) {
-        if self.positions == Positions::Pushed {
+        // Those before the first frame have no numbers.
+        if self.positions == Positions::Pushed && self.last.is_some() {
             self.frame = self.frame.saturating_add(frames);
         }
         for position in self.last.iter_mut().flat_map(|(last, place)| [last, place]) {
