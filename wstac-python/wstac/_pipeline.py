@@ -168,8 +168,8 @@ class Pipeline(Recorded):
         `time_ns` is when it was taken, in nanoseconds by a monotonic clock such as `time.monotonic_ns()`, if the
         pipeline is `timed`.
 
-        Raises `Error` for a frame of another type or size, and for a time that is not after that of the last frame. That frame was
-        not taken: `lose(1)` keeps its place in time.
+        Raises `Error` for a frame of another type or size, and for a time that is not after that of the last frame.
+        That frame was not taken: `lose(1)` keeps its place in time.
         """
         time_ns = self._time(time_ns)
         picture = _frames.array(frame)
