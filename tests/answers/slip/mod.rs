@@ -165,7 +165,7 @@ fn others(page: &mut String) {
         (Kind::Along, [5.0, 15.0], "at 5 to 15 mm/s"),
         (Kind::Press, all, "short presses"),
         (Kind::Poke, all, "pokes"),
-        (Kind::Twist, all, "twists"),
+        (Kind::Twist, all, "twists without a hold"),
         (Kind::Row, all, "four slides, short presses, pokes or twists in a row"),
     ];
     let said: Vec<String> = rows

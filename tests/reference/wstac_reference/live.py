@@ -154,7 +154,7 @@ class Live:
         self.seen = [0, 0]
         self.all_seen = [math.floor(4 * abs(axis.slowness)) + 3 for axis in reversed(axes)]
         self.look(now, 16)
-        return contact(*self.of_light, self.readout)
+        return contact(*self.of_light, self.readout, self.fps)
 
     def look(self, now: int, most: int) -> None:
         """Compares the lines of each axis in up to `most` further frames since each was first lit."""
@@ -261,7 +261,7 @@ class Live:
 
     def answer(self) -> LiveAnswer:
         (rows, columns), whole = self.of_light, self.whole
-        kind = contact(rows, columns, self.readout)
+        kind = contact(rows, columns, self.readout, self.fps)
         if kind != "slide" or self.faded < -717 / UNIT or not self.is_alike:
             return LiveAnswer(kind)
         always = (0.001 + 0.005 * min(whole, 1.5)) ** 2 + self.excess**2

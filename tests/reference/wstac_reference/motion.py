@@ -205,7 +205,7 @@ def measure_motion(
     if max(rows.lit, columns.lit) < 3:
         contact = "poke" if min(rows.lit, columns.lit) > 0 else "unclear"
     else:
-        contact = "unclear" if coherence < 0.9 else contact_of(*slownesses, readout)
+        contact = "unclear" if coherence < 0.9 else contact_of(*slownesses, readout, fps)
     if contact != "slide":
         return MotionAnswer(contact, None, None, None, None, coherence, False)
     mm_s = PITCH_MM * fps / slowness

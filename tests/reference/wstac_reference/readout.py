@@ -61,9 +61,14 @@ def readout(ms: float | None, order: str, layout: Layout, frame: tuple[int, int]
     return Readout(sign * frames * slope(0), sign * frames * slope(1), ms is not None)
 
 
-def contact(rows: float, columns: float, of: Readout) -> str:
+def least_press(fps: float) -> float:
+    """The slowness below which light is a press: above 1,200 mm/s, or more where frames last less than at 30 per second."""
+    return 0.1 * min(fps / NOMINAL_FPS, 1.0)
+
+
+def contact(rows: float, columns: float, of: Readout, fps: float) -> str:
     """What slownesses of the light along both axes are."""
     least, most = of.bounds(rows, columns)
     if least > 13 or (not of.is_known and least < 0.17 and most >= MOST_PRESS):
         return "unclear"
-    return "press" if least < 0.1 else "unclear" if least < 0.17 else "slide"
+    return "press" if least < least_press(fps) else "unclear" if least < 0.17 else "slide"

@@ -9,7 +9,7 @@ import numpy as np
 
 from .constants import COLUMNS, NOMINAL_FPS, ROWS, TAXELS
 from .motion import PITCH_MM
-from .readout import MOST_PRESS, Readout
+from .readout import MOST_PRESS, Readout, least_press
 
 DARK = 4
 """Frames at the start that count as dark."""
@@ -466,7 +466,7 @@ def answer_of_touch(light: np.ndarray, is_cut: bool, lost: float, fps: float, re
         motion = contacts_of(seen, places, is_right[lit], delays)
         if motion is None:
             raise Refused("two objects")
-        _, right, up = slide_of(motion.rows, motion.columns, of_rows)
+        _, right, up = slide_of(motion.rows, motion.columns, of_rows, fps)
         if not all(is_crossed(np.where(side, peaks, 0), right, up) for side in sides):
             raise Refused("starts on the sensor")
         return velocity_of(motion, of_rows, fps, "outline", lost)
@@ -483,7 +483,7 @@ def answer_of_touch(light: np.ndarray, is_cut: bool, lost: float, fps: float, re
     return velocity_of(motion, of_rows, fps, "outline", lost)
 
 
-def slide_of(rows: float, columns: float, of_rows: Readout) -> tuple[float, float, float]:
+def slide_of(rows: float, columns: float, of_rows: Readout, fps: float) -> tuple[float, float, float]:
     """The slowness and the direction of a slide; raises [`Refused`] if it is none."""
     least, most = of_rows.bounds(rows, columns)
     if least > 13:
@@ -491,7 +491,7 @@ def slide_of(rows: float, columns: float, of_rows: Readout) -> tuple[float, floa
     if least < 0.17 and most >= MOST_PRESS and not of_rows.is_known:
         raise Refused("readout unknown")
     if least < 0.17:
-        raise Refused("press" if least < 0.1 else "too fast")
+        raise Refused("press" if least < least_press(fps) else "too fast")
     whole = math.hypot(rows, columns)
     return whole, columns / whole, -rows / whole
 
@@ -499,7 +499,7 @@ def slide_of(rows: float, columns: float, of_rows: Readout) -> tuple[float, floa
 def velocity_of(motion: Motion, of_rows: Readout, fps: float, basis: str, lost: float) -> WaveAnswer:
     """The velocity with its deviations; raises [`Refused`] if it is not certain."""
     rows, columns = motion.rows, motion.columns
-    whole, right, up = slide_of(rows, columns, of_rows)
+    whole, right, up = slide_of(rows, columns, of_rows, fps)
     if of_rows.moves_too_far(rows, columns):
         raise Refused("readout unknown")
     off, few = of_rows.off(rows, columns), FEW_FRAMES[1] * max(FEW_FRAMES[0] - whole, 0.0)
@@ -526,7 +526,7 @@ def answer_of_wave(
     lit_count = len(places)
     wave = wave_of(seen, places, start_of(seen, places), is_cut)
     rows, columns = of_rows.of_light(wave.slowness[1], wave.slowness[0])
-    whole, right, up = slide_of(rows, columns, of_rows)
+    whole, right, up = slide_of(rows, columns, of_rows, fps)
     along, across = places @ [right, -up], places @ [-up, -right]
     late, weights, one = wave.late, wave.weights, np.ones(len(places))
     plane = np.column_stack([one, along, across])

@@ -29,9 +29,13 @@ const LEAST_LATENESS: f64 = 0.05;
 const OPPOSITE: f64 = -0.9;
 /// Most lateness of the outermost column that the press and the release have in common, in frames.
 const MOST_ACROSS: f64 = 0.1;
+/// Most lateness of the outermost whiskers by a tilt, in parts of that of the corners by the dome: a tilt of some 10°.
+const MOST_TILT: f64 = 1.0;
 /// Deviation of a press's readout in parts of it, besides that of its residuals: a delay moves rows within their
 /// frames, and bendings are not as even as [`bent`] takes them. So much grew the errors of 150 simulated presses.
 const UNEVEN: f64 = 0.02;
+/// Deviations by which a press differs at most from most others.
+const MOST_APART: f64 = 5.0;
 /// Most deviation of an answer: in ms, and as a part of a long readout.
 const MOST_SD: [f64; 2] = [1.0, 0.03];
 
@@ -73,9 +77,18 @@ pub(super) fn readout(
     };
     // Each pair has its own afterglow first: what rubs glows on, and would count for that of presses.
     let is_told = |pair: &[Span; 2]| told(pair, afterglow(&light, pair)).is_some();
-    let pairs: Vec<_> = pairs(&light).into_iter().filter(is_told).collect();
+    let all = pairs(&light);
+    let pairs: Vec<_> = all.iter().copied().filter(|pair| is_told(pair)).collect();
     let left = afterglow(&light, pairs.as_flattened());
-    let found: Vec<[f64; 2]> = pairs.iter().filter_map(|pair| told(pair, left)).collect();
+    let mut found: Vec<[f64; 2]> = pairs.iter().filter_map(|pair| told(pair, left)).collect();
+    // Two slides may pass for a press and its release: such a readout is one among others, or the only one of many touches.
+    found.sort_by(|one, other| one[0].total_cmp(&other[0]));
+    if let (3.., Some(&[middle, _])) = (found.len(), found.get(found.len() / 2)) {
+        found.retain(|[ms, sd]| (ms - middle).abs() <= MOST_APART * sd);
+    }
+    if found.len() == 1 && all.len() > 1 {
+        return None;
+    }
     let weights: Vec<f64> = found.iter().map(|[_, sd]| 1.0 / (sd * sd)).collect();
     let weight: f64 = weights.iter().sum();
     let ms = found.iter().zip(&weights).map(|([ms, _], weight)| ms * weight).sum::<f64>() / weight;
@@ -275,8 +288,9 @@ fn delay(
     }
     let ratio = r / p;
     let [slope, across] = [(r_y, p_y), (r_x, p_x)].map(|(release, press)| (release + ratio * press) / (1.0 + ratio));
-    // A slide is late along its path in both flashes, and rows are never late along themselves.
-    if across.abs() > MOST_ACROSS {
+    // A slide is late along its path in both flashes, and rows are never late along themselves. Two slides that go to
+    // and fro have more lateness than any tilt.
+    if across.abs() > MOST_ACROSS || p_x.hypot(p_y - slope) > MOST_TILT * 2.0 * p_c {
         return None;
     }
     let residuals = (released + ratio * ratio * pressed) / (1.0 + ratio).powi(2);
@@ -455,6 +469,10 @@ mod tests {
             let text = format!("specimen = \"Fla0\"\nspeed = {speed}\ndirection = {direction}\n");
             assert_eq!(readout(&slide(&text), &CENTERS, 400, 30.0), None, "{text}");
         }
+        // Two slides, nearly to and fro, have flashes that are nearly opposite.
+        let two = ["Sin4\"\nspeed = 150\ndirection = 30", "Tri2\"\nspeed = 250\ndirection = 200"];
+        let both = two.map(|text| slide(&format!("specimen = \"{text}\n"))).concat();
+        assert_eq!(readout(&both, &CENTERS, 400, 30.0), None);
         let [press] = pressed(3, [5]);
         let alone = readout(&press, &CENTERS, 400, 30.0).unwrap();
         // Nor does it change what a press before it tells by more than 0.3 of its deviation.

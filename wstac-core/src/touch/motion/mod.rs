@@ -88,8 +88,10 @@ pub struct MotionConfig {
 }
 
 /// Slowness in frames per pitch below which a touch is a press: all whiskers are reached at once. From the second
-/// number on it is a slide. At a pitch of 4 mm and 30 frames per second they are 1,200 and 706 mm/s.
+/// number on it is a slide. At a pitch of 4 mm and 30 frames per second they are 1,200 and 706 mm/s. With fewer frames
+/// per second, a press is still above 300 pitches per second: slides may be faster than frames tell.
 const LEAST_SLIDE: [f32; 2] = [0.1, 0.17];
+const LEAST_PRESS: f32 = 300.0;
 /// Most slowness that a press may have by some readout, if that is unknown: 545 mm/s.
 const MOST_PRESS: f32 = 0.22;
 /// Slowness in frames per pitch above which a sample does not show all whiskers.
@@ -240,15 +242,15 @@ fn between(points: &[[f32; 2]], slowness: f32) -> f32 {
 }
 
 /// Returns what slownesses of rows, columns and both are, as far as the readout tells; or why that is unclear.
-pub(crate) fn contact_at(each: [f32; 2], slowness: f32, readout: Readout) -> Result<Contact, Reason> {
-    let [least, most] = readout.bounds(each, slowness);
+pub(crate) fn contact_at(each: [f32; 2], slowness: f32, config: MotionConfig) -> Result<Contact, Reason> {
+    let [least, most] = config.readout.bounds(each, slowness);
     if least > MOST_SLOWNESS {
         Err(Reason::TooSlow)
     } else if least >= LEAST_SLIDE[1] {
         Ok(Contact::Slide)
-    } else if most >= MOST_PRESS && !readout.is_known() {
+    } else if most >= MOST_PRESS && !config.readout.is_known() {
         Err(Reason::ReadoutUnknown)
-    } else if least < LEAST_SLIDE[0] {
+    } else if least < LEAST_SLIDE[0].min(config.pitch_per_frame / (LEAST_PRESS * config.pitch_mm)) {
         Ok(Contact::Press)
     } else {
         Err(Reason::TooFast)
@@ -287,7 +289,7 @@ fn motion(
             Reason::NotOver
         })
     } else {
-        contact_at(each, slowness, readout)
+        contact_at(each, slowness, config)
     };
     let doubt = doubt_of_event(event).or(contact.err());
     let contact = contact.unwrap_or(Contact::Unclear);

@@ -330,7 +330,7 @@ impl Slide {
     /// Creates the slide of a slowness along columns and rows.
     fn new(each: [f32; 2], config: MotionConfig) -> Result<Self, Reason> {
         let slowness = length(each);
-        match contact_at([each[1], each[0]], slowness, config.readout())? {
+        match contact_at([each[1], each[0]], slowness, config)? {
             Contact::Slide => Ok(Self { slowness, right: each[0] / slowness, up: 0.0 - each[1] / slowness }),
             contact => Err(Reason::NoSlide(contact)),
         }

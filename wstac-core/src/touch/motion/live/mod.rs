@@ -311,7 +311,7 @@ impl Slide {
     }
 
     fn contact(&self, config: MotionConfig) -> Contact {
-        contact_at(of_light(&self.tracks, config.readout), self.slowness, config.readout).unwrap_or(Contact::Unclear)
+        contact_at(of_light(&self.tracks, config.readout), self.slowness, config).unwrap_or(Contact::Unclear)
     }
 
     fn answer(&self, config: MotionConfig, has_faded: bool) -> LiveContact {
