@@ -211,6 +211,18 @@ fn recordings_of_different_starts_of_a_machine_share_no_file() {
 }
 
 #[test]
+fn a_recording_that_is_recorded_again_keeps_its_labels() {
+    let folder = Folder::new("recording-again");
+    let [one, both] = ["one.mcap", "both.mcap"].map(|name| folder.path(name));
+    let labels = ["--label", "specimen=Saw3", "--label", "speed=150"];
+    good(&[&["record", "scene:Saw3@150", "--size", "40x40", "--frames", "5", "-o", &one], &labels[..]].concat());
+    good(&["record", &format!("left={one}"), &format!("right={one}"), "--label", "speed=100", "-o", &both]);
+    for sensor in ["left", "right"] {
+        ends(&["run", &both, "--sensor", sensor], 0, &["specimen=Saw3", "speed=100"]);
+    }
+}
+
+#[test]
 fn a_camera_and_a_recording_share_no_file() {
     let folder = Folder::new("recording-several-live");
     let [file] = of_camera(&folder, [8000]);

@@ -108,7 +108,7 @@ Recordings and other sources:
 Figures and budgets:
   wstac plot clip.y4m -o event.svg
       draw one event as a figure for a paper
-  wstac trade --budget 'M4F<60000,flash<64K'
+  wstac trade --budget 'M4F<60000,flash<64K,format=GREY'
       choose the most accurate configuration that a board can afford
 
 References:

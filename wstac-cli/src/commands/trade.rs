@@ -120,9 +120,10 @@ Terms of a budget, between commas:
                    taxels, too; other laws and models of the path when 70
                    frames are there. A model over time that reads n frames
                    names textures after about n - 10.5, before the speed.
-  format=YUYV      GREY, RGB24, RGB565, BAYER8 (wstac run --format RGGB),
-                   YUYV (exact or linear), MJPEG; also stride=2, ln=libm,
-                   law=edges, model=svm or model=none
+  format=YUYV      GREY (boards with a camera take no other), RGB24, RGB565,
+                   BAYER8 (wstac run --format RGGB), YUYV (exact or linear),
+                   MJPEG; also stride=2, ln=libm, law=edges, model=svm or
+                   model=none
   law=wave takes speed and direction from arrival times of 25 taxels,
   and alone reports slips; law=coherence and law=edges take them from
   those of ten sums, which hold for objects wider than the sensor.
@@ -135,10 +136,10 @@ Terms of a budget, between commas:
   you ask for it or if nothing else fits.
 
 Examples:
-  wstac trade --budget 'M4F<60000,flash<64K'
+  wstac trade --budget 'M4F<60000,flash<64K,format=GREY'
   wstac trade --budget 'M0<180k,M0.event<400k,flash<64K' --by direction
   wstac trade --budget 'M4F<60k,M4F.event<500k' --by objects
-  wstac trade --budget 'M4F<60000,flash<64K' -o small
+  wstac trade --budget 'M4F<60000,flash<64K,format=GREY' -o small
   wstac trade --verify small
       run the choice again: the result must equal the claim, digit for
       digit; also print the result on other sensors

@@ -143,8 +143,12 @@ impl SettableBoard {
         pick: impl Fn(&Message<'_>) -> Option<T>,
     ) -> Result<T, Error> {
         self.ask_within(LONGEST_WAIT, requests, pick)?.ok_or_else(|| {
-            let message = "does not answer, expected a board whose settings can be set".to_owned();
-            self.failed(if self.heard { message } else { self.foreign.in_words() })
+            let message = if self.port.takes_requests() {
+                "does not answer, expected a board whose settings can be set"
+            } else {
+                "is a file of what a board sent, expected the board itself, such as /dev/ttyACM0"
+            };
+            self.failed(if self.heard { message.to_owned() } else { self.foreign.in_words() })
         })
     }
 

@@ -81,7 +81,7 @@ pub(super) fn readout(
     let pairs: Vec<_> = all.iter().copied().filter(|pair| is_told(pair)).collect();
     let left = afterglow(&light, pairs.as_flattened());
     let mut found: Vec<[f64; 2]> = pairs.iter().filter_map(|pair| told(pair, left)).collect();
-    // Two slides may pass for a press and its release: such a readout is one among others, or the only one of many touches.
+    // Two slides may pass for a press: such a readout is one among others, or the only one of many touches.
     found.sort_by(|one, other| one[0].total_cmp(&other[0]));
     if let (3.., Some(&[middle, _])) = (found.len(), found.get(found.len() / 2)) {
         found.retain(|[ms, sd]| (ms - middle).abs() <= MOST_APART * sd);

@@ -125,7 +125,10 @@ fn open<'a>(
         .textures(Textures::new(files)?)
         .build()?;
     let models = files.iter().map(|file| file.about().to_owned()).collect();
-    let about = About::new(&kept(arguments, &info, &config)?, &config, labels.clone(), models)?;
+    // A recording that is recorded again keeps its labels.
+    let mut kept_labels = info.recorded.as_ref().map(|recorded| recorded.labels.clone()).unwrap_or_default();
+    kept_labels.extend(labels.clone());
+    let about = About::new(&kept(arguments, &info, &config)?, &config, kept_labels, models)?;
     records.note(&info.about);
     records.assumptions(&info, &config);
     if let Some(doubt) = doubts_of_textures(&info, files) {
