@@ -65,6 +65,12 @@ fn files_of_another_kind_say_what_to_do_with_them() {
 }
 
 #[test]
+fn a_readout_that_is_not_the_sources_is_noted() {
+    let with = |ms| ["run", "scene:Saw3@150", "--size", "320x180", "--readout", ms];
+    ends(&with("20"), 0, &["the source states another readout than [sensor] readout_ms or --readout, which holds"]);
+}
+
+#[test]
 fn names_without_their_prefix_are_explained() {
     for (arguments, meant) in [
         (&["run", "Saw3@150"][..], "a simulated slide is scene:Saw3@150"),

@@ -19,6 +19,9 @@ use crate::config::{Config, Estimator, Kernel};
 use crate::error::Error;
 use crate::source::{RATE_OFF, StreamInfo};
 
+/// Milliseconds by which a readout may be off that presses tell.
+const READOUT_OFF: f32 = 1.5;
+
 /// The pipeline of a host: format, log kernel, baseline policy and whether taxels are kept are chosen at run time.
 pub type HostPipeline = Pipeline<Any, AnyLn, Option<TrackingBaseline>, ChosenTaxels>;
 
@@ -72,12 +75,23 @@ impl Config {
         )
     }
 
-    /// Returns a note for a person about what an unknown readout does to the answers, if that of a source is unknown.
+    /// Returns a note for a person about what an unknown readout does to the answers, or that the source states another
+    /// one than the configuration.
     pub fn readout_note(&self, info: &StreamInfo) -> Option<&'static str> {
-        (self.readout(info).is_none() && self.speed.law().is_none()).then_some(
-            "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; \
-             state [sensor] readout_ms (0: global shutter)",
-        )
+        if self.speed.law().is_some() {
+            return None;
+        }
+        match [self.sensor.readout, info.readout].map(|time| time.map(ReadoutTime::ms)) {
+            [None, None] => Some(
+                "readout unknown: deviations allow for a rolling shutter, and fast slides are not reliable; \
+                 state [sensor] readout_ms (0: global shutter)",
+            ),
+            [Some(own), Some(stated)] if (own - stated).abs() > READOUT_OFF => Some(
+                "the source states another readout than [sensor] readout_ms or --readout, which holds; a wrong one gives \
+                 wrong speeds",
+            ),
+            _ => None,
+        }
     }
 
     /// Returns a note for a person if frames come at another rate than that at which the published law was fitted.

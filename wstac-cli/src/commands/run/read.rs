@@ -123,7 +123,8 @@ impl<'a> Run<'a> {
         let hint = (given.is_none() && doubt.is_none()).then_some("no model was given: --model builtin names textures");
         config.crosstalk_note().iter().for_each(|unused| records.note(unused));
         if let Some(doubt) = config.readout_note(&info) {
-            records.note(format_args!("{doubt}, or give --readout MS"));
+            let more = if config.readout(&info).is_none() { ", or give --readout MS" } else { "" };
+            records.note(format_args!("{doubt}{more}"));
         }
         if info.rate.frames_added() > 1 {
             records.note(format_args!("{} camera frames are added up to one feature frame", info.rate.frames_added()));
