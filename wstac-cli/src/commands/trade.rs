@@ -120,10 +120,10 @@ Terms of a budget, between commas:
                    taxels, too; other laws and models of the path when 70
                    frames are there. A model over time that reads n frames
                    names textures after about n - 10.5, before the speed.
-  format=GREY      the one that boards with a camera take; others are RGB24,
-                   RGB565, BAYER8 (wstac run --format RGGB), YUYV (exact or
-                   linear) and MJPEG; also stride=2, ln=libm, law=edges,
-                   model=svm or model=none
+  format=GREY      the one that boards with a camera take; others are
+                   RGB24, RGB565, BAYER8 (wstac run --format RGGB),
+                   YUYV (exact or linear) and MJPEG; also stride=2,
+                   ln=libm, law=edges, model=svm or model=none
   law=wave takes speed and direction from arrival times of 25 taxels,
   and alone reports slips; law=coherence and law=edges take them from
   those of ten sums, which hold for objects wider than the sensor.
