@@ -160,3 +160,13 @@ fn delays_follow_the_layout_and_the_rate() {
         assert_eq!(ReadoutTime::from_ms(ms).map(ReadoutTime::ms), is_possible.then_some(ms), "{ms}");
     }
 }
+
+/// Of a pitch of 4 mm: 1,200 mm/s are 0.1 frames per pitch at 30 frames per second, and 0.033 at 10.
+#[test]
+fn a_press_is_faster_than_any_slide_at_every_rate() {
+    for (rate, slowness) in [(30, 0.1), (10, 0.1 / 3.0), (15, 0.05), (40, 0.1), (60, 0.1)] {
+        let config = MotionConfig::published(FrameRate::new(rate, 1).unwrap()).with_readout(Readout::GLOBAL);
+        let at = |slowness: f32| contact_at([slowness, 0.0], slowness, config);
+        assert_eq!((at(0.99 * slowness), at(1.01 * slowness)), (Ok(Contact::Press), Err(Reason::TooFast)), "{rate}");
+    }
+}
