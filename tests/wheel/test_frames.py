@@ -150,6 +150,8 @@ def test_figures_draw_on_given_axes(whole: wstac.Recording) -> None:
     figure, axes = matplotlib.pyplot.subplots(2)
     assert wstac.plot_event(whole.events[0], axes[0]) is axes[0]
     assert wstac.plot_features(whole, ax=axes[1]) is axes[1]
+    with pytest.raises(TypeError, match="found ndarray, expected wstac.Recording"):
+        wstac.plot_features(whole.features)  # type: ignore[arg-type]
     drawn = axes[1].get_lines()[3]
     assert drawn.get_label() == "r4" and np.allclose(drawn.get_ydata(), whole.features[:, 3] / 2048)
     figure.canvas.draw()

@@ -31,6 +31,7 @@ def plot_event(event: Event, ax: Optional[Axes] = None) -> Axes:
     >>> ax.get_title(), len(ax.get_lines()) >= 10
     ('slide, 150.1 ± 1.7 mm/s, 90 ± 0.1°', True)
     """
+    _check(event, Event)
     ax = _axes(ax)
     _traces(ax, event.frame + np.arange(event.sample.shape[1]), event.sample)
     if event.touch_frame is not None:
@@ -52,6 +53,7 @@ def plot_features(recording: Recording, ax: Optional[Axes] = None) -> Axes:
     >>> len(ax.get_lines()), len(ax.patches), ax.get_ylabel()
     (10, 1, 'natural logarithm')
     """
+    _check(recording, Recording)
     ax = _axes(ax)
     _traces(ax, recording.feature_frames, recording.features.T)
     ends = {end.event_frame: end.frame for end in recording.contact_ends}
@@ -61,6 +63,11 @@ def plot_features(recording: Recording, ax: Optional[Axes] = None) -> Axes:
         ax.axvspan(begin, end, color="gray", alpha=0.15, linewidth=0)
     ax.set_xlabel("feature frame")
     return ax
+
+
+def _check(value: object, kind: type) -> None:
+    if not isinstance(value, kind):
+        raise TypeError(f"found {type(value).__name__}, expected wstac.{kind.__name__}")
 
 
 def _axes(ax: Optional[Axes]) -> Axes:

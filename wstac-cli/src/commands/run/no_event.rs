@@ -76,7 +76,7 @@ impl fmt::Display for Reason {
             Self::Quiet(most) => {
                 let percent = 100.0 * most;
                 write!(f, "no touch was seen; the brightest taxel reached {percent:.0} % of full scale ")?;
-                f.write_str("(a lower margin under [trigger] sees weaker touches)")
+                f.write_str("(a lower margin or multiplier under [trigger], or floor_levels, sees weaker touches)")
             }
         }
     }
