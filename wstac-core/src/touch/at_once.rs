@@ -159,7 +159,7 @@ impl AtOnce {
         {
             return self.goes_on(frame, first);
         }
-        // What was held is no slow slide.
+        // A held part that slipped has no other end to wait for.
         self.slow = (!answer.reliable && answer.doubt != Some(Reason::Slips)).then_some([frame, frame]);
         // Of a slow edge the sample shows a part, which is not reliable alone.
         let is_slow = |of: &Velocity| {
@@ -282,7 +282,7 @@ impl AtOnce {
 /// Another law than that of a wave ([`EventLaw::answers_at_once`]) answers about events only, and about each.
 ///
 /// Most frames cost nothing; a try costs what the law costs.
-// What `of` takes is no copy: boards have little stack.
+// `of` takes a reference, because a copy of the answer would take a board's stack.
 pub fn answer<L: EventLaw, T>(
     touch: &Event<'_>,
     law: &L,
