@@ -43,7 +43,7 @@ fn what_cannot_be_used_is_refused_and_nothing_is_written_over() {
     let yuyv = folder.file("y.toml", "[scene.sensor]\nformat = \"YUYV\"\n");
     bad(&yuyv, &new, &[], &["y.toml", "YUYV", "fidelity"]);
     let unknown = folder.file("u.toml", "specimen = \"Saw3\"\n");
-    bad(&unknown, &new, &[], &["u.toml", "unknown field `specimen`", "specimens"]);
+    bad(&unknown, &new, &[], &["u.toml", "unknown key specimen", "specimens"]);
     let none = folder.file("n.toml", "slides = 1\n[scene.whisker]\noverlap_mm = 0\n");
     bad(&none, &new, &[], &["10 of 10 slides had no event", "n.toml: none of 10 slides became a sample"]);
     assert_eq!(folder.names(), ["a.npz", "c.toml", "n.toml", "s.toml", "u.toml", "y.toml"]);

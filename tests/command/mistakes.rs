@@ -16,6 +16,18 @@ fn a_command_with_a_typo_is_suggested() {
 }
 
 #[test]
+fn options_of_other_programs_are_explained() {
+    for (given, expected) in [
+        (&["serve", "--port", "8080", "a"][..], "--port: no such option; help: --listen takes a port"),
+        (&["run", "--csv", "a"], "--csv: no such option; help: -o FILE.csv"),
+        (&["record", "-q", "a"], "-q: no such option; help: notes go to standard error"),
+        (&["run", "--zzz", "a"], "unexpected argument '--zzz' found\n\nUsage"),
+    ] {
+        ends(given, 2, &[expected]);
+    }
+}
+
+#[test]
 fn help_about_what_there_is_not_lists_the_topics() {
     for (given, expected) in [("nothing", "a topic: sources, answers, config, json\n"), ("rnu", "; did you mean run?")]
     {
@@ -48,6 +60,12 @@ fn files_of_another_kind_say_what_to_do_with_them() {
     let board = concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/examples/board.bin");
     let [video, recording] =
         ["board.mp4", "board.mcap"].map(|name| path(&folder.file(name, std::fs::read(board).unwrap())));
+    let sent = std::fs::read(board).unwrap();
+    let [twice, cut] = [("twice", [&sent[..], &sent].concat()), ("cut", sent[60..].to_vec())]
+        .map(|(name, bytes)| format!("board:{}", path(&folder.file(name, bytes))));
+    ends(&["run", &twice], 0, &["bytes behind the end of the board's stream are not read"]);
+    ends(&["run", &cut], 0, &["cut has lost its start: without the board's description there are no times"]);
+    let unnamed = path(&folder.file("unnamed", b"\0\0\0\x18ftypmp42"));
     let frames = "board.bin: is a board or its bytes, expected frames: wstac run, view and calibrate read a board";
     let bytes = "has a board's bytes, expected frames: wstac run, view and calibrate read them as board:FILE";
     for (arguments, expected) in [
@@ -57,6 +75,7 @@ fn files_of_another_kind_say_what_to_do_with_them() {
         (&["serve", board, "--listen", "127.0.0.1:0"], frames),
         (&["run", &video], &format!("board.mp4: {bytes}")),
         (&["run", &recording], &format!("board.mcap: {bytes}")),
+        (&["run", &unnamed], "unnamed: ffmpeg "),
         (&["run", &other], "notes.txt\": its name and first bytes are not of a known kind (wstac run board:FILE "),
         (&["run", "scene:Saw3@150", "--model", &onnx], &*format!("; help: wstac model import {onnx} -o ")),
     ] {
@@ -68,6 +87,16 @@ fn files_of_another_kind_say_what_to_do_with_them() {
 fn a_readout_that_is_not_the_sources_is_noted() {
     let with = |ms| ["run", "scene:Saw3@150", "--size", "320x180", "--readout", ms];
     ends(&with("20"), 0, &["the source states another readout than [sensor] readout_ms or --readout, which holds"]);
+}
+
+#[test]
+fn a_trigger_that_takes_dark_frames_for_lit_is_noted() {
+    let folder = Folder::new("literal");
+    let config = folder.file("literal.toml", "[trigger]\nrule = \"literal\"\n");
+    for command in ["run", "doctor"] {
+        let with = [command, "scene:Saw3@150", "--size", "320x180", "--config", config.to_str().unwrap()];
+        ends(&with, 0, &["[trigger] rule = \"literal\" with a multiplier above 1 takes dark frames for lit"]);
+    }
 }
 
 #[test]

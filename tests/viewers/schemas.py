@@ -93,7 +93,7 @@ def check_lines(file, outputs):
         extents += {"basis", "place_mm", "width_mm", "contacts"} <= set(found.get("event", {}))
     assert extents, "no event has a place and a width"
     for kind, message in kinds.items():
-        optional = {"speed_at_most", "basis", "place_mm", "width_mm", "period_mm", "contacts", "acceleration", "why", "sample", "sensor", "dropped_by", "readout_ms"}
+        optional = {"speed_at_most", "basis", "place_mm", "width_mm", "period_mm", "contacts", "acceleration", "why", "sample", "sensor", "dropped_by", "lost_events", "readout_ms"}
         check_required(validator, message, optional)
         # Lists of numbers and counts by reason are of their kind alone: viewers do not show them.
         of_kind = (rule["then"] for rule in schema["allOf"] if rule["if"]["properties"]["kind"].get("const") == kind)

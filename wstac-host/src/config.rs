@@ -22,7 +22,7 @@ use wstac_core::touch::motion::MotionConfig;
 
 pub use self::speed::{Estimator, SensorKeys, SpeedKeys};
 use crate::error::{Error, ErrorKind};
-use crate::text_file::{toml_error, whole_if_any};
+use crate::text_file::{from_toml, whole_if_any};
 
 /// Everything that a configuration file can say.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
@@ -204,10 +204,7 @@ impl Config {
         const SUBJECT: &str = "configuration";
         let wrong = |message: String| Error::new(ErrorKind::Config, SUBJECT, message);
         let in_table = |table: &str, error: ConfigError| wrong(format!("{table} {error}")).caused_by(error);
-        let config: Self = toml::from_str(text).map_err(|error| {
-            let message = removed_law(text).unwrap_or_else(|| toml_error(text, &error));
-            wrong(message).caused_by(error)
-        })?;
+        let config: Self = from_toml(text).map_err(|message| wrong(removed_law(text).unwrap_or(message)))?;
         config.layout.check().map_err(wrong)?;
         config.speed.check().map_err(wrong)?;
         config.trigger().map_err(|error| in_table("[trigger]", error))?;
@@ -498,7 +495,7 @@ mod tests {
         for (text, parts) in [
             ("[trigger]\nwindw = 5", vec!["windw", "window"]),
             ("[trigger]\nwindow = 0", vec!["[trigger]", "window is 0", "1 to 70"]),
-            ("[trigger]\nwindow = \"five\"", vec!["window", "five", "u32"]),
+            ("[trigger]\nwindow = \"five\"", vec!["[trigger] window: found \"five\", expected a whole number"]),
             ("[trigger]\nmultiplier = 0.9", vec!["multiplier is 0.9", "signed"]),
             ("[trigger]\nmultiplier = nan", vec!["multiplier is NaN"]),
             ("[trigger]\nbacktrack = 26", vec!["backtrack is 26", "25"]),
@@ -511,7 +508,7 @@ mod tests {
             ),
             ("[speed]\nlaw = \"published\"\nrange_mm_s = [0, 100]", vec!["range_mm_s is [0, 100]", "above 0"]),
             ("[speed]\nlaw = \"published\"\nrange_mm_s = [1, inf]", vec!["range_mm_s is [1, inf]"]),
-            ("[speed]\nlaw = \"published\"\nrange_mm_s = [1]", vec!["range_mm_s", "length 1"]),
+            ("[speed]\nlaw = \"published\"\nrange_mm_s = [1]", vec!["range_mm_s", "list of 1"]),
             ("[green]\nstride = 4", vec!["stride is 4", "1, 2, 3 or 5"]),
             ("[green]\nyuv = \"fast\"", vec!["fast", "exact"]),
             ("[features]\nfloor_levels = -1", vec!["floor_levels is -1"]),
@@ -534,9 +531,9 @@ mod tests {
             ("[layout]\ntaxel = [5, 5]\ncorners = [[0, 0]]", vec!["corners has 1", "25"]),
             ("[layout]\ntaxel = [5, 5, 9]\ncorners = []", vec!["taxel has 3", "width and height"]),
             ("[layout]\ncrosstalk = [[1]]", vec!["[layout] crosstalk has 1 row,", "25 rows of 25 numbers"]),
-            ("[layout]\ntaxel = 5", vec!["taxel", "sequence"]),
+            ("[layout]\ntaxel = 5", vec!["taxel", "a list"]),
             ("layout = 5", vec!["layout", "a table"]),
-            ("[layout]\nframe = [5]", vec!["frame", "length 1"]),
+            ("[layout]\nframe = [5]", vec!["frame", "list of 1"]),
             ("[layout", vec!["TOML"]),
         ] {
             let error = Config::parse(text).unwrap_err();

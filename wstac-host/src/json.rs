@@ -76,6 +76,7 @@ impl Serialize for JsonLine<'_> {
                 line.add("frames", &end.frames)?;
                 line.add("dropped", &end.dropped)?;
                 line.add_any("dropped_by", Some(end.dropped_by).filter(|by| !by.is_empty()))?;
+                line.add_any("lost_events", Some(end.lost_events).filter(|lost| *lost > 0))?;
                 line.add("baseline", baseline(end))?;
                 line.add("incomplete", &end.incomplete)?;
                 line.times(output)?;

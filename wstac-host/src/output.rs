@@ -393,6 +393,8 @@ pub struct StreamSummary {
     pub dropped: u64,
     /// The lost or unusable frames by reason. Of a board and of a part of a recording, no reasons are known.
     pub dropped_by: LossCounts,
+    /// Events that a board sent and gave up, and that never arrived.
+    pub lost_events: u64,
     /// Whether the stream was long enough for the baseline.
     pub baseline_complete: bool,
     /// The sample that was being captured.

@@ -63,7 +63,15 @@ fn text(path: &Path, content: io::Result<Option<Vec<u8>>>, most: u64) -> Result<
 /// # Errors
 /// The text is not of this type. The message is [`toml_error`].
 pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
-    toml::from_str(text).map_err(|error| toml_error(text, &error))
+    toml::from_str(text).map_err(|error| {
+        // The names that are expected are known only beside a text that is none of them.
+        let span = error.span().filter(|_| error.message() == NO_NAME).unwrap_or_default();
+        let named = [&text[..span.start], "\"?\"", &text[span.end..]].concat();
+        match toml::from_str::<T>(&named).err().filter(|_| !span.is_empty()) {
+            Some(of_name) => toml_error(text, &of_name).replacen("found ?", &format!("found {}", &text[span]), 1),
+            None => toml_error(text, &error),
+        }
+    })
 }
 
 /// A list of TOML with a fixed number of values, an array or a tuple. The `toml` crate leaves out what stands behind
@@ -138,13 +146,78 @@ pub fn wholes<'de, D: Deserializer<'de>, T: Deserialize<'de>>(deserializer: D) -
 
 /// Says in one line what is wrong with a TOML text, and where.
 pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
-    let message = error.message().trim_end().replace('\n', ", ");
+    let mut alone = error.clone();
+    alone.set_input(None);
+    // Without the text, the error names the key behind its message.
+    let shown = alone.to_string();
+    let path = shown.strip_prefix(error.message()).and_then(|path| path.split('`').nth(1));
+    let key = match path.map(|path| path.rsplit_once('.').ok_or(path)) {
+        None => String::new(),
+        Some(Err(key)) => format!("{key}: "),
+        Some(Ok((table, key))) => format!("[{table}] {key}: "),
+    };
+    let message = key + &in_words(&error.message().trim_end().replace('\n', ", "));
     let Some(before) = error.span().and_then(|span| text.get(..span.start)) else { return message };
     let line = before.matches('\n').count() + 1;
     let column = before.rsplit('\n').next().unwrap_or_default().chars().count() + 1;
     let there = crate::visible::shortened(text.lines().nth(line - 1).unwrap_or_default().trim(), 100).into_owned();
     let there = if there.is_empty() { there } else { format!(" (in: {there})") };
     format!("TOML line {line}, column {column}: {message}{there}")
+}
+
+/// The message of the `toml` crate about a value in place of a name.
+const NO_NAME: &str = "wanted string or table";
+/// What serde writes between what it found and what it expected.
+const BETWEEN: &str = ", expected ";
+/// How messages of serde, the values that it found and those that it expected begin, and the words for people who write
+/// files.
+const HEADS: &[(&str, &str)] = &[
+    ("unknown variant ", "found "),
+    ("unknown field ", "unknown key "),
+    ("missing field ", "missing key "),
+    ("invalid type: ", "found "),
+    ("invalid value: ", "found "),
+    ("invalid length ", "found a list of "),
+];
+const FOUND: &[(&str, &str)] = &[
+    ("map, expected a sequence", "one table, expected a list of tables, with [[ ]] around its name"),
+    ("map, ", "a table, "),
+    ("sequence, ", "a list, "),
+    ("boolean ", ""),
+    ("integer ", ""),
+    ("floating point ", ""),
+    ("string ", ""),
+];
+const EXPECTED: &[(&str, &str)] = &[
+    ("u8", "a whole number from 0 to 255"),
+    ("u16", "a whole number from 0 to 65535"),
+    ("u32", "a whole number from 0 on"),
+    ("u64", "a whole number from 0 on"),
+    ("usize", "a whole number from 0 on"),
+    ("i32", "a whole number"),
+    ("i64", "a whole number"),
+    ("f32", "a number"),
+    ("f64", "a number"),
+    ("a boolean", "true or false"),
+    ("a string", "a text in quotes"),
+    ("a sequence", "a list"),
+    ("an array of length ", "a list of "),
+    ("a tuple of size ", "a list of "),
+];
+
+/// Returns a message of serde in words for people who write files; others as they are.
+fn in_words(message: &str) -> String {
+    let known = |text: &str, table: &[(&str, &str)]| {
+        table.iter().find_map(|(from, to)| Some(format!("{to}{}", text.strip_prefix(from)?)))
+    };
+    let Some((head, rest)) = HEADS.iter().find_map(|(from, to)| Some((to, message.strip_prefix(from)?))) else {
+        return message.to_owned();
+    };
+    let rest = known(rest, FOUND).unwrap_or(rest.to_owned());
+    let (found, expected) = rest.rsplit_once(BETWEEN).unwrap_or((&rest, ""));
+    let between = if expected.is_empty() { "" } else { BETWEEN };
+    let expected = known(expected, EXPECTED).unwrap_or(expected.replace('`', "\""));
+    format!("{head}{}{between}{expected}", found.trim_matches('`'))
 }
 
 #[cfg(test)]
@@ -166,30 +239,34 @@ mod tests {
 
     #[test]
     fn a_list_has_neither_more_nor_fewer_values() {
-        #[derive(Debug, serde::Deserialize)]
+        #[derive(Debug, Default, serde::Deserialize)]
+        #[serde(rename_all = "lowercase")]
+        enum Side {
+            #[default]
+            Left,
+            Right,
+        }
+        #[derive(Debug, Default, serde::Deserialize)]
         #[serde(default)]
         struct Lists {
             #[serde(deserialize_with = "whole")]
             pair: [f64; 2],
             #[serde(deserialize_with = "whole_if_any")]
             size: Option<[u16; 2]>,
+            side: Side,
             #[serde(deserialize_with = "wholes")]
             places: Vec<(i64, f64)>,
-        }
-        impl Default for Lists {
-            fn default() -> Self {
-                Self { pair: [0.0; 2], size: None, places: Vec::new() }
-            }
         }
         let lists: Lists = from_toml("pair = [1, 2.5]\nplaces = [[3, 4], [5, 0.5]]").unwrap();
         assert_eq!((lists.pair, lists.size, lists.places), ([1.0, 2.5], None, vec![(3, 4.0), (5, 0.5)]));
         for (text, says) in [
-            ("pair = [1]", "invalid length 1"),
+            ("pair = [1]", "found a list of 1, expected a list of 2"),
             ("pair = [1, 2, 3]", "the list has 3 values, expected 2 (in: pair = [1, 2, 3])"),
             ("size = [1, 2, 3]", "the list has 3 values, expected 2 (in: size = [1, 2, 3])"),
             ("places = [[1, 2], [3, 4, 5]]", "the list has 3 values, expected 2 (in: places = "),
             ("pair = 1", "expected a list (in: pair = 1)"),
-            ("size = [1, \"a\"]", "expected u16"),
+            ("side = 3", "side: found 3, expected \"left\" or \"right\" (in: side = 3)"),
+            ("size = [1, \"a\"]", "size: found \"a\", expected a whole number from 0 to 65535"),
         ] {
             let error = from_toml::<Lists>(text).unwrap_err();
             assert!(error.contains(says) && error.starts_with("TOML line 1, column "), "{text}: {error}");

@@ -167,7 +167,7 @@ impl SceneConfig {
 }
 
 fn of_table(table: toml::Table) -> Result<SceneFile, String> {
-    table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned())
+    table.try_into().map_err(|error| wstac_host::text_file::toml_error("", &error))
 }
 
 fn parse_short(text: &str) -> Result<SceneConfig, String> {
@@ -366,7 +366,7 @@ mod tests {
         for (text, parts) in [
             ("", ["specimen is missing", "Saw3"]),
             ("specimen = \"Saw3\"", ["speed is missing", "mm/s"]),
-            ("specimen = 3", ["specimen", "string"]),
+            ("specimen = 3", ["specimen: found 3", "a text in quotes"]),
             ("specimen = \"Saw3\"\nspeed = \"fast\"", ["speed", "fast"]),
             ("specimen = \"Saw3\"\nspeed = inf", ["speed is inf", "1000"]),
             ("specimen = \"Saw3\"\nspeed = [[0, 9], [0, 10]]", ["speed is [[0.0, 9.0], [0.0, 10.0]]", "rising"]),

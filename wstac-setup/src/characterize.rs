@@ -102,6 +102,8 @@ pub struct AnswerReport {
     pub slides: Vec<SlideAnswer>,
     /// The recordings that have no event.
     pub without_event: Vec<String>,
+    /// The sensors of the recordings, each once.
+    pub sensors: Vec<String>,
     /// The recordings that have several events, of which the first is the answer.
     pub of_several: Vec<String>,
 }
@@ -117,6 +119,9 @@ impl AnswerReport {
         let directions: Vec<_> = reliable.iter().filter_map(|slide| slide.direction_error()).collect();
         lines.extend(error_line("Speed", &speeds, 100.0, " %"));
         lines.extend(error_line("Direction", &directions, 1.0, "°"));
+        if self.sensors.len() > 1 {
+            lines.push(format!("Of several sensors, which need a folder each: {}.", self.sensors.join("; ")));
+        }
         if !self.without_event.is_empty() {
             lines.push(format!("Without an event: {}.", self.without_event.join(", ")));
         }
@@ -180,8 +185,23 @@ fn error_line(name: &str, errors: &[(f64, Option<f64>)], scale: f64, unit: &str)
     let mut line = format!("{name}: off by {median:.1}{unit} (median) and {most:.1}{unit} (95 %)");
     let by_sd: Vec<f64> = errors.iter().filter_map(|(_, by_sd)| *by_sd).collect();
     if !by_sd.is_empty() {
-        let within = |most: f64| 100 * by_sd.iter().filter(|error| **error <= most).count() / by_sd.len();
-        let _ = write!(line, "; {} % within one standard deviation, {} % within two", within(1.0), within(2.0));
+        let count = by_sd.len();
+        let within = |most: f64| by_sd.iter().filter(|error| **error <= most).count();
+        let percent = |most: f64| 100 * within(most) / count;
+        let _ = write!(
+            line,
+            "; of {count}, {} % within one standard deviation (expected 63 to 73), {} % within two (93 to 97.5)",
+            percent(1.0),
+            percent(2.0)
+        );
+        // Fewer by two deviations of the count itself are no chance.
+        let is_few = |most: f64, part: f64| {
+            let expected = part * count as f64;
+            (within(most) as f64) < expected - 2.0 * (expected * (1.0 - part)).sqrt()
+        };
+        if count >= 10 && (is_few(1.0, 0.63) || is_few(2.0, 0.93)) {
+            line.push_str(": too few, so this sensor's deviations are larger than stated");
+        }
     }
     Some(line + ".")
 }
@@ -218,16 +238,33 @@ mod tests {
     #[test]
     fn answers_are_compared_with_the_truth() {
         let slides = vec![slide(101.0, 1.5, 359.0, true), slide(120.0, 1.0, 3.0, true), slide(300.0, 1.0, 90.0, false)];
-        let report = AnswerReport { slides, without_event: vec!["c".into()], of_several: vec!["d".into()] };
+        let report = AnswerReport {
+            slides,
+            without_event: vec!["c".into()],
+            of_several: vec!["d".into()],
+            sensors: vec!["e".into(), "f".into()],
+        };
         assert_eq!(
             report.summary(),
             [
                 "3 slides: 2 reliable; reliable, but off by more than 10 % or 10°: 1.",
-                "Speed: off by 10.5 % (median) and 19.1 % (95 %); 50 % within one standard deviation, 50 % within two.",
-                "Direction: off by 2.0° (median) and 2.9° (95 %); 50 % within one standard deviation, 50 % within two.",
+                "Speed: off by 10.5 % (median) and 19.1 % (95 %); of 2, 50 % within one standard deviation (expected 63 to \
+                 73), 50 % within two (93 to 97.5).",
+                "Direction: off by 2.0° (median) and 2.9° (95 %); of 2, 50 % within one standard deviation (expected 63 to \
+                 73), 50 % within two (93 to 97.5).",
+                "Of several sensors, which need a folder each: e; f.",
                 "Without an event: c.",
                 "With several events, of which the first counts: d.",
             ]
+        );
+        let off = AnswerReport { slides: vec![slide(104.0, 1.5, 0.0, true); 10], ..report.clone() }.summary();
+        assert!(
+            off[1].ends_with(
+                "; of 10, 0 % within one standard deviation (expected 63 to 73), 0 % within two (93 to 97.5): \
+                                  too few, so this sensor's deviations are larger than stated."
+            ),
+            "{}",
+            off[1]
         );
         let text = report.to_string();
         assert!(text.lines().nth(1).unwrap().ends_with("101.0 ± 1.5  359.0 ± 1.0°"), "{text}");

@@ -64,7 +64,7 @@ impl FromStr for Budget {
                     "host" | "host.event" => {
                         format!("term {term:?}: was removed; help: ci/bench measures times on a machine")
                     }
-                    _ => format!("term {term:?}: {name:?}, expected {EXPECTED}"),
+                    _ => format!("term {term:?}: {name:?}, expected {EXPECTED}{}", help(name)),
                 })?;
                 let units = if name.eq_ignore_ascii_case("latency") { TIMES } else { units(&what) };
                 let most = number(value, units).map_err(|error| format!("term {term:?}: {error}"))?;
@@ -92,8 +92,16 @@ fn no_limit(term: &str) -> String {
     format!("term {term:?}: no limit, expected {EXPECTED}")
 }
 
+/// Returns what to write in place of a chip, or of a core with its clock.
+fn help(name: &str) -> &'static str {
+    if name.contains('@') || name.to_ascii_lowercase().contains("mhz") {
+        return "; help: name the core alone: 1 MHz is some 1,900 instructions per frame, if they take 10 % of the time";
+    }
+    "; help: an RP2040 is an M0, and an M4 with floating point an M4F; an M33 (RP2350) was not counted"
+}
+
 fn what(name: &str) -> Option<What> {
-    let name = name.to_ascii_lowercase();
+    let name = name.to_ascii_lowercase().replace("m0+", "m0");
     let core = |name: &str| Core::ALL.into_iter().find(|core| core.name().eq_ignore_ascii_case(name));
     if let Some((name, what)) = name.split_once('.') {
         let of_core = |core| if what == "event" { Some(What::Event(core)) } else { None };

@@ -18,8 +18,8 @@ const ABOUT: &str = "prices.json";
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "clap", derive(clap::ValueEnum))]
 pub enum Core {
-    /// Cortex-M0.
-    #[cfg_attr(feature = "clap", value(name = "M0"))]
+    /// Cortex-M0 and M0+.
+    #[cfg_attr(feature = "clap", value(name = "M0", alias = "M0+"))]
     M0,
     /// Cortex-M3.
     #[cfg_attr(feature = "clap", value(name = "M3"))]

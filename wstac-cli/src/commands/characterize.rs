@@ -33,7 +33,7 @@ use wstac_train::dataset::recordings::find;
 #[derive(Debug, clap::Args)]
 #[command(after_long_help = HELP)]
 pub(super) struct Arguments {
-    /// A camera, or any other source of wstac run
+    /// A camera, or a file or a scene that has the slides of the plan in their order
     source: OsString,
 
     /// The folder for the configuration, the recordings and the report
@@ -73,9 +73,9 @@ Files of the folder:
   plan.toml    the plan
   *.mcap       a recording of each slide
   report.html  one page to keep or to send; it loads nothing
-  scene.toml   the sensor as keys of a scene: light, gains, noise and
-               afterglow. Put a slide's keys on top, and the simulated
-               sensor is this one. Format and black level are guesses.
+  scene.toml   a scene of this sensor: its light, gains, noise and
+               afterglow. Its slide is an example. Format and black
+               level are guesses.
 
 Truth (--truth FILE.csv):
   recording,speed,direction
@@ -106,7 +106,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(())
         };
         let calibration = calibrate::Arguments::of(arguments.source.clone(), config.clone(), options);
-        calibrate::find(&calibration, Some(begin))?;
+        calibrate::find(&calibration, begin)?;
     }
     note("2 of 3: slides");
     let options = arguments.options.clone();
@@ -255,6 +255,8 @@ impl Characterized {
             self.slides.push(MeasuredSlide { slide, frames, noise: light.mean_noise(), dark });
         }
         self.readout_ms = config.sensor.readout.map(|readout| readout.ms().into());
+        let sensors = &mut self.report.sensors;
+        sensors.extend(Some(info.sensor()).filter(|sensor| !sensors.contains(sensor)));
         self.names.push(name);
         self.info.get_or_insert(info);
         Ok(())
@@ -267,6 +269,8 @@ impl Characterized {
         let sensor = SensorConfig { size: info.size, rate: info.rate, readout_ms, ..SensorConfig::default() };
         let mut found = MeasuredSensor::new(&self.slides, &sensor).map_err(|error| error.to_string())?;
         found.has_readout = self.readout_ms.is_some();
-        Ok(found.to_string())
+        Ok(format!(
+            "# A slide of this sensor, in place of which others can stand.\nspecimen = \"Fla0\"\nspeed = 100\n{found}"
+        ))
     }
 }

@@ -220,7 +220,7 @@ fn every_key_of_the_configuration_is_in_its_help() {
         // The error for a key that is not known names all that are.
         let error = Config::parse(&format!("[{table}]\nno_such_key = 1")).unwrap_err().to_string();
         let (_, known) = error.split_once("expected").unwrap();
-        for key in known.split('`').skip(1).step_by(2) {
+        for key in known.split('"').skip(1).step_by(2) {
             assert!(text.contains(&format!("{key} = ")), "[{table}] {key}: {text}");
             keys += 1;
         }

@@ -234,6 +234,8 @@ fn shown_arguments() -> impl Iterator<Item = String> {
 
 /// Suggests the command with the nearest name, if there is one. clap knows no letters that changed places, as in `rnu`.
 fn with_suggestion(mut error: clap::Error) -> clap::Error {
+    // Nobody means an unknown option as a value.
+    error.remove(ContextKind::Suggested);
     let [given, topic] = [1, 2].map(|place| shown_arguments().nth(place).unwrap_or_default());
     let Some(ContextValue::String(unknown)) = error.get(ContextKind::InvalidSubcommand) else { return error };
     if given == "help" && *unknown == topic {

@@ -1,4 +1,4 @@
-//! The commands and options that `wstac` no longer has, and what to use instead.
+//! The commands and options that `wstac` does not have, or no longer, and what to use instead.
 
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
@@ -29,6 +29,16 @@ const TIMES: &str = "the map has no times of machines, and ci/bench measures the
 const TRADE: &str =
     "wstac trade --units A..B runs a part, and the rows of map.csv of all parts are the map (docs/MANY.md)";
 
+/// An option of other programs, and what to use instead.
+const OTHERS: &[(&str, &str)] = &[
+    ("wstac serve --port", "--listen takes a port, as in --listen 8080"),
+    ("wstac serve --host", "--listen takes an address and a port, as in --listen 0.0.0.0:8025"),
+    ("wstac run --csv", "-o FILE.csv writes a table"),
+    ("wstac -q", QUIET),
+    ("wstac --quiet", QUIET),
+];
+const QUIET: &str = "notes go to standard error, which 2>/dev/null hides";
+
 /// Returns what to use instead of a removed command or option, if that is what clap does not know.
 ///
 /// `given` are the arguments of the command line after the program's name.
@@ -46,8 +56,10 @@ pub(super) fn answer(unknown: &clap::Error, given: &[String]) -> Option<clap::Er
             last == name && given.len() > before.len() && given.iter().zip(before).all(|(given, word)| given == word)
         })
     };
-    let (line, instead) = REMOVED.iter().find(|(line, _)| is_asked(line))?;
-    Some(super::wrong_arguments(ErrorKind::UnknownArgument, words(line, instead)))
+    let of = |all: &'static [(&str, &str)]| all.iter().find(|(line, _)| is_asked(line));
+    let removed = of(REMOVED).map(|(line, instead)| words(line, instead));
+    let message = removed.or_else(|| of(OTHERS).map(|(_, instead)| format!("{name}: no such option; help: {instead}")));
+    Some(super::wrong_arguments(ErrorKind::UnknownArgument, message?))
 }
 
 /// Returns what to use instead of something that was removed.

@@ -98,8 +98,10 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     // A number may begin with +, a port may not.
     let port = text.bytes().all(|byte| byte.is_ascii_digit()).then(|| text.parse().ok()).flatten();
     let alone = port.map(|port| SocketAddr::new(LISTEN.ip(), port));
+    let text = text.replacen("localhost", "127.0.0.1", 1);
     alone
         .or_else(|| text.parse().ok())
+        .or_else(|| Some(SocketAddr::new(text.parse().ok()?, LISTEN.port())))
         .ok_or_else(|| format!("expected an address and a port, such as {LISTEN}, or a port"))
 }
 

@@ -40,6 +40,7 @@ pub(super) struct BoardState {
     /// Whether it has named a texture model.
     has_model: bool,
     delivery: Delivery,
+    lost_events: u64,
     /// States of the board that came before its clock was matched.
     unmatched: u8,
     uptime_ms: u64,
@@ -75,12 +76,13 @@ impl BoardState {
     fn restart(&mut self, progress: StreamSummary, clock: Option<FrameClock>) {
         let mut own_clock = std::mem::take(&mut self.own_clock);
         own_clock.answers.clear();
-        *self = Self { progress, clock, own_clock, ..Self::new(self.wanted) };
+        *self = Self { progress, clock, own_clock, lost_events: self.lost_events, ..Self::new(self.wanted) };
     }
 
     /// Returns the end record for a board that gives none.
     pub(super) fn finish(&self) -> Output {
-        Output::End(self.clock.as_ref().map_or(self.progress, |clock| self.progress.by_clock(clock)))
+        let progress = StreamSummary { lost_events: self.lost_events, ..self.progress };
+        Output::End(self.clock.as_ref().map_or(progress, |clock| progress.by_clock(clock)))
     }
 
     /// Returns the times of a frame by its number, as far as they are known.
@@ -197,7 +199,7 @@ impl BoardState {
     fn event(&mut self, answers: &Answers<'_>, reports: &mut Vec<Report>) {
         reports.push(Report::Request(Request::Acknowledge { event: answers.number }));
         let Arrival { is_new, lost } = self.delivery.take(answers.number, answers.frame, answers.kept);
-        reports.extend(lost_events(lost));
+        self.lose(lost, reports);
         if !is_new {
             return;
         }
@@ -220,7 +222,8 @@ impl BoardState {
         }
         self.uptime_ms = telemetry.uptime_ms;
         self.match_clock(telemetry.last_frame);
-        reports.extend(lost_events(self.delivery.take_state(telemetry.events, telemetry.kept)));
+        let lost = self.delivery.take_state(telemetry.events, telemetry.kept);
+        self.lose(lost, reports);
         if self.has_taken_requests(telemetry.wanted) {
             self.repeats = 0;
         } else if self.repeats < MOST_REPEATS {
@@ -253,9 +256,16 @@ impl BoardState {
         }
         reports.push(Report::Note(DisturbedBaseline.to_string()));
     }
-}
-fn lost_events(lost: u64) -> Option<Report> {
-    (lost > 0).then_some(Report::LostEvents(lost))
+
+    fn lose(&mut self, lost: u64, reports: &mut Vec<Report>) {
+        self.lost_events += lost;
+        reports.extend((lost > 0).then_some(Report::LostEvents(lost)));
+    }
+
+    /// Returns whether the board has described itself.
+    pub(super) fn is_described(&self) -> bool {
+        self.clock.is_some()
+    }
 }
 
 /// The parts of one sample that have arrived.

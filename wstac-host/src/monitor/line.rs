@@ -107,7 +107,7 @@ impl BoardLine {
         match got {
             Got::Bytes(count) => {
                 self.match_clock();
-                let requests = &mut self.requests;
+                let (requests, was_heard) = (&mut self.requests, self.monitor.heard());
                 let goes_on = self.monitor.take(&room[..count], |report| match report {
                     Report::Request(request) => {
                         requests.push(request);
@@ -115,6 +115,13 @@ impl BoardLine {
                     }
                     report => give(report),
                 })?;
+                let is_cut = !was_heard && self.monitor.heard() && !self.monitor.board.is_described();
+                if is_cut && !self.port.takes_requests() {
+                    let name = self.port.name();
+                    give(Report::Note(format!(
+                        "{name} has lost its start: without the board's description there are no times"
+                    )))?;
+                }
                 return Ok(if goes_on { LineStep::GoesOn } else { LineStep::Over });
             }
             Got::Nothing if self.waits == SILENT => {

@@ -116,7 +116,7 @@ impl Monitor {
         bytes: &[u8],
         mut give: impl FnMut(Report) -> Result<(), E>,
     ) -> Result<bool, E> {
-        for &byte in bytes {
+        for (at, &byte) in bytes.iter().enumerate() {
             let is_echo = !self.heard && self.foreign.take(byte);
             match self.decoder.push::<Message>(byte) {
                 None => {}
@@ -132,6 +132,9 @@ impl Monitor {
                     self.board.take(&received.message, received.first, &mut reports);
                     reports.into_iter().try_for_each(&mut give)?;
                     if self.board.ended {
+                        if at + 1 < bytes.len() {
+                            give(Report::Note("bytes behind the end of the board's stream are not read".to_owned()))?;
+                        }
                         return Ok(false);
                     }
                 }

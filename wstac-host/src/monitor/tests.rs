@@ -371,6 +371,8 @@ fn events_that_are_given_up_are_counted() {
     linked.run(500, |second| second % 60 >= 50);
     let (arrived, lost) = (linked.arrived.len() as u64, linked.lost);
     assert_eq!(arrived + lost, 500);
+    let end = serde_json::to_value(crate::json::JsonLine::new(&linked.monitor.finish())).unwrap();
+    assert_eq!(end["lost_events"], lost);
     assert!(lost >= 20, "{lost}");
     linked.arrived.sort_unstable();
     linked.arrived.dedup();

@@ -3,12 +3,14 @@
 use std::borrow::Cow;
 
 use wstac_core::features::FeatureScale;
+use wstac_core::fixed::Q16;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::Any;
 use wstac_core::law::AnyLaw;
 use wstac_core::layout::Layout;
 use wstac_core::ln::any::AnyLn;
 use wstac_core::paper::baseline_policy::TrackingBaseline;
+use wstac_core::paper::trigger::{Rule, TriggerConfig};
 use wstac_core::pipeline::Pipeline;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
@@ -114,10 +116,24 @@ impl Config {
         is_unused.then_some("[layout] crosstalk corrects no speeds but those of estimator = \"wave\"")
     }
 
-    /// Returns the notes for a person about what nothing states of a source, about its rate, and about what is not
-    /// used.
+    /// Returns a note for a person if the trigger takes frames without a touch for lit.
+    pub fn trigger_note(&self) -> Option<&'static str> {
+        let is_lit = |trigger: TriggerConfig| trigger.rule() == Rule::Literal && trigger.multiplier() > Q16::ONE;
+        self.trigger().is_ok_and(is_lit).then_some(
+            "[trigger] rule = \"literal\" with a multiplier above 1 takes dark frames for lit, so touches are lost; help: \
+             rule = \"signed\", or a multiplier below 1",
+        )
+    }
+
+    /// Returns the notes for a person about what nothing states of a source, about its rate and the trigger, and about
+    /// what is not used.
     pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
-        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info)).chain(self.crosstalk_note());
+        let stated = self
+            .layout_note(info)
+            .into_iter()
+            .chain(self.readout_note(info))
+            .chain(self.crosstalk_note())
+            .chain(self.trigger_note());
         stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))
     }
 

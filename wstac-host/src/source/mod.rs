@@ -95,6 +95,16 @@ pub struct StreamInfo {
     pub recorded: Option<Arc<Recorded>>,
 }
 
+impl StreamInfo {
+    /// Returns what tells its sensor from others: the camera's name, with its serial number if it has one. A source
+    /// that is no camera has only its line for a person.
+    pub fn sensor(&self) -> String {
+        let Some(camera) = &self.camera else { return self.about.clone() };
+        let lasting = camera.links.iter().find(|link| link.starts_with("/dev/v4l/by-id"));
+        lasting.map_or_else(|| camera.card.clone(), |link| link.display().to_string())
+    }
+}
+
 /// The parts of a recording besides frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

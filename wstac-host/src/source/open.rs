@@ -195,7 +195,7 @@ fn open_file(name: &OsStr, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> 
     if is_y4m || (kind.is_file() && has_magic(MAGIC)?) {
         return Ok(Box::new(Y4m::open(path, options.fps)?));
     }
-    if video::is_video(path) {
+    if video::is_video(path) || (kind.is_file() && video::starts_as_video(path)) {
         return Ok(Box::new(Video::open(path, options.fps)?));
     }
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();

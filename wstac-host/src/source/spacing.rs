@@ -172,6 +172,10 @@ impl Spacing {
             let [least, most, step] = [self.least, self.most, self.step].map(|distance| self.distance(distance));
             message = format!("{message}: {least} to {most} apart, expected {step}");
         }
+        if uneven > 0 && self.positions == Positions::Times {
+            message += "; help: lock the exposure and record again; if only the times are uneven, ffmpeg -i FILE -vf \
+                        setpts=N/RATE/TB -r RATE NEW.mkv";
+        }
         self.fault(FaultKind::Spacing, &message);
     }
 
@@ -304,7 +308,7 @@ impl PushedTimes {
         if let Some((last, now)) = self.last.zip(time).filter(|(last, now)| now <= last) {
             let frame = self.spacing.frame;
             let message = format!(
-                "the time of frame {frame} is wrong (found {} ns, expected one after {} ns)",
+                "the time of frame {frame} is wrong (found {} ns, expected a time above {} ns)",
                 now.as_nanos(),
                 last.as_nanos()
             );
@@ -462,7 +466,7 @@ mod tests {
         }
         for ms in [5099, 5100] {
             let expected =
-                format!("the time of frame 124 is wrong (found {ms}000000 ns, expected one after 5100000000 ns)");
+                format!("the time of frame 124 is wrong (found {ms}000000 ns, expected a time above 5100000000 ns)");
             assert_eq!(push(ms).unwrap_err().to_string(), format!("frames: {expected}"));
         }
         assert_eq!(push(5150).unwrap(), "uneven 1 MissingByTimes -0.5");

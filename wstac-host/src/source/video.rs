@@ -10,6 +10,7 @@ mod jpegs;
 mod properties;
 
 use std::ffi::OsStr;
+use std::io::Read;
 use std::os::fd::OwnedFd;
 use std::path::Path;
 use std::process::Stdio;
@@ -84,6 +85,15 @@ struct Doubt {
 pub(super) fn is_video(path: &Path) -> bool {
     let ending = path.extension().and_then(OsStr::to_str).unwrap_or_default();
     ENDINGS.iter().any(|known| ending.eq_ignore_ascii_case(known))
+}
+
+/// Returns whether a file begins as MP4, Matroska, AVI or GIF do.
+pub(super) fn starts_as_video(path: &Path) -> bool {
+    let mut start = [0; 8];
+    let is_read = crate::files::open(path).is_ok_and(|mut file| file.read_exact(&mut start).is_ok());
+    is_read
+        && (&start[4..] == b"ftyp"
+            || [*b"\x1AE\xDF\xA3", *b"RIFF", *b"GIF8"].iter().any(|magic| start.starts_with(magic)))
 }
 
 impl Video {

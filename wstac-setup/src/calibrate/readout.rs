@@ -172,7 +172,7 @@ fn flashes(light: &Light, (first, last): Span) -> Vec<Span> {
             (start, peak, valley) = (Some(valley.0), total, (frame, f64::MAX));
         }
     }
-    // What another touch ends is a flash; what the last frame ends may not be all of one.
+    // Light that lasts until the next touch is a whole flash. Light that lasts until the last frame may be part of one.
     found.extend(start.filter(|_| last < light.len()).map(|from| (from, last)));
     found
 }

@@ -86,8 +86,8 @@ fn the_nearest_miss_is_told() {
     let miss = found("model=none", By::Specimen).unwrap_err();
     assert!(miss.contains("tells what --by is about"), "{miss}");
     assert!(found("format=RGB565", By::Specimen).unwrap_err().contains("no configuration of the map"));
-    let miss = found("M0<9M", By::Specimen).unwrap_err();
-    assert!(miss.contains("M0: instructions per frame not known, expected M0<9M"), "{miss}");
+    let miss = found("M0+<9M", By::Specimen).unwrap_err();
+    assert!(miss.contains("M0: instructions per frame not known, expected M0+<9M"), "{miss}");
 }
 
 #[test]
@@ -140,6 +140,8 @@ fn what_is_wrong_is_named() {
     for (text, parts) in [
         ("", ["term \"\"", "M4F"]),
         ("M5<3", ["term \"M5<3\"", "\"M5\", expected M0"]),
+        ("RP2040<3", ["\"RP2040\", expected M0", "help: an RP2040 is an M0"]),
+        ("M4F@64MHz<3", ["\"M4F@64MHz\"", "help: name the core alone: 1 MHz is some 1,900 instructions"]),
         ("M4F<fast", ["\"fast\"", "a number above 0"]),
         ("M4F<-3", ["\"-3\"", "k, K, M"]),
         ("M4F=3", ["M4F with =", "< or <="]),

@@ -61,18 +61,18 @@ fn a_folder_in_place_of_a_sweep_is_named() {
 #[test]
 fn what_is_wrong_with_a_sweep_is_named() {
     for (text, parts) in [
-        ("speed = [1]", vec!["unknown field `speed`", "speeds"]),
+        ("speed = [1]", vec!["unknown key speed", "speeds"]),
         ("specimens = [\"Saw3\", \"Saw7\"]", vec!["specimens[1]: specimen is \"Saw7\"", "Fla0"]),
         ("specimens = []", vec!["specimens is empty", "at least one"]),
         ("speeds = [100, 0]", vec!["speeds[1]: speed is 0", "1 to 1000"]),
-        ("speeds = 100", vec!["speeds", "sequence"]),
+        ("speeds = 100", vec!["speeds", "a list"]),
         ("directions = [0, 1e9]", vec!["directions[1]", "direction is 1000000000", "-3600 to 3600"]),
         ("slides = 0", vec!["slides is 0", "1 to 100000"]),
         ("slides = 100001", vec!["slides is 100001", "1000000"]),
         ("seed = -1", vec!["seed is -1", "expected 0"]),
         ("[scene]\nseed = 1", vec!["[scene] has seed", "above"]),
         ("[scene]\nslide = 1", vec!["[scene] has slide", "above"]),
-        ("[scene]\ncolor = 1", vec!["unknown field `color`", "noise"]),
+        ("[scene]\ncolor = 1", vec!["unknown key color", "noise"]),
         ("[scene]\nnoise = -1", vec!["noise is -1", "0 to 100"]),
         ("[scene]\ndepth = 1", vec!["depth is 1", "only with Sin, Saw or Tri"]),
         ("[scene.light]\nleak = 2", vec!["[light] leak is 2", "0 to 1"]),

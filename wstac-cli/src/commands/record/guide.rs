@@ -15,6 +15,7 @@ use crate::commands::output::{Stop, note, text_of};
 use crate::commands::records::{Form, Records};
 use crate::commands::signals::{Ending, finishing};
 use crate::commands::source_arguments::doubts_of_textures;
+use crate::open;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
@@ -27,6 +28,7 @@ use wstac_host::record::plan::{self, PlannedSlide};
 use wstac_host::record::{Compression, Recorder};
 use wstac_host::session::Processor;
 use wstac_host::source::Labels;
+use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
@@ -96,6 +98,14 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
         return Err(Error::new(ErrorKind::Io, folder.display(), message).into());
     }
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+    let mut there = slides.iter().map(|slide| file_of(folder, slide)).filter(|file| file.exists());
+    let before = there.find_map(|file| open(&file, &OpenOptions::default()).ok());
+    if let Some(before) = before.map(|source| source.info().sensor()).filter(|before| *before != info.sensor()) {
+        let (name, now) = (folder.display(), info.sensor());
+        note(format_args!(
+            "{name} has slides of another sensor (found {before}, expected {now}): use a folder for each"
+        ));
+    }
     let interrupted = finishing(Ending::Whole);
     note(&info.about);
     let form = Form::json_if(arguments.json);
@@ -303,7 +313,8 @@ impl Session<'_> {
             match found {
                 Some(outcome) => return Ok(Some(outcome)),
                 None if !goes_on || !has_room => {
-                    note(if has_room { "the source ended before a slide came" } else { "the disk is full" });
+                    let ended = "the source ended before a slide came; a file or a scene needs all slides of the plan, in order";
+                    note(if has_room { ended } else { "the disk is full" });
                     return Ok(Some(SlideOutcome::Ended));
                 }
                 None => {}

@@ -30,6 +30,9 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     let model = row.model.as_ref().map(|name| Candidate::named(Path::new(name))).transpose()?;
     let cores = budget.cores(arguments.core);
     let mut text = table::all(row, model.as_slice(), &prices);
+    let limited: Vec<_> = cores.iter().map(|core| core.name()).collect();
+    // Writing to a string does not fail.
+    let _ = writeln!(text, "limits      of {}; other cores have none, and are for comparison", limited.join(", "));
     if let Some(nearly) = choice.nearly {
         text.push_str(&table::nearly(nearly, &prices, &cores));
     }
@@ -42,7 +45,6 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
         let (name, base) = base(arguments)?;
         let config = chosen::config(&row.setting, &base).map_err(|error| Error::new(ErrorKind::Config, name, error))?;
         let commands = chosen::write(folder, row, model.as_ref(), &prices, &cores, &config)?;
-        // Writing to a string does not fail.
         let _ = write!(text, "\nIn {} (build.txt):\n{commands}", folder.display());
     }
     print(&text)
