@@ -49,7 +49,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     let truth = truth.to_str().unwrap();
     prints(
         &["characterize", &source, "-o", output, "--truth", truth],
-        &["9 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 1", "120", "Of several sensors, which"],
+        &["9 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 1", "120"],
     );
     assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), before);
     let with_plan = ["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()];

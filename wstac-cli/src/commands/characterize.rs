@@ -256,7 +256,7 @@ impl Characterized {
         }
         self.readout_ms = config.sensor.readout.map(|readout| readout.ms().into());
         let sensors = &mut self.report.sensors;
-        sensors.extend(Some(info.sensor()).filter(|sensor| !sensors.contains(sensor)));
+        sensors.extend(info.sensor().filter(|sensor| !sensors.contains(sensor)));
         self.names.push(name);
         self.info.get_or_insert(info);
         Ok(())

@@ -96,12 +96,11 @@ pub struct StreamInfo {
 }
 
 impl StreamInfo {
-    /// Returns what tells its sensor from others: the camera's name, with its serial number if it has one. A source
-    /// that is no camera has only its line for a person.
-    pub fn sensor(&self) -> String {
-        let Some(camera) = &self.camera else { return self.about.clone() };
+    /// Returns what tells its camera from others: its lasting name, or that of its model; `None` of another source.
+    pub fn sensor(&self) -> Option<String> {
+        let camera = self.camera.as_ref()?;
         let lasting = camera.links.iter().find(|link| link.starts_with("/dev/v4l/by-id"));
-        lasting.map_or_else(|| camera.card.clone(), |link| link.display().to_string())
+        Some(lasting.map_or_else(|| camera.card.clone(), |link| link.display().to_string()))
     }
 }
 

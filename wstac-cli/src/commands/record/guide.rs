@@ -99,9 +99,9 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
     }
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     let mut there = slides.iter().map(|slide| file_of(folder, slide)).filter(|file| file.exists());
-    let before = there.find_map(|file| open(&file, &OpenOptions::default()).ok());
-    if let Some(before) = before.map(|source| source.info().sensor()).filter(|before| *before != info.sensor()) {
-        let (name, now) = (folder.display(), info.sensor());
+    let before = there.find_map(|file| open(&file, &OpenOptions::default()).ok()?.info().sensor());
+    if let Some((before, now)) = before.zip(info.sensor()).filter(|(before, now)| before != now) {
+        let name = folder.display();
         note(format_args!(
             "{name} has slides of another sensor (found {before}, expected {now}): use a folder for each"
         ));
