@@ -85,7 +85,8 @@ pub(crate) fn script(kind: Kind, number: u64) -> SceneConfig {
     let unit = FIRST_UNIT + between(0.0, SENSORS) as u32;
     let gain = between(0.6, 1.4);
     let press = |kind, overlap_mm, approach_mm_s, hold_s, whisker| {
-        Touch::Press(Press { kind, overlap_mm, approach_mm_s, hold_s, tilt_deg: 0.0, direction_deg: 0.0, whisker })
+        let (lift_mm_s, [tilt_deg, direction_deg]) = (approach_mm_s, [0.0; 2]);
+        Touch::Press(Press { kind, overlap_mm, approach_mm_s, lift_mm_s, hold_s, tilt_deg, direction_deg, whisker })
     };
     if kind == Kind::Pitch {
         specimen = Specimen { period_mm: 4.0, length_mm: length, ..Specimen::ALL[1 + between(0.0, 9.0) as usize] };

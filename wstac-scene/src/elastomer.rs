@@ -158,7 +158,7 @@ impl Elastomer {
             Touch::Slide(slide) if is_alone && slide.is_even_prism() => {
                 vec![Surface::new(&slide.specimen, whisker.overlap_mm)]
             }
-            Touch::Press(press) if is_alone => vec![Surface::plate(press.overlap_mm, press.approach_s(), press.hold_s)],
+            Touch::Press(press) if is_alone => vec![Surface::plate(press.overlap_mm, press.times_s())],
             _ => {
                 let after_s = |of: &Truth| of.start_s - truth.start_s;
                 objects.extend(group.iter().map(|of| Object::new(&of.touch, after_s(of), &whisker)));

@@ -69,8 +69,9 @@ impl Object {
                     return f64::NEG_INFINITY;
                 }
                 let lowest = press.overlap_mm - whisker.lowered - press.higher_mm(whisker, &self.whisker);
-                let way = since.min(2.0 * press.approach_s() + press.hold_s - since);
-                lowest - press.approach_mm_s * (press.approach_s() - way).max(0.0)
+                let [down, up, _] = press.times_s();
+                let rises = press.lift_mm_s * (up - (self.lasts_s - since));
+                lowest - rises.max(press.approach_mm_s * (down - since)).max(0.0)
             }
         }
     }
@@ -117,8 +118,8 @@ impl Object {
     /// Adds the moments at which a touch that is pressed on starts, is at its lowest, rises again, and ends.
     fn ends(&self, held: Option<&Held>, moments: &mut Vec<f64>) {
         let Some(held) = held else { return };
-        let down = self.whisker.overlap_mm / held.approach_mm_s;
-        moments.extend([0.0, down, self.lasts_s - down, self.lasts_s].map(|moment| self.after_s + moment));
+        let [down, up] = [held.approach_mm_s, held.lift_mm_s].map(|mm_s| self.whisker.overlap_mm / mm_s);
+        moments.extend([0.0, down, self.lasts_s - up, self.lasts_s].map(|moment| self.after_s + moment));
     }
 
     /// Adds moments, in s after the group's first touch, between which nothing changes that they do not show.
@@ -138,8 +139,8 @@ impl Object {
                 self.ends(Some(&twist.held), moments);
             }
             Touch::Press(press) => {
-                let (down, up) = (press.approach_s(), press.approach_s() + press.hold_s);
-                moments.extend([0.0, down, up, up + down].map(|moment| self.after_s + moment));
+                let [down, up, hold] = press.times_s();
+                moments.extend([0.0, down, down + hold, down + hold + up].map(|moment| self.after_s + moment));
             }
         }
     }

@@ -30,7 +30,7 @@
 //! specimen = "Saw3"
 //! speed = 150
 //! hold = 0.5             # pressed on in the middle of the sensor at `approach` mm/s, then at rest for this time, s
-//! travel = 20            # lifted off after this way in mm; default: it slides until it has left
+//! travel = 20            # lifted off at `lift` mm/s after this way in mm; default: it slides until it has left
 //! turn = 0.2             # degrees by which it and its direction turn per mm of path
 //! stop = [20, 0.5]       # place on its path in mm, and time in s of a rest there
 //! stick = [5, 0.05]      # the same after every 5 mm
@@ -45,6 +45,7 @@
 //! kind = "press"         # or "hold", a long one, or "poke", on one whisker
 //! overlap = 3            # of the plate at its lowest, with the middle whisker, in mm
 //! approach = 400         # its vertical speed in mm/s
+//! lift = 400             # its speed up; default: approach
 //! hold = 0.2             # time at its lowest in s; of a "hold" 5
 //! tilt = 2               # of the plate in degrees; it is higher in `direction`
 //! direction = 90
@@ -318,6 +319,7 @@ mod tests {
                 "tilt is there, expected only with",
             ),
             ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\ntravel = 1", "travel needs hold"),
+            ("[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nhold = 1\nlift = 9", "lift needs travel"),
             (
                 "[[touch]]\nkind = \"slide\"\nspecimen = \"Fla0\"\nspeed = 9\nafter = 1",
                 "after is there, expected a touch",

@@ -87,14 +87,14 @@ impl Surface {
         Self { segments }
     }
 
-    /// Creates the path of a plate in time: down by `overlap_mm` in `approach_s`, level for `hold_s`, and up again. All
+    /// Creates the path of a plate in time: down by `overlap_mm`, level, and up again in the `times_s` of a press. All
     /// places are in s after the start.
     ///
     /// A whisker that the plate reaches later, because of the dome, meets a later part of the path.
-    pub(crate) fn plate(overlap_mm: f64, approach_s: f64, hold_s: f64) -> Self {
-        let slope = overlap_mm / approach_s;
-        let (down, up) = (approach_s, approach_s + hold_s);
-        let lines = [(0.0, down, overlap_mm, -slope), (down, up, 0.0, 0.0), (up, up + approach_s, 0.0, slope)];
+    pub(crate) fn plate(overlap_mm: f64, times_s: [f64; 3]) -> Self {
+        let ([down, lift, _], up) = (times_s, times_s[0] + times_s[2]);
+        let [falls, rises] = [down, lift].map(|time_s| overlap_mm / time_s);
+        let lines = [(0.0, down, overlap_mm, -falls), (down, up, 0.0, 0.0), (up, up + lift, 0.0, rises)];
         Self { segments: lines_of(lines) }
     }
 

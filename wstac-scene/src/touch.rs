@@ -56,7 +56,7 @@ impl Touch {
                 let [down, lifts] = slide.held.map_or([0.0; 2], |held| held.times_s(whisker.overlap_mm));
                 down + slide.time_s(slide.path_mm(whisker)) + lifts
             }
-            Self::Press(press) => 2.0 * press.approach_s() + press.hold_s,
+            Self::Press(press) => press.times_s().iter().sum(),
             Self::Twist(twist) => {
                 let [down, lifts] = twist.held.times_s(whisker.overlap_mm);
                 down + twist.turns_s() + lifts
@@ -141,8 +141,10 @@ pub struct Rest {
 /// How a specimen is pressed on the sensor before it moves, with its middle on the sensor's middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Held {
-    /// Vertical speed in mm/s, down and up.
+    /// Vertical speed in mm/s, down.
     pub approach_mm_s: f64,
+    /// Vertical speed in mm/s, up.
+    pub lift_mm_s: f64,
     /// Time from its lowest place to its motion, in s.
     pub hold_s: f64,
     /// Distance in mm after which it is lifted off; `None` if it slides until it has left all whiskers.
@@ -159,15 +161,15 @@ impl Rest {
 impl Held {
     /// Returns the times in s before it moves, and after it has moved.
     fn times_s(&self, overlap_mm: f64) -> [f64; 2] {
-        let down = overlap_mm / self.approach_mm_s;
-        [down + self.hold_s, if self.travel_mm.is_some() { down } else { 0.0 }]
+        let [down, up] = [self.approach_mm_s, self.lift_mm_s].map(|mm_s| overlap_mm / mm_s);
+        [down + self.hold_s, if self.travel_mm.is_some() { up } else { 0.0 }]
     }
 
     /// Returns how far it is above its lowest place, in mm, `since` s after its first touch and `left` s before its
     /// end.
     pub(crate) fn raised_mm(&self, overlap_mm: f64, since: f64, left: f64) -> f64 {
-        let way = if self.travel_mm.is_some() { since.min(left) } else { since };
-        (overlap_mm - self.approach_mm_s * way).max(0.0)
+        let up = if self.travel_mm.is_some() { self.lift_mm_s * left } else { f64::INFINITY };
+        (overlap_mm - up.min(self.approach_mm_s * since)).max(0.0)
     }
 }
 
@@ -478,8 +480,10 @@ pub struct Press {
     pub kind: PressKind,
     /// Overlap of the plate with the middle whisker at its lowest, in mm.
     pub overlap_mm: f64,
-    /// Vertical speed in mm/s, down and up.
+    /// Vertical speed in mm/s, down.
     pub approach_mm_s: f64,
+    /// Vertical speed in mm/s, up.
+    pub lift_mm_s: f64,
     /// Time at its lowest, in s.
     pub hold_s: f64,
     /// Angle between the plate and the sensor in degrees. The side in `direction_deg` is the higher one; the other side
@@ -525,9 +529,9 @@ impl Press {
         self.whisker.is_none_or(|[row, column]| (usize::from(row) - 1) * 5 + usize::from(column) - 1 == taxel)
     }
 
-    /// Returns the time of the way down, in s.
-    pub(crate) fn approach_s(&self) -> f64 {
-        self.overlap_mm / self.approach_mm_s
+    /// Returns the times of the way down, of the way up, and at its lowest, in s.
+    pub(crate) fn times_s(&self) -> [f64; 3] {
+        [self.overlap_mm / self.approach_mm_s, self.overlap_mm / self.lift_mm_s, self.hold_s]
     }
 }
 

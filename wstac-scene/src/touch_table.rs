@@ -85,6 +85,7 @@ with_slide_keys! {
         kind: String,
         overlap: Option<f64>,
         approach: Option<f64>,
+        lift: Option<f64>,
         hold: Option<f64>,
         tilt: Option<f64>,
         pub after: Option<f64>,
@@ -262,11 +263,12 @@ impl FileTouch {
             (None, PressKind::Poke) => return Err("whisker is missing, expected its row and column".into()),
             _ => None,
         };
-        let Held { approach_mm_s, hold_s, .. } = self.check_held(hold_s)?;
+        let Held { approach_mm_s, lift_mm_s, hold_s, .. } = self.check_held(hold_s)?;
         let press = Press {
             kind,
             overlap_mm: self.overlap.unwrap_or(whisker.overlap_mm),
             approach_mm_s,
+            lift_mm_s,
             hold_s,
             tilt_deg: self.tilt.unwrap_or(0.0),
             direction_deg: checked_direction(self.direction)?,
@@ -279,10 +281,11 @@ impl FileTouch {
 
     fn check_slide(&self) -> Result<Slide, String> {
         let slide = self.slide().check()?;
-        if let Some(key) =
-            [("approach", self.approach), ("travel", self.travel)].iter().find(|(_, found)| found.is_some())
+        let (hold, travel) = (("hold", self.hold), ("travel", self.travel));
+        for ((key, found), (needed, other)) in
+            [(("approach", self.approach), hold), (travel, hold), (("lift", self.lift), travel)]
         {
-            self.hold.ok_or_else(|| format!("{} needs hold", key.0))?;
+            found.map_or(Some(0.0), |_| other).ok_or_else(|| format!("{key} needs {needed}"))?;
         }
         let turn_deg_mm = self.turn.unwrap_or(0.0);
         within("turn", turn_deg_mm, -1.0, 1.0)?;
@@ -324,10 +327,12 @@ impl FileTouch {
     /// Returns how a specimen is pressed on.
     fn check_held(&self, hold_s: f64) -> Result<Held, String> {
         let (approach_mm_s, hold_s) = (self.approach.unwrap_or(APPROACH), self.hold.unwrap_or(hold_s));
+        let lift_mm_s = self.lift.unwrap_or(approach_mm_s);
         within("approach", approach_mm_s, 1.0, 10_000.0)?;
+        within("lift", lift_mm_s, 1.0, 10_000.0)?;
         within("hold", hold_s, 0.0, 3600.0)?;
         self.travel.map_or(Ok(()), |travel| within("travel", travel, 0.1, 1000.0))?;
-        Ok(Held { approach_mm_s, hold_s, travel_mm: self.travel })
+        Ok(Held { approach_mm_s, lift_mm_s, hold_s, travel_mm: self.travel })
     }
 
     /// Refuses an unknown kind, and keys of other kinds of touches.

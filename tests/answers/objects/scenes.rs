@@ -230,7 +230,8 @@ impl Draw {
             }
             Kind::Pressed => {
                 let slide = self.any();
-                let held = Held { approach_mm_s: 400.0, hold_s: self.between(0.05, 1.0), travel_mm: None };
+                let held =
+                    Held { approach_mm_s: 400.0, lift_mm_s: 400.0, hold_s: self.between(0.05, 1.0), travel_mm: None };
                 Slide { offset_mm: 0.0, held: Some(held), ..slide }
             }
             Kind::Mix => unreachable!("a mix is of other kinds"),
@@ -286,7 +287,7 @@ impl Draw {
             pivot_mm: [0; 2].map(|_| self.between(-HALF_MM, HALF_MM)),
             by_deg: self.either_sign(15.0, 90.0),
             speed_deg_s: self.between(30.0, 300.0),
-            held: Held { approach_mm_s: 400.0, hold_s: self.between(0.0, 0.3), travel_mm: Some(0.0) },
+            held: Held { approach_mm_s: 400.0, lift_mm_s: 400.0, hold_s: self.between(0.0, 0.3), travel_mm: Some(0.0) },
         };
         let truth = Truth { mm_s: 0.0, degrees: 0.0, edges: vec![], has_none: true };
         (vec![Touch::Twist(twist)], truth)

@@ -116,7 +116,7 @@ pub(crate) fn section(page: &mut String) {
     let _ = writeln!(
         page,
         "\nThe goal is for textured parts from {} mm/s, flat ones from {} mm/s. \
-         {missed} % of all were not taken for held, {early} % reported before they moved.\n\
+         {missed} % were not held, {early} % reported early.\n\
          With disturbances, {OF_FAULT} of each part at these speeds, {} releases:\n\n\
          | disturbance | in time, % | not held | releases reported |\n| --- | --- | --- | --- |",
         TEXTURED[0],
@@ -135,6 +135,8 @@ pub(crate) fn section(page: &mut String) {
         (Fault::Crosstalk, "cross-talk of 5 %"),
         (Fault::Rolling, "readout of 33 ms"),
         (Fault::Slow, "a press at 8 to 30 mm/s"),
+        (Fault::Lifted(0), "lifted 2 to 8 times slower"),
+        (Fault::Lifted(33), "the same, readout 33 ms"),
         (Fault::RollingSlow, "45 frames per second, readout ±18 ms, a press at 20 to 40 mm/s"),
     ] {
         let mut both = watched(Kind::Textured, fault, TEXTURED, OF_FAULT);

@@ -77,6 +77,8 @@ pub(crate) enum Fault {
     RollingSlow,
     /// The press comes at 8 to 30 mm/s, and not at 30 to 400.
     Slow,
+    /// Parts are lifted 2 to 8 times slower than pressed on, with a readout of so many ms.
+    Lifted(u8),
 }
 
 impl Fault {
@@ -141,7 +143,7 @@ impl Draw {
             _ => [30.0, 400.0],
         };
         let (approach_mm_s, direction_deg) = (self.log_between(slowest, fastest), self.between(0.0, 360.0));
-        let held = Held { approach_mm_s, hold_s, travel_mm: None };
+        let held = Held { approach_mm_s, lift_mm_s: approach_mm_s, hold_s, travel_mm: None };
         match kind {
             Kind::Textured | Kind::Flat | Kind::Again | Kind::Two | Kind::Off | Kind::Release => {
                 let is_flat = kind == Kind::Flat || kind != Kind::Textured && self.one_in(4.0);
@@ -185,6 +187,7 @@ impl Draw {
                 kind: if kind == Kind::Poke { PressKind::Poke } else { PressKind::Hold },
                 overlap_mm: self.between(1.0, 4.0),
                 approach_mm_s,
+                lift_mm_s: approach_mm_s,
                 hold_s,
                 tilt_deg: if kind == Kind::Poke { 0.0 } else { self.between(0.0, 3.0) },
                 direction_deg,
@@ -220,6 +223,15 @@ impl Draw {
             Fault::Gains => script.light.gain_deviation *= 3.0,
             Fault::Crosstalk => script.light.crosstalk = 0.05,
             Fault::Rolling => script.sensor.readout_ms = 33.0,
+            Fault::Lifted(readout_ms) => {
+                script.sensor.readout_ms = readout_ms.into();
+                let slower = self.log_between(2.0, 8.0);
+                for touch in &mut script.touches {
+                    if let Touch::Slide(Slide { held: Some(held), .. }) = touch {
+                        held.lift_mm_s /= slower;
+                    }
+                }
+            }
             Fault::RollingSlow => {
                 script.sensor.rate = FrameRate::new(45, 1).expect("the rate is above 0");
                 script.sensor.readout_ms = if self.one_in(2.0) { 18.0 } else { -18.0 };

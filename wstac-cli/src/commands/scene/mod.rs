@@ -77,7 +77,7 @@ mod tests {
         let kinds: Vec<_> = scene.touches.iter().map(wstac_scene::Touch::kind).collect();
         assert_eq!(kinds, ["slide", "press", "twist", "hold", "poke"]);
         // What the help states of a touch is its default, except for what a twist must have.
-        for key in ["overlap = 3 ", "approach = ", "hold = 0.2 ", "tilt = ", "direction = ", "pivot = "] {
+        for key in ["overlap = 3 ", "approach = ", "lift = ", "hold = 0.2 ", "tilt = ", "direction = ", "pivot = "] {
             let found = text.lines().filter(|line| line.starts_with(&format!("  {key}"))).count();
             assert_eq!(found, if key.starts_with("hold") { 2 } else { 1 }, "{key}");
             let without = text.lines().filter(|line| !line.starts_with(&format!("  {key}")));
