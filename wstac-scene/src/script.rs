@@ -167,7 +167,8 @@ impl SceneConfig {
 }
 
 fn of_table(table: toml::Table) -> Result<SceneFile, String> {
-    table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().to_owned())
+    // A second line names the key.
+    table.try_into().map_err(|error: toml::de::Error| error.to_string().trim_end().replace('\n', ", "))
 }
 
 fn parse_short(text: &str) -> Result<SceneConfig, String> {
