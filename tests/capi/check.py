@@ -125,11 +125,11 @@ class Wstac:
         run([self.command, "record", *both, "-o", "both.mcap"], cwd=self.folder)
 
 
-def line(event, speed_decimals=2):
-    """Returns an event as the examples print it."""
-    speed, direction, texture = event["speed"], (event["direction"] or {"deg": None})["deg"], event["texture"]
-    speed = "-" if speed is None else f"{speed['mm_s']:.{speed_decimals}f}"
-    direction = "-" if direction is None else f"{direction:.1f}"
+def line(event, is_firmware=False):
+    """Returns an event as the examples print it; that of the firmware has no standard deviations."""
+    speed, direction, texture = event["speed"], event["direction"], event["texture"]
+    speed = "-" if speed is None else f"{speed['mm_s']:.1f}" if is_firmware else f"{speed['mm_s']:.2f}±{speed['sd']:.2f}"
+    direction = "-" if direction is None else f"{direction['deg']:.1f}" + ("" if is_firmware else f"±{direction['sd']:.2f}")
     return f"frame={event['frame']} speed={speed} direction={direction} texture={(texture and texture['specimen']) or '-'}"
 
 
@@ -734,7 +734,7 @@ def example_line(record):
     """Returns an event, or the end of a touch, as the firmware example prints it."""
     if record["kind"] == "contact_end":
         return f"frame={record['frame']} end of the touch of event {record['event_frame']}"
-    frame, answers = line(record, 1).split(" ", 1)
+    frame, answers = line(record, True).split(" ", 1)
     return f"{frame} contact={record['contact']} {answers}"
 
 

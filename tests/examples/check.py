@@ -64,11 +64,9 @@ def prints(name: str, program: Path) -> None:
 def line_of(event: dict) -> str:
     """Returns an event as the examples print it."""
     speed, direction, texture = event["speed"], event["direction"], event["texture"]
-    said = [f"frame={event['frame']}"]
-    said.append(f"speed={speed['mm_s']:.2f}" if speed else "speed=-")
-    said.append(f"direction={direction['deg']:.1f}" if direction else "direction=-")
-    said.append(f"texture={(texture and texture['specimen']) or '-'}")
-    return " ".join(said)
+    said_speed = f"{speed['mm_s']:.2f}±{speed['sd']:.2f}" if speed else "-"
+    said_direction = f"{direction['deg']:.1f}±{direction['sd']:.2f}" if direction else "-"
+    return f"frame={event['frame']} speed={said_speed} direction={said_direction} texture={(texture and texture['specimen']) or '-'}"
 
 
 def same(name: str, source: str, expected: list[str], command: list[str | Path]) -> None:

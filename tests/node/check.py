@@ -385,15 +385,17 @@ def check_removed(programs):
 
 
 def check_page(programs):
-    """The program of the page prints events."""
-    page = programs.page.read_text()
+    """The program of the page prints events of the page's scene, also if it is started after the first one."""
+    page, endpoint = programs.page.read_text(), f"tcp/127.0.0.1:{free_port()}"
     code = next(block for block in re.findall(r"(?:^    .*\n|^\n)+", page, re.MULTILINE) if "import json, zenoh" in block)
-    port = free_port()
-    code = textwrap.dedent(code).replace("tcp/127.0.0.1:7447", f"tcp/127.0.0.1:{port}")
-    with programs.node("left=scene:Saw3@150,90deg", "--listen", f"tcp/127.0.0.1:{port}"):
-        with subprocess.Popen([sys.executable, "-u", "-c", code], stdout=subprocess.PIPE, text=True) as reader:
+    subprocess.run(["bash", "-c", re.search(r"^    (for n in .*)", page, re.MULTILINE)[1]], cwd=programs.folder, check=True)
+    with programs.node(f"left=scene:{programs.folder / 'slides.toml'}", "--listen", endpoint):
+        listener, command = Listener(endpoint), [sys.executable, "-u", "-c", textwrap.dedent(code).replace("tcp/127.0.0.1:7447", endpoint)]
+        until(lambda: listener.lines("wstac/left/event"), "the first event")
+        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as reader:
             line = reader.stdout.readline()
             reader.kill()
+        listener.close()
     if not line.startswith("wstac/left/event slide {"):
         fail(f"the program of the page prints {line!r}")
     print(f"the program of the page: {line.strip()}")

@@ -3,23 +3,23 @@
 #include <stdio.h>
 #include <wstac.h>
 
-static void print(const char *name, int decimals, double number)
+static void print(const char *name, int decimals, double number, double sd)
 {
-    isnan(number) ? printf("%s=- ", name) : printf("%s=%.*f ", name, decimals, number);
+    isnan(number) ? printf("%s=- ", name) : printf("%s=%.*f±%.2f ", name, decimals, number, sd);
 }
 
 int main(int argc, char **argv)
 {
-    const char *models[] = {"builtin", NULL};
-    WstacOptions options = {.models = models};
+    WstacOptions options = {.models = (const char *[]){"builtin", NULL}};
     Wstac *sensor;
     WstacRecord record = {0};
     WstacStatus status = wstac_open(argc == 2 ? argv[1] : "", &options, &sensor);
+    fprintf(stderr, "%s%s", wstac_notes(sensor), *wstac_notes(sensor) ? "\n" : "");
     while (status == WSTAC_STATUS_OK && record.kind != WSTAC_KIND_END)
         if ((status = wstac_next(sensor, &record)) == WSTAC_STATUS_OK && record.kind == WSTAC_KIND_EVENT) {
-            print("frame", 0, (double)record.frame);
-            print("speed", 2, record.event.speed_mm_s);
-            print("direction", 1, record.event.direction_deg);
+            printf("frame=%.0f ", (double)record.frame);
+            print("speed", 2, record.event.speed_mm_s, record.event.speed_sd_mm_s);
+            print("direction", 1, record.event.direction_deg, record.event.direction_sd_deg);
             printf("texture=%s\n", record.texture.specimen ? record.texture.specimen : "-");
         }
     if (status != WSTAC_STATUS_OK)

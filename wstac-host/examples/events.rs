@@ -1,24 +1,23 @@
 //! Prints the events of a recording, one per line: `cargo run --release -p wstac-host --example events FILE.mcap`.
 use std::path::Path;
 
-use wstac_host::source::open::{OpenOptions, open};
-use wstac_host::{
-    error,
-    json::{angle, rounded},
-    model_file::ModelFile,
-    output::Output,
-    session::Session,
-};
+use wstac_host::source::{config_of, open};
+use wstac_host::{error, json, model_file::ModelFile, output::Output, session::Session};
 
 fn main() -> Result<(), error::Error> {
     let missing = || error::Error::new(error::ErrorKind::Usage, "events", "no argument, expected FILE.mcap");
     let file = std::env::args_os().nth(1).ok_or_else(missing)?;
-    let source = open(&file, &OpenOptions::default(), &[])?;
+    let source = open::open(&file, &open::OpenOptions::default(), &[])?;
     // Without another configuration, the recording's own holds.
+    config_of(source.info(), None)?.notes(source.info()).for_each(|note| eprintln!("{note}"));
     for output in Session::builder(source).models([ModelFile::open(Path::new("builtin"))?]).build()? {
         let Output::Event(event) = output? else { continue };
-        let speed = event.speed.map_or("-".to_owned(), |speed| format!("{:.2}", rounded(speed.mm_s)));
-        let direction = event.direction.degrees.map_or("-".to_owned(), |degrees| format!("{:.1}", angle(degrees)));
+        let speed = event.speed.map_or("-".to_owned(), |speed| {
+            format!("{:.2}±{:.2}", json::rounded(speed.mm_s), speed.sd.map_or(f64::NAN, json::rounded))
+        });
+        let direction = event.direction.degrees.map_or("-".to_owned(), |degrees| {
+            format!("{:.1}±{:.2}", json::angle(degrees), event.direction.sd.map_or(f64::NAN, json::spread))
+        });
         let texture = event.texture.ok().and_then(|texture| texture.specimen).unwrap_or("-".to_owned());
         println!("frame={} speed={speed} direction={direction} texture={texture}", event.frame);
     }

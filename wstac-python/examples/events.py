@@ -4,9 +4,11 @@ import sys
 
 import wstac
 
-for event in wstac.open(sys.argv[1], models="builtin"):
-    speed = f"{event.speed.mm_s:.2f}" if event.speed else "-"
+stream = wstac.open(sys.argv[1], models="builtin")
+sys.stderr.writelines(f"{note}\n" for note in stream.notes)
+for event in stream:
+    speed = f"{event.speed.mm_s:.2f}±{event.speed.sd or 0:.2f}" if event.speed else "-"
     degrees = event.direction and event.direction.deg
-    direction = "-" if degrees is None else f"{degrees:.1f}"
+    direction = "-" if event.direction is None or degrees is None else f"{degrees:.1f}±{event.direction.sd or 0:.2f}"
     texture = (event.texture.specimen or "-") if event.texture else "-"
     print(f"frame={event.frame} speed={speed} direction={direction} texture={texture}")

@@ -73,7 +73,7 @@ class Direction:
     >>> import wstac
     >>> [event] = wstac.open("scene:Saw3@150,90deg")
     >>> event.direction
-    Direction(deg=90.0, sd=0.07, confidence=None)
+    Direction(deg=90.0, sd=0.05, confidence=None)
     """
 
     deg: Optional[float]

@@ -51,9 +51,11 @@ class Config:
 
     def __init__(self, keys: Union[str, Mapping[str, Any]] = "") -> None:
         given: Any = keys
-        if isinstance(given, os.PathLike) or (isinstance(given, str) and os.path.isfile(given)):
-            hint = f"give wstac.Config.read({os.fsdecode(given)!r})"
-            raise Error(f"config is the name of a file, expected what it says: {hint}")
+        # A text in TOML has a key, a table or a comment.
+        is_text = isinstance(given, str) and (set("=[#") & set(given) or not given.strip())
+        if isinstance(given, os.PathLike) or (isinstance(given, str) and (not is_text or os.path.isfile(given))):
+            Config.read(given)  # Raises what is wrong with the file.
+            raise Error(f"config is the name of a file, expected what it says: give wstac.Config.read({str(given)!r})")
         if isinstance(keys, Mapping):
             self._native = _wstac.Config.from_json(as_json("configuration", keys))
         elif isinstance(keys, str):

@@ -23,8 +23,7 @@ UNITS = 2048
 """Units in a feature of 1."""
 TAXELS = 1750
 """Inputs of samples of taxels."""
-ALONG_PATH = {390: "path", 280: "taxel-path"}
-"""Inputs of samples along a path, cut as the command's help says."""
+ARRAYS = '"frames" for X of a data set, "path" for X_path, "taxel-path" for X_taxel_path, "taxels" for X_taxels'
 ONNX = {"lightgbm": ("onnxmltools", "convert_lightgbm"), "sklearn": ("skl2onnx", "convert_sklearn")}
 """What writes ONNX for a library."""
 
@@ -45,8 +44,8 @@ def save(
     The estimator is one of scikit-learn or a `Pipeline`, of XGBoost, LightGBM or CatBoost; `wstac model --help` lists
     the kinds. Those of scikit-learn need the package skl2onnx, and those of LightGBM onnxmltools. X has samples as the
     estimator takes them, times their scale, best not those of the training: (n, 700), or ten numbers for each of the
-    first frames, or (n, 1750) of taxels. `input` is the sample: "frames", "path", "taxel-path" or "taxels". `labels`
-    are the names of `estimator.classes_`, which XGBoost numbers.
+    first 8 frames or more, or (n, 1750) of taxels. `input` has to say which samples they are: "frames", "path",
+    "taxel-path" or "taxels". `labels` are the names of `estimator.classes_`, which XGBoost numbers.
 
     Raises `Error`, a `ValueError`, if more than 0.5 % of the answers differ; there is no file then. Returns the model.
 
@@ -60,12 +59,10 @@ def save(
     >>> model.labels, wstac.Model.load(file).input
     (['Fla0', 'Saw4'], 'path')
     """
+    if input is None:
+        raise Error(f"input: is not given, expected {ARRAYS}")
     real, samples = _samples(X)
     width = real.shape[1]
-    if input is None and width in ALONG_PATH:
-        along = f"input={ALONG_PATH[width]!r}"
-        frames = f"of the first {width // 10} frames"
-        raise Error(f'X: {width} inputs: those of {along}, or {frames}, expected {along} or input="frames"')
     if not hasattr(estimator, "predict") or not hasattr(estimator, "classes_"):
         raise Error(f"estimator: {type(estimator).__name__} lacks predict or classes_, expected a trained classifier")
     answers = np.asarray(estimator.predict(real)).reshape(-1).astype(str)
@@ -98,12 +95,10 @@ def save(
     if best is None:
         raise Error(reason)
     if fewest > MOST_CHANGED * len(expected):
-        found = (
-            f"{fewest} of {len(expected)} answers ({100 * fewest / len(expected):.1f} %) differ from those of predict"
-        )
+        found = f"{fewest} of {len(expected)} answers ({100 * fewest / len(expected):.1f} %)"
         raise Error(
-            f"{kind}: {found}, expected at most 0.5 %; help: train a linear model without a StandardScaler and with "
-            "more regularization, or train trees"
+            f"{kind}: {found} differ from those of predict, expected at most 0.5 %; help: train a linear model without "
+            "a StandardScaler and with more regularization, or train trees"
         )
     write(best, file, force)
     return best
@@ -121,8 +116,9 @@ def write(model: Model, file: str, force: bool) -> None:
 def _samples(X: Any) -> tuple[NDArray[np.float64], NDArray[np.int16]]:
     """Returns samples as real numbers (n, inputs), and as int16 (n, 700), or (n, 1750) of taxels."""
     real = np.asarray(X, dtype=np.float64)
-    if real.ndim != 2 or not len(real) or real.shape[1] % 10 or real.shape[1] not in (*range(10, 701), TAXELS):
-        expected = f"(n, 700), or ten numbers for each of the first frames, or (n, {TAXELS}) of taxels"
+    # In fewer than eight frames, a touch has hardly begun.
+    if real.ndim != 2 or not len(real) or real.shape[1] not in (*range(80, 701, 10), TAXELS):
+        expected = f"(n, 700), or ten numbers for each of the first 8 frames or more, or (n, {TAXELS}) of taxels"
         raise Error(f"X: shape {real.shape}, expected {expected}")
     units = np.rint(real * UNITS)
     # NaN fails both comparisons.
