@@ -30,7 +30,7 @@ WRONG = [
     (lambda: wstac.Pipeline(fps=30, config=Path("/dev/null")), wstac.Error, "give wstac.Config.read('/dev/null')"),
     (lambda: wstac.Pipeline(fps=30, config="a/c.toml"), FileNotFoundError, "a/c.toml: no such file"),
     (lambda: wstac.Pipeline(fps=30, config="[trigger]\nwindow"), wstac.Error, "configuration: TOML line 2"),
-    (lambda: wstac.simulate({"lead_in": "x"}), wstac.Error, 'scene: invalid type: string "x", expected i64, in `lead_in`'),
+    (lambda: wstac.simulate({"lead_in": "x"}), wstac.Error, 'scene: lead_in: found "x", expected a whole number'),
     (lambda: wstac.save(None, SAMPLES, "no.wsm"), wstac.Error, 'input: is not given, expected "frames" for X of a data set'),
     (lambda: wstac.save(None, SAMPLE[:, 0], "no.wsm", input="frames"), wstac.Error, "X: shape (1, 70), expected (n, 700)"),
     (lambda: wstac.Pipeline(fps=30, config=3), TypeError, "config is a int, expected a wstac.Config"),
