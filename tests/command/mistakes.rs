@@ -63,7 +63,7 @@ fn files_of_another_kind_say_what_to_do_with_them() {
     let sent = std::fs::read(board).unwrap();
     let [twice, cut] = [("twice", [&sent[..], &sent].concat()), ("cut", sent[60..].to_vec())]
         .map(|(name, bytes)| format!("board:{}", path(&folder.file(name, bytes))));
-    ends(&["run", &twice], 0, &["bytes behind the end of the board's stream are not read"]);
+    ends(&["run", &twice], 0, &["bytes after the end of the board's stream are not read"]);
     ends(&["run", &cut], 0, &["cut has lost its start: without the board's description there are no times"]);
     let unnamed = path(&folder.file("unnamed", b"\0\0\0\x18ftypmp42"));
     let frames = "board.bin: is a board or its bytes, expected frames: wstac run, view and calibrate read a board";

@@ -29,7 +29,7 @@ fn recordings_need_a_folder() {
 #[test]
 fn an_address_that_is_none_or_taken_names_the_option() {
     for given in ["80260", "+8026", "sensor:8026"] {
-        let expected = "expected an address and a port, such as 127.0.0.1:8025";
+        let expected = "expected an address, a port or both, such as 127.0.0.1:8025";
         ends(&["serve", SCENE, "--listen", given], 2, &["--listen", expected]);
     }
     let holder = TcpListener::bind("127.0.0.1:0").unwrap();

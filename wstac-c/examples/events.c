@@ -5,7 +5,8 @@
 
 static void print(const char *name, int decimals, double number, double sd)
 {
-    isnan(number) ? printf("%s=- ", name) : printf("%s=%.*f±%.2f ", name, decimals, number, sd);
+    isnan(number) ? printf("%s=-", name) : printf("%s=%.*f", name, decimals, number);
+    isnan(sd) ? printf(" ") : printf("±%.2f ", sd);
 }
 
 int main(int argc, char **argv)

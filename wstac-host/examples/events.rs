@@ -12,11 +12,12 @@ fn main() -> Result<(), error::Error> {
     config_of(source.info(), None)?.notes(source.info()).for_each(|note| eprintln!("{note}"));
     for output in Session::builder(source).models([ModelFile::open(Path::new("builtin"))?]).build()? {
         let Output::Event(event) = output? else { continue };
+        let sd = |sd: Option<f64>| sd.map_or(String::new(), |sd| format!("±{sd:.2}"));
         let speed = event.speed.map_or("-".to_owned(), |speed| {
-            format!("{:.2}±{:.2}", json::rounded(speed.mm_s), speed.sd.map_or(f64::NAN, json::rounded))
+            format!("{:.2}{}", json::rounded(speed.mm_s), sd(speed.sd.map(json::rounded)))
         });
         let direction = event.direction.degrees.map_or("-".to_owned(), |degrees| {
-            format!("{:.1}±{:.2}", json::angle(degrees), event.direction.sd.map_or(f64::NAN, json::spread))
+            format!("{:.1}{}", json::angle(degrees), sd(event.direction.sd.map(json::spread)))
         });
         let texture = event.texture.ok().and_then(|texture| texture.specimen).unwrap_or("-".to_owned());
         println!("frame={} speed={speed} direction={direction} texture={texture}", event.frame);

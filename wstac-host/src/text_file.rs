@@ -64,11 +64,15 @@ fn text(path: &Path, content: io::Result<Option<Vec<u8>>>, most: u64) -> Result<
 /// The text is not of this type. The message is [`toml_error`].
 pub fn from_toml<T: DeserializeOwned>(text: &str) -> Result<T, String> {
     toml::from_str(text).map_err(|error| {
-        // The names that are expected are known only beside a text that is none of them.
+        // serde lists the names only for a wrong name, so one takes the value's place.
         let span = error.span().filter(|_| error.message() == NO_NAME).unwrap_or_default();
         let named = [&text[..span.start], "\"?\"", &text[span.end..]].concat();
-        match toml::from_str::<T>(&named).err().filter(|_| !span.is_empty()) {
-            Some(of_name) => toml_error(text, &of_name).replacen("found ?", &format!("found {}", &text[span]), 1),
+        match toml::from_str::<T>(&named).err().filter(|of_name| of_name.message().starts_with(WRONG_NAME)) {
+            Some(of_name) => {
+                let found = text[span].lines().next().unwrap_or_default();
+                let found = format!("found {}", crate::visible::shortened(found, 100));
+                toml_error(text, &of_name).replacen("found ?", &found, 1)
+            }
             None => toml_error(text, &error),
         }
     })
@@ -151,8 +155,11 @@ pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
     // Without the text, the error names the key behind its message.
     let shown = alone.to_string();
     let path = shown.strip_prefix(error.message()).and_then(|path| path.split('`').nth(1));
-    let key = match path.map(|path| path.rsplit_once('.').ok_or(path)) {
+    // The path of a key that is not known, or missing, is that of its table.
+    let is_of_table = OF_TABLE.iter().any(|head| error.message().starts_with(head));
+    let key = match path.map(|path| path.rsplit_once('.').filter(|_| !is_of_table).ok_or(path)) {
         None => String::new(),
+        Some(Err(table)) if is_of_table => format!("[{table}] "),
         Some(Err(key)) => format!("{key}: "),
         Some(Ok((table, key))) => format!("[{table}] {key}: "),
     };
@@ -167,22 +174,25 @@ pub fn toml_error(text: &str, error: &toml::de::Error) -> String {
 
 /// The message of the `toml` crate about a value in place of a name.
 const NO_NAME: &str = "wanted string or table";
-/// What serde writes between what it found and what it expected.
+/// How serde's message about a wrong name begins, and those about a key that is not known or is missing.
+const WRONG_NAME: &str = "unknown variant ";
+const OF_TABLE: [&str; 2] = ["unknown field ", "missing field "];
+/// The text of serde between found and expected, and behind a large number.
 const BETWEEN: &str = ", expected ";
+const LARGE: &str = " as i128";
 /// How messages of serde, the values that it found and those that it expected begin, and the words for people who write
 /// files.
 const HEADS: &[(&str, &str)] = &[
-    ("unknown variant ", "found "),
-    ("unknown field ", "unknown key "),
-    ("missing field ", "missing key "),
+    (WRONG_NAME, "found "),
+    (OF_TABLE[0], "unknown key "),
+    (OF_TABLE[1], "missing key "),
     ("invalid type: ", "found "),
     ("invalid value: ", "found "),
     ("invalid length ", "found a list of "),
 ];
 const FOUND: &[(&str, &str)] = &[
-    ("map, expected a sequence", "one table, expected a list of tables, with [[ ]] around its name"),
-    ("map, ", "a table, "),
-    ("sequence, ", "a list, "),
+    ("map", "a table"),
+    ("sequence", "a list"),
     ("boolean ", ""),
     ("integer ", ""),
     ("floating point ", ""),
@@ -191,16 +201,16 @@ const FOUND: &[(&str, &str)] = &[
 const EXPECTED: &[(&str, &str)] = &[
     ("u8", "a whole number from 0 to 255"),
     ("u16", "a whole number from 0 to 65535"),
-    ("u32", "a whole number from 0 on"),
+    ("u32", "a whole number from 0 to 4294967295"),
     ("u64", "a whole number from 0 on"),
     ("usize", "a whole number from 0 on"),
-    ("i32", "a whole number"),
     ("i64", "a whole number"),
     ("f32", "a number"),
     ("f64", "a number"),
     ("a boolean", "true or false"),
     ("a string", "a text in quotes"),
-    ("a sequence", "a list"),
+    ("a sequence", "a list (one of tables has [[ ]] around its name)"),
+    ("a map", "a table"),
     ("an array of length ", "a list of "),
     ("a tuple of size ", "a list of "),
 ];
@@ -213,11 +223,14 @@ fn in_words(message: &str) -> String {
     let Some((head, rest)) = HEADS.iter().find_map(|(from, to)| Some((to, message.strip_prefix(from)?))) else {
         return message.to_owned();
     };
-    let rest = known(rest, FOUND).unwrap_or(rest.to_owned());
-    let (found, expected) = rest.rsplit_once(BETWEEN).unwrap_or((&rest, ""));
-    let between = if expected.is_empty() { "" } else { BETWEEN };
-    let expected = known(expected, EXPECTED).unwrap_or(expected.replace('`', "\""));
-    format!("{head}{}{between}{expected}", found.trim_matches('`'))
+    let (found, expected) = rest.rsplit_once(BETWEEN).unwrap_or((rest, ""));
+    let found = known(found, FOUND).unwrap_or(found.to_owned());
+    let found = found.trim_end_matches(LARGE).trim_matches('`');
+    match expected.split(' ').next() {
+        Some("") | None => format!("{head}{found}"),
+        Some("struct") => format!("{head}{found}, expected a table"),
+        _ => format!("{head}{found}, expected {}", known(expected, EXPECTED).unwrap_or(expected.replace('`', "\""))),
+    }
 }
 
 #[cfg(test)]
@@ -264,7 +277,7 @@ mod tests {
             ("pair = [1, 2, 3]", "the list has 3 values, expected 2 (in: pair = [1, 2, 3])"),
             ("size = [1, 2, 3]", "the list has 3 values, expected 2 (in: size = [1, 2, 3])"),
             ("places = [[1, 2], [3, 4, 5]]", "the list has 3 values, expected 2 (in: places = "),
-            ("pair = 1", "expected a list (in: pair = 1)"),
+            ("pair = 1", "pair: found 1, expected a list (in: pair = 1)"),
             ("side = 3", "side: found 3, expected \"left\" or \"right\" (in: side = 3)"),
             ("size = [1, \"a\"]", "size: found \"a\", expected a whole number from 0 to 65535"),
         ] {

@@ -6,9 +6,14 @@ import wstac
 
 stream = wstac.open(sys.argv[1], models="builtin")
 sys.stderr.writelines(f"{note}\n" for note in stream.notes)
+
+
+def number(number: "float | None", sd: "float | None", form: str) -> str:
+    return "-" if number is None else f"{number:{form}}" + (f"±{sd:.2f}" if sd is not None else "")
+
+
 for event in stream:
-    speed = f"{event.speed.mm_s:.2f}±{event.speed.sd or 0:.2f}" if event.speed else "-"
-    degrees = event.direction and event.direction.deg
-    direction = "-" if event.direction is None or degrees is None else f"{degrees:.1f}±{event.direction.sd or 0:.2f}"
+    speed = number(event.speed.mm_s, event.speed.sd, ".2f") if event.speed else "-"
+    direction = number(event.direction.deg, event.direction.sd, ".1f") if event.direction else "-"
     texture = (event.texture.specimen or "-") if event.texture else "-"
     print(f"frame={event.frame} speed={speed} direction={direction} texture={texture}")

@@ -55,7 +55,8 @@ class Config:
         is_text = isinstance(given, str) and (set("=[#") & set(given) or not given.strip())
         if isinstance(given, os.PathLike) or (isinstance(given, str) and (not is_text or os.path.isfile(given))):
             Config.read(given)  # Raises what is wrong with the file.
-            raise Error(f"config is the name of a file, expected what it says: give wstac.Config.read({str(given)!r})")
+            hint = f"give wstac.Config.read({os.fsdecode(given)!r})"
+            raise Error(f"config is the name of a file, expected what it says: {hint}")
         if isinstance(keys, Mapping):
             self._native = _wstac.Config.from_json(as_json("configuration", keys))
         elif isinstance(keys, str):

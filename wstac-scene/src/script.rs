@@ -168,7 +168,9 @@ impl SceneConfig {
 }
 
 fn of_table(table: toml::Table) -> Result<SceneFile, String> {
-    table.try_into().map_err(|error| wstac_host::text_file::toml_error("", &error))
+    // What the text of the table is, nobody has written: a line of it is not told.
+    let without_line = |message: String| message.split_once(": ").map_or(message.clone(), |(_, rest)| rest.to_owned());
+    wstac_host::text_file::from_toml(&table.to_string()).map_err(without_line)
 }
 
 fn parse_short(text: &str) -> Result<SceneConfig, String> {

@@ -285,7 +285,9 @@ impl FileTouch {
         for ((key, found), (needed, other)) in
             [(("approach", self.approach), hold), (travel, hold), (("lift", self.lift), travel)]
         {
-            found.map_or(Some(0.0), |_| other).ok_or_else(|| format!("{key} needs {needed}"))?;
+            if found.is_some() && other.is_none() {
+                return Err(format!("{key} needs {needed}"));
+            }
         }
         let turn_deg_mm = self.turn.unwrap_or(0.0);
         within("turn", turn_deg_mm, -1.0, 1.0)?;

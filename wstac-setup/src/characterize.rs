@@ -194,7 +194,7 @@ fn error_line(name: &str, errors: &[(f64, Option<f64>)], scale: f64, unit: &str)
             percent(1.0),
             percent(2.0)
         );
-        // Fewer by two deviations of the count itself are no chance.
+        // A count that is two of its own standard deviations too low is no longer chance.
         let is_few = |most: f64, part: f64| {
             let expected = part * count as f64;
             (within(most) as f64) < expected - 2.0 * (expected * (1.0 - part)).sqrt()

@@ -77,7 +77,7 @@ pub(crate) enum Fault {
     RollingSlow,
     /// The press comes at 8 to 30 mm/s, and not at 30 to 400.
     Slow,
-    /// Parts are lifted 2 to 8 times slower than pressed on, with a readout of so many ms.
+    /// Parts are lifted 2 to 8 times slower than pressed on, with this readout in ms.
     Lifted(u8),
 }
 

@@ -68,7 +68,11 @@ fn a_press_is_not_the_planned_slide() {
     let scene = format!("gap = 140\n{press}{slide}{press}[sensor]\nsize = [240, 180]\n");
     fs::write(folder.0.join("s.toml"), scene).unwrap();
     let done = guided(&folder, "\n\nr\n");
-    says(&done, 0, &["wrote ", "1 slide recorded now, 1 of 4 in total", "the source ended before a slide came"]);
+    says(
+        &done,
+        0,
+        &["wrote ", "1 slide recorded now, 1 of 4 in total", "it ended; a file has all slides of the plan, in order"],
+    );
     let why = "the touch is a press, which does not slide: repeat the same slide";
     assert_eq!(said(&done).matches(why).count(), 2, "{}", said(&done));
     let files: Vec<_> = fs::read_dir(folder.0.join("files")).unwrap().map(|file| file.unwrap().path()).collect();

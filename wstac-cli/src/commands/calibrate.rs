@@ -218,11 +218,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if arguments.gains {
         return gains(arguments);
     }
-    find(arguments, || Ok(()))
+    find(arguments, None::<fn() -> Result<(), Error>>)
 }
 
-/// Finds the whiskers. `begin` is called before the first frame is read, if the source can be opened.
-pub(super) fn find(arguments: &Arguments, begin: impl FnOnce() -> Result<(), Error>) -> Result<(), Stop> {
+/// Finds the whiskers. `make_folder` is called before the first frame is read, if the source can be opened.
+pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> Result<(), Error>>) -> Result<(), Stop> {
     let output = arguments.output.as_path();
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let overlay = arguments.overlay.clone().unwrap_or_else(|| output.with_extension("png"));
@@ -230,14 +230,19 @@ pub(super) fn find(arguments: &Arguments, begin: impl FnOnce() -> Result<(), Err
         let message = "is the name of both configuration and picture, expected two names";
         return Err(Error::new(ErrorKind::Usage, output.display(), message).into());
     }
+    if make_folder.is_none() {
+        outputs.check([output, &overlay])?;
+    }
     [output, &overlay].into_iter().try_for_each(Outputs::check_room)?;
     if arguments.options.readout.is_some() {
         let message = "--readout is what this command measures; leave it out, or write [sensor] readout_ms yourself";
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
     }
     let (mut source, info) = open(arguments)?;
-    begin()?;
-    outputs.check([output, &overlay])?;
+    if let Some(make_folder) = make_folder {
+        make_folder()?;
+        outputs.check([output, &overlay])?;
+    }
     note(&info.about);
     let mut watch = Watch::new(&info)?;
     let is_board = port_of(&arguments.source).is_some();

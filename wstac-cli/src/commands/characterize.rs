@@ -106,7 +106,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             Ok(())
         };
         let calibration = calibrate::Arguments::of(arguments.source.clone(), config.clone(), options);
-        calibrate::find(&calibration, begin)?;
+        calibrate::find(&calibration, Some(begin))?;
     }
     note("2 of 3: slides");
     let options = arguments.options.clone();
@@ -269,8 +269,6 @@ impl Characterized {
         let sensor = SensorConfig { size: info.size, rate: info.rate, readout_ms, ..SensorConfig::default() };
         let mut found = MeasuredSensor::new(&self.slides, &sensor).map_err(|error| error.to_string())?;
         found.has_readout = self.readout_ms.is_some();
-        Ok(format!(
-            "# A slide of this sensor, in place of which others can stand.\nspecimen = \"Fla0\"\nspeed = 100\n{found}"
-        ))
+        Ok(format!("# An example slide: replace it by others.\nspecimen = \"Fla0\"\nspeed = 100\n{found}"))
     }
 }

@@ -37,7 +37,7 @@ const OTHERS: &[(&str, &str)] = &[
     ("wstac -q", QUIET),
     ("wstac --quiet", QUIET),
 ];
-const QUIET: &str = "notes go to standard error, which 2>/dev/null hides";
+const QUIET: &str = "wstac run has -q; 2>/dev/null hides the notes of other commands, and their errors";
 
 /// Returns what to use instead of a removed command or option, if that is what clap does not know.
 ///

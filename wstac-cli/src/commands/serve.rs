@@ -49,7 +49,7 @@ pub(super) struct Arguments {
     #[arg(required = true, value_name = "SOURCE")]
     sources: Vec<OsString>,
 
-    /// Listen here, at an address and a port or a port alone; port 0 is any free one
+    /// Listen here: an address, a port or both; port 0 is any free one
     ///
     /// Other machines reach the page only at another address than 127.0.0.1, and only with the token that is in the
     /// printed address then.
@@ -102,7 +102,7 @@ fn address(text: &str) -> Result<SocketAddr, String> {
     alone
         .or_else(|| text.parse().ok())
         .or_else(|| Some(SocketAddr::new(text.parse().ok()?, LISTEN.port())))
-        .ok_or_else(|| format!("expected an address and a port, such as {LISTEN}, or a port"))
+        .ok_or_else(|| format!("expected an address, a port or both, such as {LISTEN}"))
 }
 
 const HELP: &str = "\

@@ -132,8 +132,8 @@ impl Monitor {
                     self.board.take(&received.message, received.first, &mut reports);
                     reports.into_iter().try_for_each(&mut give)?;
                     if self.board.ended {
-                        if at + 1 < bytes.len() {
-                            give(Report::Note("bytes behind the end of the board's stream are not read".to_owned()))?;
+                        if bytes[at + 1..].iter().any(|byte| !b"\0\r\n".contains(byte)) {
+                            give(Report::Note("bytes after the end of the board's stream are not read".to_owned()))?;
                         }
                         return Ok(false);
                     }

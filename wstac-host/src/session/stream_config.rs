@@ -118,9 +118,9 @@ impl Config {
 
     /// Returns a note for a person if the trigger takes frames without a touch for lit.
     pub fn trigger_note(&self) -> Option<&'static str> {
-        let is_lit = |trigger: TriggerConfig| trigger.rule() == Rule::Literal && trigger.multiplier() > Q16::ONE;
+        let is_lit = |trigger: TriggerConfig| trigger.rule() == Rule::Literal && trigger.multiplier() >= Q16::ONE;
         self.trigger().is_ok_and(is_lit).then_some(
-            "[trigger] rule = \"literal\" with a multiplier above 1 takes dark frames for lit, so touches are lost; help: \
+            "[trigger] rule = \"literal\" with a multiplier of 1 or more takes dark frames for lit, so touches are lost; help: \
              rule = \"signed\", or a multiplier below 1",
         )
     }

@@ -96,7 +96,7 @@ pub struct StreamInfo {
 }
 
 impl StreamInfo {
-    /// Returns what tells its camera from others: its lasting name, or that of its model; `None` of another source.
+    /// Returns the name that tells cameras apart: the link with the serial number, else the model; `None` of others.
     pub fn sensor(&self) -> Option<String> {
         let camera = self.camera.as_ref()?;
         let lasting = camera.links.iter().find(|link| link.starts_with("/dev/v4l/by-id"));

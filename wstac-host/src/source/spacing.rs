@@ -174,7 +174,7 @@ impl Spacing {
         }
         if uneven > 0 && self.positions == Positions::Times {
             message += "; help: lock the exposure and record again; if only the times are uneven, ffmpeg -i FILE -vf \
-                        setpts=N/RATE/TB -r RATE NEW.mkv";
+                        setpts=N/RATE/TB -r RATE -c:v ffv1 NEW.mkv";
         }
         self.fault(FaultKind::Spacing, &message);
     }

@@ -89,11 +89,12 @@ pub(super) fn is_video(path: &Path) -> bool {
 
 /// Returns whether a file begins as MP4, Matroska, AVI or GIF do.
 pub(super) fn starts_as_video(path: &Path) -> bool {
-    let mut start = [0; 8];
+    let mut start = [0; 12];
     let is_read = crate::files::open(path).is_ok_and(|mut file| file.read_exact(&mut start).is_ok());
     is_read
-        && (&start[4..] == b"ftyp"
-            || [*b"\x1AE\xDF\xA3", *b"RIFF", *b"GIF8"].iter().any(|magic| start.starts_with(magic)))
+        && (&start[4..8] == b"ftyp"
+            || start.starts_with(b"RIFF") && start.ends_with(b"AVI ")
+            || [*b"\x1AE\xDF\xA3", *b"GIF8"].iter().any(|magic| start.starts_with(magic)))
 }
 
 impl Video {

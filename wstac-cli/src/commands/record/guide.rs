@@ -313,8 +313,8 @@ impl Session<'_> {
             match found {
                 Some(outcome) => return Ok(Some(outcome)),
                 None if !goes_on || !has_room => {
-                    let ended = "the source ended before a slide came; a file or a scene needs all slides of the plan, in order";
-                    note(if has_room { ended } else { "the disk is full" });
+                    let ended = ["it ended; a file has all slides of the plan, in order", "the camera ended"];
+                    note(if has_room { ended[usize::from(self.is_live)] } else { "the disk is full" });
                     return Ok(Some(SlideOutcome::Ended));
                 }
                 None => {}

@@ -32,7 +32,7 @@ pub(super) fn choose(arguments: &Arguments, budget: &Budget) -> Result<(), Stop>
     let mut text = table::all(row, model.as_slice(), &prices);
     let limited: Vec<_> = cores.iter().map(|core| core.name()).collect();
     // Writing to a string does not fail.
-    let _ = writeln!(text, "limits      of {}; other cores have none, and are for comparison", limited.join(", "));
+    let _ = writeln!(text, "limits      hold for {}; any other core is for comparison", limited.join(", "));
     if let Some(nearly) = choice.nearly {
         text.push_str(&table::nearly(nearly, &prices, &cores));
     }

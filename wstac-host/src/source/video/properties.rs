@@ -171,7 +171,7 @@ impl Stated {
         let hundredths = 100.0 / frames.rate.per_second();
         if self.codec == "gif" && (hundredths - hundredths.round()).abs() > 0.01 {
             about += "; a GIF's times are hundredths of a second, so these frames come unevenly: ffmpeg -i FILE -vf \
-                      fps=RATE NEW.mkv makes them even";
+                      fps=RATE -c:v ffv1 NEW.mkv makes them even";
         }
         if frames.format.is_ycbcr() && self.range.is_none() {
             about += "; no range is stated: limited, unless --range says full";
