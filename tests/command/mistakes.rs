@@ -20,7 +20,7 @@ fn options_of_other_programs_are_explained() {
     for (given, expected) in [
         (&["serve", "--port", "8080", "a"][..], "--port: no such option; help: --listen takes a port"),
         (&["run", "--csv", "a"], "--csv: no such option; help: -o FILE.csv"),
-        (&["record", "-q", "a"], "-q: no such option; help: notes go to standard error"),
+        (&["record", "-q", "a"], "-q: no such option; help: wstac run has -q"),
         (&["run", "--zzz", "a"], "unexpected argument '--zzz' found\n\nUsage"),
     ] {
         ends(given, 2, &[expected]);
@@ -95,7 +95,7 @@ fn a_trigger_that_takes_dark_frames_for_lit_is_noted() {
     let config = folder.file("literal.toml", "[trigger]\nrule = \"literal\"\n");
     for command in ["run", "doctor"] {
         let with = [command, "scene:Saw3@150", "--size", "320x180", "--config", config.to_str().unwrap()];
-        ends(&with, 0, &["[trigger] rule = \"literal\" with a multiplier above 1 takes dark frames for lit"]);
+        ends(&with, 0, &["[trigger] rule = \"literal\" with a multiplier of 1 or more takes dark frames for lit"]);
     }
 }
 
