@@ -168,9 +168,10 @@ impl SceneConfig {
 }
 
 fn of_table(table: toml::Table) -> Result<SceneFile, String> {
-    // What the text of the table is, nobody has written: a line of it is not told.
+    // Nobody wrote this text, so a line of it is not told.
+    let text = table.to_string();
     let without_line = |message: String| message.split_once(": ").map_or(message.clone(), |(_, rest)| rest.to_owned());
-    wstac_host::text_file::from_toml(&table.to_string()).map_err(without_line)
+    table.try_into().or_else(|_: toml::de::Error| wstac_host::text_file::from_toml(&text).map_err(without_line))
 }
 
 fn parse_short(text: &str) -> Result<SceneConfig, String> {
