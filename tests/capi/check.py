@@ -126,8 +126,9 @@ class Wstac:
 
 
 def line(event, is_firmware=False):
-    """Returns an event as the examples print it; that of the firmware has no standard deviations."""
-    speed, direction, texture = event["speed"], event["direction"], event["texture"]
+    """Returns an event as the examples print it; that of the firmware has no standard deviations, and what is not reliable, too."""
+    speed, direction = (event[name] if is_firmware or event["reliable"] else None for name in ("speed", "direction"))
+    texture = event["texture"]
     speed = "-" if speed is None else f"{speed['mm_s']:.1f}" if is_firmware else f"{speed['mm_s']:.2f}±{speed['sd']:.2f}"
     direction = "-" if direction is None else f"{direction['deg']:.1f}" + ("" if is_firmware else f"±{direction['sd']:.2f}")
     return f"frame={event['frame']} speed={speed} direction={direction} texture={(texture and texture['specimen']) or '-'}"

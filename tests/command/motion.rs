@@ -63,7 +63,7 @@ fn a_press_in_which_a_part_slips_is_unclear_on_hosts_and_boards() {
         let [slip, event, ..] = &found[..] else { panic!("{found:?}") };
         assert_eq!((&slip["kind"], &event["kind"]), (&json!("slip"), &json!("event")), "{hold}, {specimen}");
         assert_eq!((&event["contact"], &event["reliable"]), (&json!("unclear"), &json!(false)), "{event}");
-        assert_eq!(event["why"]["reliable"], "a held part began to slip during the touch", "{event}");
+        assert_eq!(event["why"]["reliable"], "a held part seems to have slipped during the touch", "{event}");
         // Models over time have samples of everything, and would name a texture.
         assert_eq!((&event["texture"], &event["speed"]), (&json!(null), &json!(null)), "{event}");
         let text = good(&["run", &scene, "--model", "none"]);

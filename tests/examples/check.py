@@ -63,7 +63,8 @@ def prints(name: str, program: Path) -> None:
 
 def line_of(event: dict) -> str:
     """Returns an event as the examples print it."""
-    speed, direction, texture = event["speed"], event["direction"], event["texture"]
+    speed, direction = (event[name] if event["reliable"] else None for name in ("speed", "direction"))
+    texture = event["texture"]
     said_speed = f"{speed['mm_s']:.2f}±{speed['sd']:.2f}" if speed else "-"
     said_direction = f"{direction['deg']:.1f}±{direction['sd']:.2f}" if direction else "-"
     return f"frame={event['frame']} speed={said_speed} direction={said_direction} texture={(texture and texture['specimen']) or '-'}"

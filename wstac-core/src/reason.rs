@@ -65,7 +65,7 @@ pub enum Reason {
     TwoObjects,
     /// Not reliable: the camera takes more frames than were agreed on, so speeds are too low. Its caller says so.
     FasterCamera,
-    /// Unclear: a held part began to slip during the touch.
+    /// Unclear: a held part seems to have slipped during the touch.
     Slips,
 }
 
@@ -102,7 +102,7 @@ impl Reason {
             Self::ReadoutUnknown => "readout unknown: it depends on [sensor] readout_ms, which is not stated",
             Self::Turning => "the object seems to turn while it slides, or its shape is not known",
             Self::TwoObjects => "two objects seem to touch the sensor, or the object's shape is not known",
-            Self::Slips => "a held part began to slip during the touch",
+            Self::Slips => "a held part seems to have slipped during the touch",
             Self::FasterCamera => "the camera takes more frames per second than were agreed on",
         }
     }

@@ -13,10 +13,10 @@ fn main() -> Result<(), error::Error> {
     for output in Session::builder(source).models([ModelFile::open(Path::new("builtin"))?]).build()? {
         let Output::Event(event) = output? else { continue };
         let sd = |sd: Option<f64>| sd.map_or(String::new(), |sd| format!("±{sd:.2}"));
-        let speed = event.speed.map_or("-".to_owned(), |speed| {
+        let speed = event.speed.ok().filter(|_| event.reliable).map_or("-".to_owned(), |speed| {
             format!("{:.2}{}", json::rounded(speed.mm_s), sd(speed.sd.map(json::rounded)))
         });
-        let direction = event.direction.degrees.map_or("-".to_owned(), |degrees| {
+        let direction = event.direction.degrees.ok().filter(|_| event.reliable).map_or("-".to_owned(), |degrees| {
             format!("{:.1}{}", json::angle(degrees), sd(event.direction.sd.map(json::spread)))
         });
         let texture = event.texture.ok().and_then(|texture| texture.specimen).unwrap_or("-".to_owned());

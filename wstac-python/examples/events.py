@@ -13,7 +13,7 @@ def number(number: "float | None", sd: "float | None", form: str) -> str:
 
 
 for event in stream:
-    speed = number(event.speed.mm_s, event.speed.sd, ".2f") if event.speed else "-"
-    direction = number(event.direction.deg, event.direction.sd, ".1f") if event.direction else "-"
+    speed = number(event.speed.mm_s, event.speed.sd, ".2f") if event.speed and event.reliable else "-"
+    direction = number(event.direction.deg, event.direction.sd, ".1f") if event.direction and event.reliable else "-"
     texture = (event.texture.specimen or "-") if event.texture else "-"
     print(f"frame={event.frame} speed={speed} direction={direction} texture={texture}")

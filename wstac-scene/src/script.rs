@@ -215,7 +215,7 @@ fn check(file: SceneFile) -> Result<SceneConfig, String> {
         ([], []) => vec![file.slide().check().map(Touch::Slide)?],
         _ if !file.keys().is_empty() => {
             let name = if file.touch.is_empty() { "slide" } else { "touch" };
-            return Err(format!("a slide's key stands beside [[{name}]]; leave one of them out"));
+            return Err(format!("{} stands beside [[{name}]]; leave one of them out", file.keys().join(", ")));
         }
         (slides, []) => {
             let check = |(n, slide): (usize, &FileSlide)| slide.check().map_err(|e| numbered("slide", n, e));

@@ -58,8 +58,9 @@ function textureText(texture) {
 // What else an event tells, in the words of the command.
 function moreText(event) {
   const length = ({ value, sd }) => Math.abs(value).toFixed(1) + " ± " + short(sd) + " mm";
-  const { basis, width_mm: width, place_mm: place, contacts, period_mm: period, duration_frames: lit } = event;
+  const { basis, width_mm: width, place_mm: place, contacts, period_mm: period, duration_frames: lit, why } = event;
   return [
+    why && why.reliable,
     basis && "by the " + basis, width && length(width) + " wide",
     place && length(place) + " to the " + (place.value < 0 ? "right" : "left"), contacts > 1 && contacts + " contacts",
     period && "period " + length(period), Number.isInteger(lit) && "lit " + plural(lit + 1, "frame"),

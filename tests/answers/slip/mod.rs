@@ -161,7 +161,7 @@ fn others(page: &mut String) {
     };
     let all = [10.0, 300.0];
     let rows = [
-        (Kind::Plate, all, "lifted plates"),
+        (Kind::Plate, all, "plates lifted as fast as pressed on"),
         (Kind::Slide, all, "slides from the side"),
         (Kind::Along, [15.0, 30.0], "slides along rows or columns at 15 to 30 mm/s"),
         (Kind::Along, [5.0, 15.0], "at 5 to 15 mm/s"),

@@ -10,7 +10,7 @@ use serde::Serialize;
 use super::files::Outputs;
 use super::output::{Stop, note, print_json, stdout};
 use super::progress::OverwrittenLine;
-use super::signals::{Ending, finishing};
+use super::signals::{Ending, check, finishing};
 use super::source_arguments::SourceArguments;
 use super::values::at_least;
 use wstac_core::green::any::Any;
@@ -239,6 +239,7 @@ pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> R
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
     }
     let (mut source, info) = open(arguments)?;
+    let is_part = make_folder.is_some();
     if let Some(make_folder) = make_folder {
         make_folder()?;
         outputs.check([output, &overlay])?;
@@ -264,6 +265,10 @@ pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> R
     })?;
     drop(progress);
     note_lost(lost);
+    // A signal ends the look at the sensor, or all of what this is a part of.
+    if is_part {
+        check()?;
+    }
     let outcome = watch.calibrate();
     let calibration = match &outcome.result {
         Ok(calibration) => calibration,

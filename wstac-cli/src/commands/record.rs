@@ -220,22 +220,15 @@ Examples:
 "#;
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let all = sensors(&arguments.sources)?;
-    if let [SensorSpec { name: None, source }] = &all[..] {
-        return match &arguments.guide {
-            Some(plan) => guide::run(arguments, source, plan),
-            None => to_file::run(arguments, &all),
-        };
+    let given = sensors(&arguments.sources)?;
+    match (&arguments.guide, &given[..]) {
+        (None, _) => to_file::run(arguments, &arguments.options.every_sensor(&given)?),
+        (Some(plan), [SensorSpec { name: None, source }]) => guide::run(arguments, source, plan),
+        _ => {
+            let message = "is for one sensor, expected a plain source";
+            Err(Error::new(ErrorKind::Usage, "--guide", message).into())
+        }
     }
-    if let Some(plain) = all.iter().find(|sensor| sensor.name.is_none()) {
-        let message = "is one of several sources, expected a name for each: NAME=SOURCE";
-        return Err(Error::new(ErrorKind::Usage, plain.source.display(), message).into());
-    }
-    if arguments.guide.is_some() {
-        let message = "is for one sensor, expected a plain source";
-        return Err(Error::new(ErrorKind::Usage, "--guide", message).into());
-    }
-    to_file::run(arguments, &all)
 }
 
 /// Creates the file, beside an older recording that it will replace.

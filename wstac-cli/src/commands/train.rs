@@ -198,7 +198,11 @@ fn learn_command(arguments: &Arguments) -> Option<String> {
         _ => "builtin:taxel-embedding",
     };
     let sets: Vec<String> = arguments.sets.iter().map(|set| set.display().to_string()).collect();
-    Some(format!("wstac model learn {base} {} -o {}", sets.join(" "), arguments.output.display()))
+    Some(format!(
+        "wstac model learn {base} {} -o {}",
+        sets.join(" "),
+        arguments.output.with_extension("learned.wsm").display()
+    ))
 }
 
 /// Reads all sets; without any, simulates slides by default.

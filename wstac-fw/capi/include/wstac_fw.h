@@ -227,7 +227,7 @@ enum WstacFwWhy
   WSTAC_FW_WHY_TWO_OBJECTS = 21,
   /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
   WSTAC_FW_WHY_FASTER_CAMERA = 22,
-  /// Unclear: a held part began to slip during the touch.
+  /// Unclear: a held part seems to have slipped during the touch.
   WSTAC_FW_WHY_SLIPS = 23,
 };
 #ifndef __cplusplus

@@ -127,7 +127,7 @@ pub enum WstacFwWhy {
     TwoObjects = 21,
     /// Not reliable: the camera takes more frames than were agreed on, as the caller knows.
     FasterCamera = 22,
-    /// Unclear: a held part began to slip during the touch.
+    /// Unclear: a held part seems to have slipped during the touch.
     Slips = 23,
 }
 

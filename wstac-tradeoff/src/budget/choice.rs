@@ -165,7 +165,8 @@ impl<'q> Question<'q> {
             let model = short(row.model.as_deref().unwrap_or(NONE));
             let missed = self.taken(row).into_iter().filter(|taken| !taken.fits()).map(|taken| taken.to_string());
             let missed = missed.collect::<Vec<_>>().join("; ");
-            let less = if row.model.is_some() { "; help: --by speed, direction or objects need no model" } else { "" };
+            let is_needed = wanted.iter().all(|row| row.model.is_some());
+            let less = if is_needed { "; help: --by speed, direction or objects need no model" } else { "" };
             return format!("no configuration fits; the nearest is {}, model {model}: {missed}{less}", row.setting);
         }
         if self.rows.iter().any(|row| self.budget.is_of(row)) {

@@ -154,7 +154,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 fn shorter(input: Input, inputs: usize) -> Option<String> {
     let usual = FEATURES * usize::from(frames_of(input));
     (input.steps().is_some() && inputs != usual).then(|| {
-        format!("{inputs} inputs: taken as the first {inputs} numbers of {}, of which {usual} are usual", input.name())
+        let (found, usual) = (inputs / FEATURES, usual / FEATURES);
+        format!("{inputs} inputs: taken as X_{}[:, :, :{found}] in one row; {usual} places are usual", input.name())
     })
 }
 

@@ -117,7 +117,11 @@ pub(super) fn run(arguments: &Arguments, source: &OsStr, plan_file: &Path) -> Re
         Session { is_live, source, info, kept, config, models: &models, labels, compression, keys, shown, interrupted };
     let recorded = session.lead(&slides, folder)?;
     let there = slides.iter().filter(|slide| file_of(folder, slide).exists()).count();
-    let rest = if there < slides.len() { "; the same command continues with the others" } else { "" };
+    let rest = match there == slides.len() {
+        true => "",
+        false if session.is_live => "; the same command continues with the others",
+        false => "; a file or a scene that begins with the next slide continues",
+    };
     let (all, folder) = (slides.len(), folder.display());
     let recorded = counted(recorded, "slide");
     note(format_args!("{folder}: {recorded} recorded now, {there} of {all} in total{rest}"));
@@ -241,8 +245,7 @@ impl Session<'_> {
 
     /// Makes one attempt, and returns `None` if the baseline was not quiet.
     fn attempt(&mut self, slide: &PlannedSlide, part: &Path) -> Result<Option<SlideOutcome>, Error> {
-        // A recording has the whole sample of its event.
-        let wanted = OutputOptions { features: true, samples: true, ..OutputOptions::default() };
+        let wanted = OutputOptions { features: true, ..OutputOptions::default() };
         let processor = Processor::new(&self.info, &self.config, wanted)?;
         let mut processor = processor.with_textures(Textures::new(self.models)?);
         let mut labels = self.labels.clone();
@@ -272,14 +275,14 @@ impl Session<'_> {
         processor: &mut Processor,
         recorder: &mut Recorder,
     ) -> Result<Option<SlideOutcome>, Error> {
-        let mut asked = false;
+        let (mut asked, mut outcome) = (false, None);
         loop {
             if self.interrupted.load(Ordering::Relaxed) {
                 return Ok(Some(SlideOutcome::Ended));
             }
             let item = self.source.next_event()?;
             recorder.source_event(&item);
-            let (mut found, mut was_disturbed) = (None, false);
+            let mut was_disturbed = false;
             let shown = &mut self.shown;
             let goes_on = processor.process(&item, |output| {
                 recorder.output(&output, &text_of(&output));
@@ -291,9 +294,9 @@ impl Session<'_> {
                             differences(event, &slide.labels).into_iter().for_each(note);
                         }
                         let again = |contact| SlideOutcome::Again(Reason::NoSlide(contact).as_str());
-                        found = Some(other.map_or(SlideOutcome::Recorded, again));
+                        outcome.get_or_insert(other.map_or(SlideOutcome::Recorded, again));
                     }
-                    Output::Interrupted(_) => found = Some(SlideOutcome::Again("too many frames were lost")),
+                    Output::Interrupted(_) => outcome = Some(SlideOutcome::Again("too many frames were lost")),
                     Output::BaselineDisturbed { .. } => was_disturbed = true,
                     _ => {}
                 }
@@ -310,7 +313,9 @@ impl Session<'_> {
                 asked = true;
                 note(format_args!("slide now: {}", slide.about));
             }
-            match found {
+            // A recording has the whole sample of its event, of which the answer may come earlier.
+            let is_whole = processor.pipeline().captured_frames().is_none();
+            match outcome.take_if(|outcome| is_whole || !matches!(outcome, SlideOutcome::Recorded)) {
                 Some(outcome) => return Ok(Some(outcome)),
                 None if !goes_on || !has_room => {
                     let ended = ["it ended; a file has all slides of the plan, in order", "the camera ended"];

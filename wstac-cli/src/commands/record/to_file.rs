@@ -19,8 +19,8 @@ use wstac_host::record::about::About;
 use wstac_host::record::{RecordedSensor, Recorder, SharedRecording};
 use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
+use wstac_host::source::every_sensor::NamedSource;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::names::SensorSpec;
 use wstac_host::source::{FramePolicy, Labels, Lag, SourceEvent};
 use wstac_host::texture::Textures;
 
@@ -45,7 +45,7 @@ struct StopCondition<'a> {
     interrupted: &'a AtomicBool,
 }
 
-pub(super) fn run(arguments: &Arguments, sensors: &[SensorSpec<'_>]) -> Result<(), Stop> {
+pub(super) fn run(arguments: &Arguments, sensors: &[NamedSource]) -> Result<(), Stop> {
     // Before any of them is opened.
     let (found, most) = (sensors.len(), SharedRecording::MOST_SENSORS);
     if found > most {
@@ -53,7 +53,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[SensorSpec<'_>]) -> Result<(
         return Err(Error::new(ErrorKind::Usage, "sources", message).into());
     }
     let labels = labels(&arguments.labels)?;
-    let outputs = sensors.iter().fold(Outputs::new(arguments.force), |outputs, sensor| outputs.source(sensor.source));
+    let outputs = sensors.iter().fold(Outputs::new(arguments.force), |outputs, sensor| outputs.source(&sensor.source));
     let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
     check_ending(&arguments.output, &["mcap"])?;
     outputs.check([&arguments.output])?;
@@ -108,14 +108,15 @@ pub(super) fn run(arguments: &Arguments, sensors: &[SensorSpec<'_>]) -> Result<(
 
 fn open<'a>(
     arguments: &Arguments,
-    sensor: &SensorSpec<'a>,
+    sensor: &'a NamedSource,
     files: &[ModelFile],
     labels: &Labels,
 ) -> Result<Opened<'a>, Error> {
-    let name = sensor.name.unwrap_or_default();
-    let records = Records::new(Form::json_if(arguments.json)).of_sensor(sensor.name);
+    let name = sensor.name.as_deref().unwrap_or_default();
+    let records = Records::new(Form::json_if(arguments.json)).of_sensor(sensor.name.as_deref());
+    let options = arguments.options.of(sensor);
     let (source, info, config) =
-        arguments.options.open_configured(sensor.source, FramePolicy::Every, arguments.config.as_deref())?;
+        options.open_configured(&sensor.source, FramePolicy::Every, arguments.config.as_deref())?;
     // A recording that ends with an event has the whole sample of it: paths are of whole samples.
     let wanted = OutputOptions { features: true, paths: arguments.events.is_some(), ..OutputOptions::default() };
     let session = Session::builder(Limited::new(source, frame_limit(arguments, &info)))
@@ -136,7 +137,7 @@ fn open<'a>(
     }
     let has_others = sensor.name.is_some();
     let wall_zero = (has_others && info.recorded.is_some())
-        .then(|| McapSource::wall_zero(Path::new(sensor.source), arguments.options.sensor.as_deref()));
+        .then(|| McapSource::wall_zero(Path::new(&sensor.source), options.sensor.as_deref()));
     Ok(Opened { name, session, about, records, wall_zero: wall_zero.and_then(Result::ok).flatten() })
 }
 
