@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Write;
 use std::process::{Output, Stdio};
 
-use wstac_tests::command::{ends, prints, program, run, said, says, wstac};
+use wstac_tests::command::{ends, good, prints, program, run, said, says, wstac};
 use wstac_tests::folder::Folder;
 
 #[test]
@@ -87,9 +87,10 @@ fn a_person_is_led_through_a_plan() {
         "slide 1 of 4: Saw3, 150 mm/s, 1 of 4",
         "\"what\" is no key, expected Enter, r, s or q",
         "slide now: Saw3, 150 mm/s, 2 of 4",
-        "2 slides recorded now, 2 of 4 in total; the same command continues",
+        "2 of 4 in total; a file or a scene that begins with the next slide continues",
     ];
-    says(&guided(&folder, "what\ns\n\n\nq\n"), 0, &parts);
+    let done = guided(&folder, "what\ns\n\n\nq\n");
+    says(&done, 0, &parts);
     let names = || -> Vec<String> {
         let files = fs::read_dir(folder.0.join("files")).unwrap();
         let mut names: Vec<_> = files.map(|file| file.unwrap().file_name().into_string().unwrap()).collect();
@@ -101,6 +102,10 @@ fn a_person_is_led_through_a_plan() {
         let file = folder.0.join("files").join(name).display().to_string();
         let replayed = run(&["run", &file, "--json"]);
         assert_eq!(String::from_utf8_lossy(&replayed.stdout).matches(r#""kind":"event""#).count(), 1);
+        // The recording has the event that the person has seen.
+        let text = good(&["run", &file]);
+        let event = text.lines().find(|line| line.starts_with("event")).unwrap();
+        assert!(String::from_utf8_lossy(&done.stdout).contains(event), "{event}: {}", said(&done));
         assert!(said(&replayed).contains("person=me, specimen=Saw3, speed=150"), "{}", said(&replayed));
     }
     // The same command continues the plan. To record the last slide again replaces its file alone. The scene has three

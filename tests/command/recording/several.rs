@@ -13,7 +13,7 @@ use wstac_host::record::{Compression, RecordedSensor, SharedRecording};
 use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{LossReason, Source, StreamInfo};
-use wstac_tests::command::{ends, good, records, run, says};
+use wstac_tests::command::{ends, good, prints, records, run, says};
 use wstac_tests::folder::Folder;
 
 use super::stream::{Owned, info, record};
@@ -158,8 +158,12 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
     ends(&["run", "scene:Saw3@150", "--sensor", "left"], 2, &[expected]);
     ends(&["run", "missing.mcap", "--sensor", "left"], 1, &["no such file"]);
     let again = folder.path("b.mcap");
-    ends(&["record", &sources[0], "scene:Saw3@150", "-o", &again], 2, &["expected a name for each"]);
+    ends(&["record", &sources[0], "scene:Saw3@150", "-o", &again], 2, &["several sources need names"]);
     assert!(!Path::new(&again).exists());
+    // A part of all of them, and one alone.
+    good(&["record", &file, "-o", &again, "--frames", "40"]);
+    prints(&["run", &again], &["left: end after 40 frames", "right: end after 40 frames"]);
+    good(&["record", &format!("left={file}"), "-o", &folder.path("left.mcap")]);
     let picture = folder.path("both.png");
     let expected = "both.png: its name ends in .png, expected .mcap";
     ends(&["record", &sources[0], &sources[1], "-o", &picture], 2, &[expected]);
