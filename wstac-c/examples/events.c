@@ -6,7 +6,7 @@
 static void print(const char *name, int decimals, double number, double sd)
 {
     isnan(number) ? printf("%s=-", name) : printf("%s=%.*f", name, decimals, number);
-    isnan(sd) ? printf(" ") : printf("±%.2f ", sd);
+    isnan(number) || isnan(sd) ? printf(" ") : printf("±%.2f ", sd);
 }
 
 int main(int argc, char **argv)
@@ -19,10 +19,8 @@ int main(int argc, char **argv)
     while (status == WSTAC_STATUS_OK && record.kind != WSTAC_KIND_END)
         if ((status = wstac_next(sensor, &record)) == WSTAC_STATUS_OK && record.kind == WSTAC_KIND_EVENT) {
             printf("frame=%.0f ", (double)record.frame);
-            if (!record.event.reliable)
-                record.event.speed_mm_s = record.event.speed_sd_mm_s = record.event.direction_deg = record.event.direction_sd_deg = NAN;
-            print("speed", 2, record.event.speed_mm_s, record.event.speed_sd_mm_s);
-            print("direction", 1, record.event.direction_deg, record.event.direction_sd_deg);
+            print("speed", 2, record.event.reliable ? record.event.speed_mm_s : NAN, record.event.speed_sd_mm_s);
+            print("direction", 1, record.event.reliable ? record.event.direction_deg : NAN, record.event.direction_sd_deg);
             printf("texture=%s\n", record.texture.specimen ? record.texture.specimen : "-");
         }
     if (status != WSTAC_STATUS_OK)
