@@ -41,7 +41,7 @@ class Page:
         self.place, tools = folder / "page", folder / "tools"
         (tools / "wstac-node").symlink_to(programs["wstac-node"])
         for one in ROOT.iterdir():
-            if one.is_dir() and not one.name.startswith(".") and one.name not in ("target", "docs", "wstac"):
+            if one.name.startswith("LICENSE-") or (one.is_dir() and one.name[0] != "." and one.name not in ("target", "docs", "wstac")):
                 (self.place / one.name).symlink_to(one)
         self.environment = os.environ | {"PATH": f"{tools}:{os.environ['PATH']}"}
         self.counts = {"run": 0, "named": 0}
