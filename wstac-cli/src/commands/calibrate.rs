@@ -265,7 +265,7 @@ pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> R
     })?;
     drop(progress);
     note_lost(lost);
-    // A signal ends the look at the sensor, or all of what this is a part of.
+    // A signal ends all of `characterize`, of which this is a part; alone, it calibrates with what was seen.
     if is_part {
         check()?;
     }

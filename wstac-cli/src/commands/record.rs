@@ -224,10 +224,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     match (&arguments.guide, &given[..]) {
         (None, _) => to_file::run(arguments, &arguments.options.every_sensor(&given)?),
         (Some(plan), [SensorSpec { name: None, source }]) => guide::run(arguments, source, plan),
-        _ => {
-            let message = "is for one sensor, expected a plain source";
-            Err(Error::new(ErrorKind::Usage, "--guide", message).into())
-        }
+        _ => Err(Error::new(ErrorKind::Usage, "--guide", "is for one sensor, expected a plain source").into()),
     }
 }
 

@@ -198,11 +198,8 @@ fn learn_command(arguments: &Arguments) -> Option<String> {
         _ => "builtin:taxel-embedding",
     };
     let sets: Vec<String> = arguments.sets.iter().map(|set| set.display().to_string()).collect();
-    Some(format!(
-        "wstac model learn {base} {} -o {}",
-        sets.join(" "),
-        arguments.output.with_extension("learned.wsm").display()
-    ))
+    let output = arguments.output.with_extension("learned.wsm");
+    Some(format!("wstac model learn {base} {} -o {}", sets.join(" "), output.display()))
 }
 
 /// Reads all sets; without any, simulates slides by default.

@@ -318,8 +318,13 @@ impl Session<'_> {
             match outcome.take_if(|outcome| is_whole || !matches!(outcome, SlideOutcome::Recorded)) {
                 Some(outcome) => return Ok(Some(outcome)),
                 None if !goes_on || !has_room => {
-                    let ended = ["it ended; a file has all slides of the plan, in order", "the camera ended"];
-                    note(if has_room { ended[usize::from(self.is_live)] } else { "the disk is full" });
+                    note(if !has_room {
+                        "the disk is full"
+                    } else if self.is_live {
+                        "the camera ended"
+                    } else {
+                        "it ended; a file has all slides of the plan, in order"
+                    });
                     return Ok(Some(SlideOutcome::Ended));
                 }
                 None => {}
