@@ -90,12 +90,22 @@ fn a_readout_that_is_not_the_sources_is_noted() {
 }
 
 #[test]
-fn a_trigger_that_takes_dark_frames_for_lit_is_noted() {
-    let folder = Folder::new("literal");
-    let config = folder.file("literal.toml", "[trigger]\nrule = \"literal\"\n");
-    for command in ["run", "doctor"] {
-        let with = [command, "scene:Saw3@150", "--size", "320x180", "--config", config.to_str().unwrap()];
-        ends(&with, 0, &["[trigger] rule = \"literal\" with a multiplier of 1 or more takes dark frames for lit"]);
+fn doubts_about_a_configuration_are_noted() {
+    let folder = Folder::new("doubts");
+    for (text, said) in [
+        (
+            "[trigger]\nrule = \"literal\"\n",
+            "[trigger] rule = \"literal\" with a multiplier of 1 or more takes dark frames",
+        ),
+        (
+            &format!("[layout]\ntaxel = [9, 9]\ncorners = {:?}\n", [[0; 2]; 25]),
+            "[layout] corners has two taxels at one place",
+        ),
+    ] {
+        let config = folder.file("doubts.toml", text);
+        for command in ["run", "doctor"] {
+            ends(&[command, "scene:Saw3@150", "--size", "320x180", "--config", config.to_str().unwrap()], 0, &[said]);
+        }
     }
 }
 

@@ -179,7 +179,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (mut source, info, config) =
         arguments.options.open_configured(&arguments.source, FramePolicy::Every, arguments.config.as_deref())?;
     note(&info.about);
-    config.trigger_note().iter().for_each(note);
+    config.doubts().for_each(note);
     note(format_args!("measuring for at most {} s: do not touch the sensor", arguments.seconds));
     finishing(Ending::InTime);
     let signal = number();

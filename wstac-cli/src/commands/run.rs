@@ -169,7 +169,8 @@ Answers:
   An event is one touch: a slide, a press, a poke, or unclear. Only a slide
   has speed, direction and texture. 0° is to the right along the sensor's
   rows, 90° up. "reliable" means that most speeds and directions hold
-  within their standard deviations.
+  within their standard deviations. A part that slips in a grasp is a
+  slip, while the touch lasts.
   wstac help answers says more, also about models.
 
 Output:

@@ -125,15 +125,25 @@ impl Config {
         )
     }
 
+    /// Returns a note for a person if two taxels are stated to be at one place.
+    pub fn places_note(&self) -> Option<&'static str> {
+        let (_, mut corners) = self.layout.explicit()?;
+        corners.sort_unstable();
+        (!corners.is_sorted_by(|a, b| a < b)).then_some(
+            "[layout] corners has two taxels at one place, so answers are wrong; help: run wstac calibrate, and give its \
+             [layout]",
+        )
+    }
+
+    /// Returns the notes for a person about what the configuration itself has wrong, whatever the source is.
+    pub fn doubts(&self) -> impl Iterator<Item = &'static str> {
+        self.places_note().into_iter().chain(self.crosstalk_note()).chain(self.trigger_note())
+    }
+
     /// Returns the notes for a person about what nothing states of a source, about its rate and the trigger, and about
     /// what is not used.
     pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
-        let stated = self
-            .layout_note(info)
-            .into_iter()
-            .chain(self.readout_note(info))
-            .chain(self.crosstalk_note())
-            .chain(self.trigger_note());
+        let stated = self.layout_note(info).into_iter().chain(self.readout_note(info)).chain(self.doubts());
         stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))
     }
 

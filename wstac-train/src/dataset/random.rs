@@ -94,7 +94,13 @@ impl RandomSweep {
     /// The text is not valid; the message names the key, the value found and the values expected.
     pub fn parse(subject: &str, text: &str) -> Result<Self, Error> {
         let checked = wstac_host::text_file::from_toml(text).and_then(|file| Self::checked(&file));
-        checked.map_err(|message| Error::new(ErrorKind::Config, subject, message))
+        let wrong = |message| match text.parse::<toml::Table>() {
+            Ok(table) if table.contains_key("scene") => {
+                "[scene] is for --input frames, expected none: this input has scenes of its own by chance".to_owned()
+            }
+            _ => message,
+        };
+        checked.map_err(|message| Error::new(ErrorKind::Config, subject, wrong(message)))
     }
 
     fn checked(file: &RandomSlidesFile) -> Result<Self, String> {
@@ -173,6 +179,7 @@ mod tests {
         assert!(error("specimens = [\"Sew3\"]").contains("specimens has \"Sew3\""));
         assert!(error("specimens = []").contains("specimens is empty"));
         assert!(error("test = 1").contains("test is 1, expected a fraction"));
+        assert!(error("[scene]\nnoise = 2").contains("[scene] is for --input frames"));
         assert!(error("sensors = 0").contains("sensors is 0"));
         assert!(error("fidelity = 1").contains("fidelity"));
     }

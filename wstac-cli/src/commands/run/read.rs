@@ -121,7 +121,7 @@ impl<'a> Run<'a> {
         records.assumptions(&info, &config);
         let doubt = doubts_of_textures(&info, &files).inspect(|doubt| records.note(doubt));
         let hint = (given.is_none() && doubt.is_none()).then_some("no model was given: --model builtin names textures");
-        config.crosstalk_note().into_iter().chain(config.trigger_note()).for_each(|doubt| records.note(doubt));
+        config.doubts().for_each(|doubt| records.note(doubt));
         if let Some(doubt) = config.readout_note(&info) {
             let more = if config.readout(&info).is_none() { ", or give --readout MS" } else { "" };
             records.note(format_args!("{doubt}{more}"));
