@@ -106,9 +106,11 @@ def pack(package: Package, program: Path, version: str, architecture: str, files
     size = run("du", "-sk", "--apparent-size", package.root / "usr").split()[0]
     depends = needs(package, program, files)
     maintainer = f"{os.environ.get('DEBFULLNAME', 'The WSTac authors')} <{os.environ.get('DEBEMAIL', 'wstac@example.org')}>"
+    address = re.search('^repository = "(.*)"$', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
+    homepage = f"Homepage: {address}\n" if address else ""
     (package.root / "DEBIAN").mkdir()
     (package.root / "DEBIAN/control").write_text(
-        f"Package: {package.name}\nVersion: {version}\nArchitecture: {architecture}\nMaintainer: {maintainer}\n"
+        f"Package: {package.name}\nVersion: {version}\nArchitecture: {architecture}\nMaintainer: {maintainer}\n{homepage}"
         f"Section: science\nPriority: optional\nInstalled-Size: {size}\n{depends}Suggests: {package.suggests}\n"
         f"Description: {package.summary}\n{package.description}\n"
     )
