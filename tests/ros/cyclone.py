@@ -45,6 +45,17 @@ class Event(IdlStruct, typename="wstac_msgs.msg.dds_.Event_"):
     known: bool
     reliable: bool
     frames_filled: types.uint8
+    basis: str
+    contacts: types.uint8
+    place: types.float64
+    place_sd: types.float64
+    width: types.float64
+    width_sd: types.float64
+    acceleration: types.float64
+    acceleration_sd: types.float64
+    period: types.float64
+    period_sd: types.float64
+    why: str
 
 
 # As the node publishes them.

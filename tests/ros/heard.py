@@ -178,6 +178,8 @@ def check_topics(folder: Path, listener: Listener) -> None:
         same([(one.frame, one.contact, one.reliable) for one in found], [(one.frame, one.contact, one.reliable) for one in events], f"events of {name}")
         for one, event in zip(found, events):
             same((one.speed, one.direction), (event.speed.mm_s * 1e-3, event.direction.deg * math.pi / 180), f"motion of an event of {name}")
+            same((one.basis, one.contacts, one.why), (event.basis, event.contacts, event.why.get("reliable", "")), f"basis of an event of {name}")
+            same((one.acceleration, math.isnan(one.width)), (event.acceleration.mm_s2 * 1e-3, event.width_mm is None), f"more of an event of {name}")
             same(one.header.frame_id, f"{name}_frame", "coordinate frame")
         ends = [(record.frame, record.event_frame) for record in records if isinstance(record, wstac.ContactEnd)]
         same([(one.frame, one.event_frame) for one in listener.messages(f"{name}/contact_end")], ends, f"ends of touches of {name}")

@@ -69,7 +69,9 @@ fn of_event(event: &TactileEvent, header: Header<'_>) -> Cdr {
     let number = |number: Option<f32>| number.map_or(f64::NAN, f64::from);
     let speed = event.speed.ok();
     let texture = event.texture.as_ref().ok();
-    Cdr::new()
+    let extent = event.extent;
+    let lengths = [extent.and_then(|extent| extent.place_mm), extent.and_then(|extent| extent.width_mm)];
+    let cdr = Cdr::new()
         .header(stamp, header.frame_id)
         .u64(event.frame)
         .text(event.contact.map_or("", |contact| contact.as_str()))
@@ -82,6 +84,12 @@ fn of_event(event: &TactileEvent, header: Header<'_>) -> Cdr {
         .bool(texture.is_some_and(|texture| texture.known == Some(true)))
         .bool(event.reliable)
         .u8(event.frames_filled)
+        .text(event.basis.map_or("", |basis| basis.as_str()))
+        .u8(extent.map_or(0, |extent| extent.contacts));
+    let measured = lengths.into_iter().chain([event.acceleration, event.period_mm]).flat_map(|found| {
+        [found.map(|found| found.value), found.map(|found| found.sd)].map(|found| number(found) / 1000.0)
+    });
+    measured.fold(cdr, Cdr::f64).text(event.doubt.map_or("", |doubt| doubt.as_str()))
 }
 
 /// Returns the specimen, or else what is known of it.

@@ -37,7 +37,7 @@ def event(found: wstac.Event, header: Header) -> Event:
     def number(value: float | None, unit: float) -> float:
         return NAN if value is None else value * unit
 
-    speed, direction = found.speed, found.direction
+    speed, direction, acceleration = found.speed, found.direction, found.acceleration
     return Event(
         header=header,
         frame=found.frame,
@@ -51,6 +51,17 @@ def event(found: wstac.Event, header: Header) -> Event:
         known=texture.known is True,
         reliable=found.reliable,
         frames_filled=found.frames_filled,
+        basis=found.basis or "",
+        contacts=found.contacts or 0,
+        place=number(found.place_mm and found.place_mm.value, 1e-3),
+        place_sd=number(found.place_mm and found.place_mm.sd, 1e-3),
+        width=number(found.width_mm and found.width_mm.value, 1e-3),
+        width_sd=number(found.width_mm and found.width_mm.sd, 1e-3),
+        acceleration=number(acceleration and acceleration.mm_s2, 1e-3),
+        acceleration_sd=number(acceleration and acceleration.sd, 1e-3),
+        period=number(found.period_mm and found.period_mm.value, 1e-3),
+        period_sd=number(found.period_mm and found.period_mm.sd, 1e-3),
+        why=found.why.get("reliable", ""),
     )
 
 
