@@ -69,7 +69,7 @@ fn print(event: &Event<'_>, law: ByCoherence) {
         print!(", {contact} from frame {frame}");
     }
     match answer.speed {
-        Ok(speed) => print!(", {:.1} ± {:.1} mm/s", speed.mm_s, speed.sd.unwrap_or(f32::NAN)),
+        Ok(speed) => print!(", {:.1} ± {:.1} mm/s", speed.mm_s, speed.sd.map_or(f32::NAN, |sd| sd.max(0.1))),
         Err(why) => print!(", no speed: {why}"),
     }
     match answer.direction.degrees {

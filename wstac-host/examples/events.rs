@@ -12,7 +12,7 @@ fn main() -> Result<(), error::Error> {
     config_of(source.info(), None)?.notes(source.info()).for_each(|note| eprintln!("{note}"));
     for output in Session::builder(source).models([ModelFile::open(Path::new("builtin"))?]).build()? {
         let Output::Event(event) = output? else { continue };
-        let sd = |sd: Option<f64>| sd.map_or(String::new(), |sd| format!("±{sd:.2}"));
+        let sd = |sd: Option<f64>| sd.map_or(String::new(), |sd| format!("±{:.2}", sd.max(0.01)));
         let speed = event.speed.ok().filter(|_| event.reliable).map_or("-".to_owned(), |speed| {
             format!("{:.2}{}", json::rounded(speed.mm_s), sd(speed.sd.map(json::rounded)))
         });

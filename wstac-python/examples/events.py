@@ -9,7 +9,7 @@ sys.stderr.writelines(f"{note}\n" for note in stream.notes)
 
 
 def number(number: "float | None", sd: "float | None", form: str) -> str:
-    return "-" if number is None else f"{number:{form}}" + (f"±{sd:.2f}" if sd is not None else "")
+    return "-" if number is None else f"{number:{form}}" + (f"±{max(sd, 0.01):.2f}" if sd is not None else "")
 
 
 for event in stream:

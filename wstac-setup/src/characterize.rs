@@ -71,7 +71,7 @@ impl SlideAnswer {
     fn cells(&self) -> [String; 6] {
         let known = |found: Option<f64>, unit: &str| found.map_or_else(|| "–".into(), |found| format!("{found}{unit}"));
         let answered = |found: &Result<Answered, Reason>, unit: &str| match found {
-            Ok((found, Some(sd))) => format!("{found:.1} ± {sd:.1}{unit}"),
+            Ok((found, Some(sd))) => format!("{found:.1} ± {:.1}{unit}", sd.max(0.1)),
             Ok((found, None)) => format!("{found:.1}{unit}"),
             Err(why) => why.to_string(),
         };
