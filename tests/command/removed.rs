@@ -1,8 +1,10 @@
 //! Tests that `wstac` says what to use instead of a command or an option that was removed.
 
+use std::any::TypeId;
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
+use std::process::Command;
 
 use wstac_tests::command::{ends, good, run, said, says};
 
@@ -97,6 +99,27 @@ fn everything_to_use_instead_is_there() {
         }
     }
     assert!(asked > 40, "{asked}");
+}
+
+/// What has another name now works by its former one, for one release.
+#[test]
+#[expect(deprecated)]
+fn former_names_are_the_same_types() {
+    fn is<A: 'static, B: 'static>() -> bool {
+        TypeId::of::<A>() == TypeId::of::<B>()
+    }
+    use wstac_core::reason::Reason;
+    assert!(is::<wstac_core::trigger::Trigger, wstac_core::paper::trigger::Trigger>());
+    assert!(is::<wstac_core::motion::Motion, wstac_core::touch::motion::Motion>());
+    assert!(is::<wstac_core::speed::NoSpeed, Reason>() && is::<wstac_core::direction::Unclear, Reason>());
+    assert!(is::<wstac_host::source::names::Sensor, wstac_host::source::names::SensorSpec>());
+}
+
+#[test]
+fn an_argument_of_a_script_that_was_removed_ends_it() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap().join("ci/train");
+    let done = Command::new(script).args(["table", "--shard", "1/2"]).output().unwrap();
+    says(&done, 2, &["--shard and --merge were removed"]);
 }
 
 /// Returns the text of a module's file, the crate's own if the path is empty.

@@ -99,11 +99,18 @@ pub mod touch;
 #[cfg(feature = "wire")]
 pub mod wire;
 
-// The former paths of these modules, for one release.
-#[doc(no_inline)]
-pub use paper::{baseline, baseline_policy, direction, early, sample, speed, trigger};
-#[doc(no_inline)]
-pub use touch::{motion, path_sample};
+/// The former paths of modules, for one release.
+macro_rules! former {
+    ($new:ident, $note:literal, $($name:ident)*) => {$(
+        #[doc(hidden)]
+        #[deprecated(since = "0.4.0", note = $note)]
+        pub mod $name {
+            pub use crate::$new::$name::*;
+        }
+    )*};
+}
+former!(paper, "it is in `wstac_core::paper`", baseline baseline_policy direction early sample speed trigger);
+former!(touch, "it is in `wstac_core::touch`", motion path_sample);
 
 /// The example of README.md, tested.
 #[cfg(doctest)]

@@ -46,6 +46,11 @@ pub struct Velocity {
 }
 
 impl Velocity {
+    /// Returns the standard deviation of the speed, in mm/s, as [`Speed`](crate::paper::speed::Speed) calls it.
+    pub const fn sd(&self) -> f32 {
+        self.mm_s_sd
+    }
+
     /// Returns a velocity along a unit vector, with the deviations of the speed as a fraction and of the angle in
     /// radians.
     pub(crate) fn along(right: f32, up: f32, mm_s: f32, [of_speed, of_angle]: [f32; 2]) -> Self {
