@@ -1,6 +1,6 @@
 """A preprocessor of mdBook that adds pages from outside of docs/, and rewrites links that leave it.
 
-A page of docs/ that only includes another page of the repository becomes that page. A link to a page of the book, by
+A page of docs/ that is only a link to another page of the repository becomes that page. A link to a page of the book, by
 whatever name, leads to it in the book. A link to any other file of the repository becomes its path, because the book is
 used alone, and the place of the repository is unknown. Code that has a reference in the book (`ci/book api`) leads to that.
 """

@@ -14,7 +14,8 @@ REFERENCE = re.compile(r"^ {0,3}\[[^\]]+\]:\s+<?(\S+?)>?\s*$")
 ATTRIBUTE = re.compile(r"<[a-zA-Z][^>]*\s(?:href|src)=[\"']([^\"']+)[\"']")
 IDENTIFIER = re.compile(r"<[a-zA-Z][^>]*\s(?:id|name)=[\"']([^\"']+)[\"']")
 HEADING = re.compile(r"^ {0,3}#{1,6}\s+(.*?)\s*#*\s*$")
-INCLUDE = re.compile(r"^\{\{#include ([^}:\s]+)\}\}\s*$")
+# A page that is a link and nothing else, which a code host shows as one.
+ONLY = re.compile(r"\[[^\]]+\]\((\.\./[^()#\s]+\.md)\)")
 
 
 def prose(text: str) -> Iterator[tuple[int, str]]:
@@ -38,10 +39,8 @@ def prose(text: str) -> Iterator[tuple[int, str]]:
 
 
 def links(text: str) -> Iterator[tuple[int, str]]:
-    """Yields the line and the target of every link, image and include."""
+    """Yields the line and the target of every link and image."""
     for number, line in prose(text):
-        if include := INCLUDE.match(line):
-            yield number, include[1]
         line = CODE.sub("", line)
         for pattern in (LINK, REFERENCE, ATTRIBUTE):
             yield from ((number, found[1]) for found in pattern.finditer(line))
@@ -74,6 +73,6 @@ def anchors(text: str) -> set[str]:
 
 
 def included(path: Path) -> Path | None:
-    """Returns the page that a page consists of, if it does nothing but include it."""
-    only = INCLUDE.match(path.read_text(encoding="utf-8").strip())
+    """Returns the page that a page stands for in the book, if it is nothing but a link to it."""
+    only = ONLY.fullmatch(path.read_text(encoding="utf-8").strip())
     return (path.parent / only[1]).resolve() if only else None

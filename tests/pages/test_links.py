@@ -41,7 +41,6 @@ class Checker(unittest.TestCase):
         self.assert_one("gone.svg", README_md="[![picture](gone.svg)](README.md)")
         self.assert_one("gone.md", README_md="text\n\n[a]: gone.md\n")
         self.assert_one("gone.md", README_md='<a href="gone.md">a</a>')
-        self.assert_one("gone.md", README_md="{{#include gone.md}}")
 
     def test_a_missing_heading(self):
         self.assert_one("README.md has no heading for #two", README_md="# One\n[a](#two)\n")
