@@ -1,6 +1,6 @@
 """Adds things to a clone of the repository as ARCHITECTURE.md says ("Where to add something"), and builds it.
 
-    check.py    a pixel format and an option of cameras; needs no network once crates are there
+    check.py    a pixel format, an option of cameras, a source, a reason and a key; needs no network once crates are there
 
 Each addition changes at most the files that the table names. What the table leaves to the compiler, the compiler names.
 """
@@ -66,6 +66,46 @@ NEW_OPTION = '''    /// Turn frames upside down
 
 '''
 
+# A source of its own kind, as a file of the crate that puts sources together.
+BLANK = '''//! Dark frames, by the name `blank:`.
+
+use std::ffi::OsStr;
+
+use crate::core::{green::any::PixelFormat, layout::FrameSize, rate::FrameRate};
+use crate::error::Error;
+use crate::source::open::{OpenOptions, SourceKind};
+use crate::source::{Frame, Source, SourceEvent, StreamInfo};
+
+struct Blank {
+    info: StreamInfo,
+    left: u32,
+}
+
+impl Source for Blank {
+    fn info(&self) -> &StreamInfo {
+        &self.info
+    }
+
+    fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
+        let Some(left) = self.left.checked_sub(1) else { return Ok(SourceEvent::End) };
+        self.left = left;
+        Ok(SourceEvent::Frame(Frame::new(&[0; 40 * 40])))
+    }
+}
+
+pub(crate) struct Blanks;
+
+impl SourceKind for Blanks {
+    fn open(&self, name: &OsStr, _: &OpenOptions) -> Option<Result<Box<dyn Source>, Error>> {
+        let size = FrameSize::new(40, 40).ok().filter(|_| name == "blank:")?;
+        Some(Ok(Box::new(Blank { info: StreamInfo::new("blank", size, PixelFormat::Gray, FrameRate::NOMINAL), left: 50 })))
+    }
+}
+'''
+KINDS = '    #[cfg(feature = "scene")]\n    &scene::source::Scenes,\n'
+LAST_REASON = "    /// Unclear: a held part seems to have slipped during the touch.\n    Slips,\n"
+SENTENCE = '            Self::FasterCamera => "the camera takes more frames per second than were agreed on",\n'
+
 
 def run(clone: Path, *command: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "CARGO_TARGET_DIR": str(TARGET)}
@@ -127,11 +167,50 @@ def camera_option(clone: Path) -> None:
     touched(clone, 1)
 
 
+def source(clone: Path) -> None:
+    """Adds a kind of source: the command reads it by its name."""
+    (clone / "wstac/src/blank.rs").write_text(BLANK, encoding="utf-8")
+    replace(clone / "wstac/src/lib.rs", (KINDS, f"{KINDS}    &blank::Blanks,\n"), ("\nuse std::ffi::OsStr;\n", "\nmod blank;\n\nuse std::ffi::OsStr;\n"))
+    passes(clone, "cargo", "build", "--quiet", "--locked", "-p", "wstac-cli")
+    told = passes(clone, str(TARGET / "debug/wstac"), "run", "blank:", "--json")
+    if '"frames":50,' not in told:
+        sys.exit(f"additions: wstac run blank: printed {told}, expected an end of 50 frames")
+    touched(clone, 2)
+
+
+def reason(clone: Path) -> None:
+    """Adds a reason: the compiler asks for its sentence, and a test for its line of a page."""
+    file = clone / "wstac-core/src/reason.rs"
+    replace(file, (LAST_REASON, f"{LAST_REASON}    /// Not reliable: the sensor is wet.\n    Wet,\n"))
+    if "Wet" not in run(clone, "cargo", "check", "--quiet", "--locked", "-p", "wstac-core").stdout:
+        sys.exit("additions: a reason without a sentence was compiled, expected an error that names it")
+    replace(file, (SENTENCE, f'{SENTENCE}            Self::Wet => "the sensor is wet",\n'))
+    passes(clone, "cargo", "check", "--quiet", "--locked", "--workspace")
+    if "the sensor is wet" not in run(clone / "tests/pages", "python3", "-m", "unittest", "test_messages").stdout:
+        sys.exit("additions: no test asks for the line of a reason in TROUBLESHOOTING.md")
+    touched(clone, 1)
+
+
+def key(clone: Path) -> None:
+    """Adds a key of the configuration: help has it, and files may state it."""
+    host = clone / "wstac-host/src"
+    replace(host / "config.rs", ("    pub stride: Stride,\n", "    pub stride: Stride,\n    /// Whether the sensor is wet.\n    pub wet: bool,\n"))
+    replace(host / "config/default.toml", ("[features]\n", "wet = false             # whether the sensor is wet\n[features]\n"))
+    passes(clone, "cargo", "build", "--quiet", "--locked", "-p", "wstac-cli")
+    wstac = str(TARGET / "debug/wstac")
+    (clone / "target").mkdir(exist_ok=True)
+    (clone / "target/wet.toml").write_text("[green]\nwet = true\n", encoding="utf-8")
+    passes(clone, wstac, "run", "scene:Saw3@150", "--size", "40x40", "--config", "target/wet.toml")
+    if "wet = false" not in passes(clone, wstac, "help", "config"):
+        sys.exit("additions: wstac help config does not have the new key")
+    touched(clone, 2)
+
+
 def main() -> None:
     with tempfile.TemporaryDirectory(prefix="wstac-additions-") as folder:
         clone = Path(folder) / "clone"
         subprocess.run(["git", "clone", "--quiet", "--shared", str(ROOT), str(clone)], check=True)
-        for addition in (pixel_format, camera_option):
+        for addition in (pixel_format, camera_option, source, reason, key):
             addition(clone)
             print(f"additions: {addition.__name__.replace('_', ' ')}: as ARCHITECTURE.md says", flush=True)
 
