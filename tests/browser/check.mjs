@@ -24,11 +24,13 @@ const SCENE = 'scene:Saw3@150,90deg,seed=7', OTHER = 'scene:Fla0@100,0deg,seed=1
 // The whole page, in bytes: with less, a part of it was not counted.
 const LEAST_BYTES = 30_000, MOST_BYTES = 200_000;
 
-/** Returns whether a page is wider than its window. */
-async function tooWide(page) {
-  const [found, width] = await page.evaluate(() => [document.documentElement.scrollWidth, window.innerWidth]);
-  return found > width ? [`the page is ${found} pixels wide, expected ${width}`] : [];
-}
+/** Returns what is wider than its place: the page, or a table of it. */
+const tooWide = (page) =>
+  page.evaluate(() => {
+    const all = [document.documentElement, ...document.querySelectorAll('.table')];
+    const wide = all.filter(({ scrollWidth, clientWidth }) => scrollWidth > clientWidth);
+    return wide.map(({ tagName, scrollWidth, clientWidth }) => `${tagName} is ${scrollWidth} pixels wide, expected ${clientWidth}`);
+  });
 
 /** Returns whether pictures of the whole page make it or its traces larger. */
 async function grown(page) {
@@ -123,7 +125,7 @@ const answer = recordsOf(ball).find(({ kind }) => kind === 'event');
 const words = await small.page.locator('tr[data-kind=slip] .words').textContent();
 const more = await small.page.locator('.sensor').nth(1).locator('tr[data-kind=event] td').last().textContent();
 const lacks = [[words, `slip since frame ${slip.onset_frame}`], [more, `by the ${answer.basis}`], [more, `${answer.width_mm.value.toFixed(1)} ± `]];
-lacks.push([more, `${Math.abs(answer.place_mm.value).toFixed(1)} ± `]);
+lacks.push([more, `${Math.abs(answer.place_mm.value).toFixed(1)} ± `], [await small.page.evaluate(() => short(0.04)), '0.1']);
 say('slip, basis, width and place', lacks.filter(([text, part]) => !text.includes(part)).map(([text, part]) => `"${text}" lacks ${part}`));
 await server.stop();
 rmSync(home, { recursive: true });

@@ -29,7 +29,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { re
 
 // --- numbers as text
 
-const short = (sd) => (sd < 9.95 ? sd.toFixed(1) : sd.toFixed(0));
+const short = (sd) => (sd < 9.95 ? Math.max(sd, 0.1).toFixed(1) : sd.toFixed(0));
 // Both with the same decimals: a rounded value must not seem to be several deviations off.
 const withDeviation = (value, sd) => value.toFixed(sd < 9.95 ? 1 : 0) + " ± " + short(sd);
 const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
