@@ -1,4 +1,4 @@
-// Makes the pictures of the page in docs/SERVE.md: the page shows an event, and another slide is under way.
+// Makes the pictures of the page in docs/SERVE.md: the page shows an event, and something slides.
 
 import { mkdirSync, writeFileSync } from 'node:fs';
 import path from 'node:path';

@@ -35,10 +35,11 @@ async function says(page, selector, pattern) {
   await part(page, selector).filter({ hasText: pattern }).waitFor({ timeout: LIMIT_MS });
   return part(page, selector).innerText();
 }
-/** Waits until the page shows this many events. */
-const events = (page, count) => {
+/** Waits until the page shows this many events, and the sample of the last one is complete. */
+const events = async (page, count) => {
   const isThere = (count) => document.querySelectorAll('tr[data-kind=event]').length >= count;
-  return page.waitForFunction(isThere, count, { timeout: LIMIT_MS });
+  await page.waitForFunction(isThere, count, { timeout: LIMIT_MS });
+  await says(page, '.phase', /watching|ended/);
 };
 /** Returns what the console said, as problems. */
 const quiet = ({ errors }) => errors.map((error) => `the console says ${error}`);

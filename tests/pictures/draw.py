@@ -233,8 +233,8 @@ def sensor():
 
 
 def view(wstac):
-    """The screen of wstac view while something slides."""
-    lines = screen([wstac, "view", SCENE], 120, 36, r"frame +5\d", [("Space", "PAUSED")])
+    """The screen of wstac view while something slides, and its event is there."""
+    lines = screen([wstac, "view", SCENE], 120, 36, r"events +1", [("Space", "PAUSED")])
     return as_picture("The screen of wstac view: picture, taxels, traces and motion", lines, 120)
 
 

@@ -65,7 +65,8 @@ pub struct Station {
     /// The pace of a file, from its first frame on.
     pace: Option<Pace>,
     reopen: Option<Box<Reopen>>,
-    repeats: bool,
+    /// Whether the source starts again at its end.
+    pub repeats: bool,
     /// Whether the source is paused.
     pub is_paused: bool,
     /// The frame up to which the source is read as fast as possible.
@@ -351,8 +352,11 @@ impl Station {
         Ok(true)
     }
 
-    /// Starts again from the first frame.
-    fn start_again(&mut self) -> Result<(), Error> {
+    /// Starts again from the first frame, unless the source cannot be opened again.
+    ///
+    /// # Errors
+    /// It cannot be opened now.
+    pub fn start_again(&mut self) -> Result<(), Error> {
         let Some(reopen) = &self.reopen else { return Ok(()) };
         let (source, info) = reopen()?;
         self.session = session(source, &info, &self.config, &self.textures, self.options)?;

@@ -7,7 +7,7 @@ const SILENT = 6000; // ms without a message after which the connection is dead
 const AGAIN = 1000; // ms between two attempts to connect
 // What keys and buttons do in a file or a scene: seconds or frames to go.
 const WAYS = {
-  0: { seconds: -1e9 }, ArrowLeft: { seconds: -1 }, ArrowRight: { seconds: 1 }, ",": { frames: -1 }, ".": { frames: 1 }, " ": {},
+  0: { seconds: -1e9 }, ArrowLeft: { seconds: -1 }, ArrowRight: { seconds: 1 }, ",": { frames: -1 }, ".": { frames: 1 }, " ": {}, l: {},
 };
 const main = document.getElementById("sensors");
 const connection = document.getElementById("connection");
@@ -29,7 +29,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { re
 
 // --- numbers as text
 
-const short = (sd) => (sd < 9.95 ? sd.toFixed(1) : sd.toFixed(0));
+const short = (sd) => (sd < 9.95 ? Math.max(sd, 0.1).toFixed(1) : sd.toFixed(0));
 // Both with the same decimals: a rounded value must not seem to be several deviations off.
 const withDeviation = (value, sd) => value.toFixed(sd < 9.95 ? 1 : 0) + " ± " + short(sd);
 const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
@@ -70,12 +70,10 @@ function moreText(event) {
 // As the command writes it. Rounded down: nothing is certain.
 const confidenceText = (confidence) => "confidence " + (Math.floor(100 * confidence + 1e-9) / 100).toFixed(2);
 
-function certaintyText(event) {
-  const words = [];
-  const confidence = event.texture && event.texture.confidence;
-  if (confidence !== null && confidence !== undefined) words.push("texture " + confidenceText(confidence));
-  words.push(event.reliable ? "reliable" : "not reliable");
-  return words.join(", ");
+function certaintyText({ texture, reliable }) {
+  const confidence = texture?.confidence ?? null;
+  const known = confidence === null ? "" : "texture " + confidenceText(confidence) + ", ";
+  return known + (reliable ? "reliable" : "not reliable");
 }
 
 // --- one sensor
@@ -106,8 +104,15 @@ class Sensor {
     this.tools = new Tools(this.root, about, this.title, (action) => this.ask(action));
     for (const event of ["pointerdown", "focusin"]) this.root.addEventListener(event, () => choose(number));
     this.body = this.root.querySelector("tbody");
-    for (const text of about.notes) this.words("", text, "note");
-    this.note("no event yet");
+    this.clear();
+  }
+
+  // Shows that there is no event yet.
+  clear() {
+    this.body.replaceChildren();
+    for (const text of [...this.about.notes, "no event yet"]) this.words("", text, "note");
+    this.empty = this.body.firstElementChild;
+    this.part("newest").textContent = "";
   }
 
   rezero() {
@@ -116,15 +121,16 @@ class Sensor {
 
   // Goes back or forth in a file or a scene, or pauses or plays it.
   go(key, factor = 1) {
+    if (!this.status) return;
     const { seconds, frames } = WAYS[key];
     if (frames) this.tools.order({ order: "seek", frames, pause: true });
     else if (seconds) this.tools.order({ order: "seek", frames: Math.round(seconds * factor * this.about.rate), pause: false });
-    else if (!this.isOver()) this.tools.order({ order: "play", on: Boolean(this.status?.paused) });
-    else this.again = this.tools.order({ order: "seek", frames: WAYS[0].seconds, pause: false });
+    else if (key === "l") this.tools.order({ order: "loop", on: !this.status.loops });
+    else this.tools.order({ order: "play", on: this.status.paused || this.isOver() });
   }
 
   isOver() {
-    return ["ended", "failed"].includes(this.status?.phase);
+    return ["ended", "failed"].includes(this.status.phase);
   }
 
   // Asks the server for something. Returns whether there is a connection.
@@ -136,15 +142,9 @@ class Sensor {
 
   take(update) {
     const now = performance.now();
-    if (this.status && this.status.starts !== update.status.starts) {
-      this.features = [];
-      this.part("newest").textContent = "";
-      // Where a person has played it again, what it has found stays.
-      if (this.again) this.words("", "played again", "note");
-      else this.body.replaceChildren();
-      if (!this.again) this.note("no event yet");
-      this.again = false;
-    }
+    if (this.status && this.status.starts !== update.status.starts) this.features = [];
+    // The server sends again what stays after a way back.
+    if (this.status && this.status.backs !== update.status.backs) this.clear();
     this.times.push(now);
     while (now - this.times[0] > 2000) this.times.shift();
     Object.assign(this, { status: update.status, motion: update.motion, skipped: update.skipped });
@@ -200,11 +200,6 @@ class Sensor {
     row.lastElementChild.className = "words";
   }
 
-  note(text) {
-    this.words("", text, "note");
-    this.empty = this.body.firstElementChild;
-  }
-
   draw() {
     const { status } = this;
     if (!status) return;
@@ -221,7 +216,8 @@ class Sensor {
     const ran = !this.isOver();
     set("phase", status.paused && ran ? "paused" : phases[status.phase] || status.phase);
     this.part("phase").className = "phase " + status.phase;
-    set("play", !ran ? "Play again" : status.paused ? "Play" : "Pause");
+    set("play", ran && !status.paused ? "Pause" : "Play");
+    this.part("loop").setAttribute("aria-pressed", String(status.loops));
     const progress = this.root.querySelector(".state progress");
     progress.hidden = !status.progress;
     if (status.progress) [progress.value, progress.max] = status.progress;
@@ -504,7 +500,7 @@ function connect() {
         say("connected");
       } else if (message.refused !== undefined) {
         const sensor = sensors[message.refused];
-        if (sensor) { sensor.again = false; sensor.tools.refuse("Refused: " + message.why); }
+        if (sensor) sensor.tools.refuse("Refused: " + message.why);
       } else {
         if (sensors[message.update]) sensors[message.update].take(message);
         own.send("ok");
@@ -547,7 +543,7 @@ document.addEventListener("keydown", (event) => {
   // Where a key has a use of its own, such as on a button or in a list that scrolls, it keeps that.
   const users = event.key === " " ? "button, summary, a, [tabindex]" : "[tabindex]";
   if (Object.hasOwn(WAYS, event.key) && !event.target.closest?.(users)) {
-    const films = sensors.filter((sensor) => sensor.about.seeks && sensor.status);
+    const films = sensors.filter((sensor) => sensor.about.seeks);
     films.forEach((sensor) => sensor.go(event.key, event.shiftKey ? 10 : 1));
     if (films.length) event.preventDefault();
   }

@@ -66,8 +66,12 @@ pub(crate) struct Status {
     pub(crate) disturbed: bool,
     /// Whether a file or a scene is paused.
     pub(crate) paused: bool,
-    /// The number of times that a file or a scene has started again.
+    /// Whether it starts again at its end.
+    pub(crate) loops: bool,
+    /// The number of times that it has started again.
     pub(crate) starts: u64,
+    /// The number of those that were a way back: what the round has found is found again.
+    pub(crate) backs: u64,
 }
 
 /// A picture, as the page gets it: width and height, two bytes each, and the square root of the light of each pixel,
@@ -111,6 +115,13 @@ impl Ring {
         }
     }
 
+    /// Forgets the values from number `next` on.
+    fn cut(&mut self, next: u64) {
+        let kept = self.kept.len().saturating_sub((self.next - next) as usize);
+        self.kept.truncate(kept);
+        self.next = next;
+    }
+
     /// Returns the values from number `seen` on that are kept, and moves `seen` behind them.
     fn since(&self, seen: &mut u64) -> Vec<Arc<str>> {
         let missed = (self.next - *seen).min(self.kept.len() as u64) as usize;
@@ -125,14 +136,16 @@ struct Channel {
     about: About,
     features: Ring,
     records: Ring,
+    /// The number of the first record of this round.
+    round: u64,
     motion: Option<Arc<str>>,
     status: Status,
     picture: Option<PackedPicture>,
     /// Steps that brought something.
     steps: u64,
-    /// The jobs as the page gets them, and how often they have changed.
+    /// The jobs as the page gets them, and the step that they have changed in.
     jobs: (Arc<str>, u64),
-    /// The light that the last calibration has seen, and how often it has changed.
+    /// The light that the last calibration has seen, and the step that it has changed in.
     glow: (Option<PackedPicture>, u64),
     /// The order of a page, until the sensor's thread takes it.
     order: Option<Order>,
@@ -143,9 +156,8 @@ struct Channel {
 pub(crate) struct Cursor {
     features: u64,
     records: u64,
+    backs: u64,
     steps: u64,
-    jobs: u64,
-    glow: u64,
     /// Steps without an update of their own.
     skipped: u64,
 }
@@ -206,6 +218,7 @@ impl Hub {
             about,
             features: Ring::new(FRAMES),
             records: Ring::new(RECORDS),
+            round: 0,
             motion: None,
             status: Status { phase: "baseline", ..Status::default() },
             picture: None,
@@ -226,22 +239,25 @@ impl Hub {
     pub(crate) fn publish(&self, sensor: usize, news: News, status: Status) {
         let mut channels = self.locked();
         let Some(channel) = channels.get_mut(sensor) else { return };
+        channel.steps += 1;
+        channel.features.extend(news.features);
+        if channel.status.backs != status.backs {
+            channel.records.cut(channel.round);
+        }
+        channel.records.extend(news.records);
         if channel.status.starts != status.starts {
             channel.features.kept.clear();
-            channel.records.kept.clear();
+            channel.round = channel.records.next;
         }
-        channel.features.extend(news.features);
-        channel.records.extend(news.records);
         channel.motion = news.motion.map(Into::into);
         channel.status = status;
         channel.picture = news.picture.or(channel.picture.take());
         if let Some(jobs) = news.jobs {
-            channel.jobs = (jobs.into(), channel.jobs.1 + 1);
+            channel.jobs = (jobs.into(), channel.steps);
         }
         if news.glow.is_some() {
-            channel.glow = (news.glow, channel.glow.1 + 1);
+            channel.glow = (news.glow, channel.steps);
         }
-        channel.steps += 1;
     }
 
     /// Returns the facts of all sensors as JSON, the first message of a client.
@@ -254,18 +270,18 @@ impl Hub {
     pub(crate) fn update(&self, sensor: usize, cursor: &mut Cursor) -> Option<Update> {
         let channels = self.locked();
         let channel = channels.get(sensor).filter(|channel| channel.steps != cursor.steps)?;
+        let seen = std::mem::replace(&mut cursor.steps, channel.steps);
         // Updates before the client came were not skipped.
-        if cursor.steps > 0 {
-            cursor.skipped += channel.steps - cursor.steps - 1;
+        if seen > 0 {
+            cursor.skipped += channel.steps - seen - 1;
         }
-        cursor.steps = channel.steps;
-        let (jobs, number) = &channel.jobs;
-        let jobs = (std::mem::replace(&mut cursor.jobs, *number) != *number).then(|| jobs.clone());
-        let (glow, number) = &channel.glow;
-        let is_new = std::mem::replace(&mut cursor.glow, *number) != *number;
+        // After a way back, a client shows what was kept.
+        if std::mem::replace(&mut cursor.backs, channel.status.backs) != channel.status.backs {
+            cursor.records = 0;
+        }
         Some(Update {
-            glow: glow.clone().filter(|_| is_new),
-            jobs,
+            glow: channel.glow.0.clone().filter(|_| channel.glow.1 > seen),
+            jobs: (channel.jobs.1 > seen).then(|| channel.jobs.0.clone()),
             sensor,
             features: channel.features.since(&mut cursor.features),
             records: channel.records.since(&mut cursor.records),

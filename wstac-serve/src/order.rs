@@ -36,8 +36,10 @@ pub(crate) enum Action {
     },
     /// Start the doctor's examination.
     Examine {},
-    /// Play a file or a scene, or pause it.
+    /// Play a file or a scene, once more if it has ended, or pause it.
     Play { on: bool },
+    /// Let a file or a scene start again at its end, or not.
+    Loop { on: bool },
     /// Go forward by so many frames in a file or a scene, or back, and perhaps pause there.
     Seek { frames: i64, pause: bool },
 }

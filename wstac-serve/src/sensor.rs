@@ -24,7 +24,7 @@ const BETWEEN_PICTURES: Duration = Duration::from_millis(20);
 /// A sensor that is ready for reading.
 pub struct ServedSensor {
     station: Station,
-    about: About,
+    pub(crate) about: About,
     jobs: Jobs,
 }
 
@@ -40,7 +40,6 @@ impl ServedSensor {
     /// [`OutputOptions::LIVE`]: wstac_host::output::OutputOptions::LIVE
     pub fn new(name: Option<&str>, station: Station, tools: Tools) -> Self {
         let (info, layout) = (station.info(), station.processor().geometry().layout());
-        let [record_to, calibrate_to] = Jobs::places(&tools);
         let about = About {
             name: name.map(str::to_owned),
             source: info.about.clone(),
@@ -50,15 +49,11 @@ impl ServedSensor {
             corners: layout.corners().to_vec(),
             pictures: !info.taxels_only,
             rate: info.rate.per_second() / f64::from(info.rate.frames_added()),
-            record_to,
-            calibrate_to,
+            record_to: tools.record_to.as_ref().map(|folder| folder.display().to_string()),
+            calibrate_to: tools.calibrate_to.as_ref().map(|file| file.name.clone()),
             seeks: station.can_reopen(),
         };
         Self { station, about, jobs: Jobs::new(name, tools) }
-    }
-
-    pub(crate) fn about(&self) -> &About {
-        &self.about
     }
 
     /// Reads to the end of the source, and does what pages ask until the server ends. A file or a scene is read from
@@ -109,7 +104,7 @@ impl ServedSensor {
             tell(&error.to_string());
         }
         reader.jobs.look(&mut station, tell);
-        is_good && reader.jobs.failures() == 0
+        is_good && reader.jobs.failures == 0
     }
 }
 
@@ -158,10 +153,22 @@ impl NewsObserver<'_> {
             Action::Seek { frames, pause } => {
                 seekable(station)?;
                 self.jobs.expect_none(false)?;
+                let starts = station.starts();
                 if !station.go(frames).map_err(|error| error.to_string())? {
                     return Err("the source has ended, expected a way back".to_owned());
                 }
+                self.status.backs += station.starts() - starts;
                 station.is_paused |= pause;
+            }
+            Action::Play { on } | Action::Loop { on } => {
+                seekable(station)?;
+                if on && station.is_over() {
+                    station.start_again().map_err(|error| error.to_string())?;
+                }
+                match action {
+                    Action::Loop { .. } => station.repeats = on,
+                    _ => station.is_paused = !on,
+                }
             }
             _ if station.is_over() => return Err("the source has ended, so nothing can be done with it".to_owned()),
             Action::Rezero {} => {
@@ -175,10 +182,6 @@ impl NewsObserver<'_> {
             }
             Action::Calibrate {} => self.jobs.calibrate(station)?,
             Action::Examine {} => self.jobs.examine(station)?,
-            Action::Play { on } => {
-                seekable(station)?;
-                station.is_paused = !on;
-            }
         }
         Ok(())
     }
@@ -210,7 +213,7 @@ impl NewsObserver<'_> {
 
     fn publish(&mut self, station: &Station) {
         self.news.jobs = self.jobs.news(station).or(self.news.jobs.take());
-        self.news.glow = self.jobs.glow().and_then(|glow| packed(&glow));
+        self.news.glow = self.jobs.glow.take().and_then(|glow| packed(&glow));
         self.hub.publish(self.number, std::mem::take(&mut self.news), self.status.clone());
     }
 
@@ -218,17 +221,17 @@ impl NewsObserver<'_> {
     fn wants_picture(&mut self) -> bool {
         let arrives = self.target.is_some_and(|target| self.status.frame + 1 >= target);
         let is_due = arrives || self.pictured.is_none_or(|at| at.elapsed() >= BETWEEN_PICTURES);
-        if is_due && self.hub.is_watched() {
-            self.pictured = Some(Instant::now());
-            return true;
-        }
-        false
+        let wants = is_due && self.hub.is_watched();
+        self.pictured = if wants { Some(Instant::now()) } else { self.pictured };
+        wants
     }
 
     /// Takes the state of the station, unless the source is over.
     fn look(&mut self, station: &Station) {
+        self.status.loops = station.repeats;
         if self.status.starts != station.starts() {
-            (self.status, self.news) = (Status { starts: station.starts(), ..Status::default() }, News::default());
+            let Status { loops, backs, .. } = self.status;
+            self.status = Status { loops, backs, starts: station.starts(), ..Status::default() };
         } else if matches!(self.status.phase, "ended" | "failed") {
             return;
         }

@@ -12,7 +12,7 @@ use wstac_host::error::{Error, ErrorKind};
 use crate::access::{Access, Token};
 use crate::client::PATIENCE;
 use crate::connections::Connections;
-use crate::hub::{About, Hub};
+use crate::hub::Hub;
 use crate::sensor::ServedSensor;
 
 /// A server that shows sensors on a page.
@@ -102,12 +102,12 @@ impl Server {
         stop: &AtomicBool,
         tell: &(dyn Fn(Option<&str>, &str) + Sync),
     ) -> usize {
-        let hub = Hub::new(sensors.iter().map(|sensor| sensor.about().clone()));
+        let hub = Hub::new(sensors.iter().map(|sensor| sensor.about.clone()));
         let (hub, failures) = (&hub, &AtomicUsize::new(0));
         thread::scope(|scope| {
             for (number, sensor) in sensors.into_iter().enumerate() {
                 scope.spawn(move || {
-                    let About { name, .. } = sensor.about().clone();
+                    let name = sensor.about.name.clone();
                     if !sensor.run(number, hub, &|line| tell(name.as_deref(), line)) {
                         failures.fetch_add(1, Ordering::Relaxed);
                     }

@@ -76,7 +76,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "FILE.toml")]
     calibrate_to: Option<PathBuf>,
 
-    /// Start files and scenes again at their end
+    /// Start files and scenes again at their end, as Loop on the page does
     #[arg(long = "loop")]
     repeats: bool,
 
@@ -123,6 +123,7 @@ Keys:
   left, right   go back or forth by 1 s in all of them; with Shift by 10 s
   , and .   pause them, and go back or forth by one frame
   0         go to their first frame
+  l         start them again at their end, or no longer
   1 to 9    gather a new baseline for sensor 1 to 9, as its button does
   r         start a recording of the chosen sensor with the labels on the
             page, or end it
@@ -134,11 +135,10 @@ Keys:
   one that has the keyboard's focus.
 
 Files and scenes:
-  Buttons below the picture do the same as the keys, for one of them.
-  At the end, Play again starts it once more, and its events stay.
-  Going back reads the source again from its first frame, so the page is
-  the same as before. Standard input, pipes and cameras can be read once.
-  While a recording is written, there is no way back or forth.
+  Buttons below the picture do the same for one of them. Loop starts it
+  again at its end, Play once; the last 200 events, slips and faults stay.
+  Going back reads the source again from its first frame. Cameras, pipes,
+  standard input and a recording in progress have no way back or forth.
 
 Recordings (--record-to FOLDER):
   They are files of wstac record, with the labels specimen, speed,

@@ -83,7 +83,7 @@ pub(crate) struct Jobs {
     /// The layout in use, if a calibration gave it.
     layout: Option<Layout>,
     /// The light that a calibration has seen, if the page has not got it yet.
-    glow: Option<Picture>,
+    pub(crate) glow: Option<Picture>,
     /// The number of the next proposal.
     proposal: u64,
     /// Whether the page is to see a change at once.
@@ -94,7 +94,7 @@ pub(crate) struct Jobs {
     /// Lines for the person who started the program.
     told: Vec<String>,
     /// Recordings that could not be written.
-    failures: usize,
+    pub(crate) failures: usize,
 }
 
 /// Why something that a person asked for cannot be done now.
@@ -256,11 +256,6 @@ impl Jobs {
         }
     }
 
-    /// Returns the light that a calibration has seen, if the page has not got it yet.
-    pub(crate) fn glow(&mut self) -> Option<Picture> {
-        self.glow.take()
-    }
-
     /// Returns what the page shows of the jobs, if that has changed and is due.
     pub(crate) fn news(&mut self, station: &Station) -> Option<String> {
         let is_due = self.looked.is_none_or(|at| at.elapsed() >= BETWEEN_LOOKS);
@@ -293,15 +288,5 @@ impl Jobs {
         let is_new = self.seen != text;
         self.seen.clone_from(&text);
         is_new.then_some(text)
-    }
-
-    pub(crate) fn failures(&self) -> usize {
-        self.failures
-    }
-
-    /// Returns the folder of recordings and the file of calibrations, for people.
-    pub(crate) fn places(tools: &Tools) -> [Option<String>; 2] {
-        let folder = tools.record_to.as_ref().map(|folder| folder.display().to_string());
-        [folder, tools.calibrate_to.as_ref().map(|file| file.name.clone())]
     }
 }

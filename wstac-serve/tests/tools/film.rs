@@ -72,16 +72,45 @@ fn a_frame_that_is_gone_back_to_looks_as_it_did() {
 }
 
 #[test]
-fn a_source_starts_again_at_its_end_until_the_server_ends() {
+fn a_loop_keeps_the_events_of_its_rounds() {
     let served = Served::film(true, Tools::default());
     let mut page = served.page();
+    let rounds = |page: &Page| page.status["starts"].as_u64().unwrap() - page.status["backs"].as_u64().unwrap();
+    let events = |page: &Page| shown(page)[4].as_array().unwrap().len() as u64;
     served.allow(ALL);
     for starts in 1..=3 {
         page.until("a start", |page| page.status["starts"].as_u64() >= Some(starts));
-        assert_ne!(page.status["phase"], "ended");
+        assert_eq!((&page.status["loops"], page.status["phase"] == "ended"), (&json!(true), false));
     }
-    page.order(&json!({"order": "play", "on": false}));
-    page.until("the pause", |page| page.status["paused"] == true);
+    page.order(&json!({"order": "loop", "on": false}));
+    until_ended(&mut page);
+    let once = rounds(&page) + 1;
+    assert_eq!((events(&page), &page.status["loops"]), (once, &json!(false)));
+    // A page that comes later has them, too.
+    let mut other = served.page();
+    until_ended(&mut other);
+    assert_eq!(other.records, page.records);
+    page.order(&json!({"order": "play", "on": true}));
+    page.until("one more round", |page| rounds(page) == once);
+    until_ended(&mut page);
+    assert_eq!(events(&page), once + 1);
+    // Switched on at the end, it goes on at once. A way back is one in the last round.
+    served.allow(50);
+    page.order(&json!({"order": "loop", "on": true}));
+    page.until("a loop", |page| rounds(page) == once + 1 && page.status["loops"] == true);
+    page.until_frame(50);
+    served.allow(ALL);
+    page.until("its event", |page| events(page) >= once + 2);
+    page.order(&json!({"order": "loop", "on": false}));
+    until_ended(&mut page);
+    let all = events(&page);
+    served.allow(1);
+    seek(&mut page, -1_000_000_000);
+    until_shown(&mut page, 1);
+    assert_eq!((events(&page), &page.status["backs"]), (all - 1, &json!(1)));
+    let mut other = served.page();
+    until_shown(&mut other, 1);
+    assert_eq!(other.records, page.records);
     assert_eq!(served.end().0, 0);
 }
 

@@ -199,7 +199,7 @@ pub(crate) struct Page {
     /// The jobs that the page would show.
     pub(crate) jobs: Value,
     pub(crate) status: Value,
-    /// The records that it would list: a source that starts again has none.
+    /// The records that it would list.
     pub(crate) records: Vec<Value>,
     pub(crate) about: Value,
     /// The last order.
@@ -224,7 +224,7 @@ impl Page {
             }
             if message.get("update").is_some() {
                 let Value::Array(records) = message["records"].take() else { panic!("{message}") };
-                if self.status["starts"] != message["status"]["starts"] {
+                if self.status["backs"] != message["status"]["backs"] {
                     self.records.clear();
                 }
                 self.records.extend(records);
