@@ -104,7 +104,7 @@ fn taxel_sums_need_the_papers_layout() {
     let scene = folder.scene("c.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
     prints(&["run", &scene, "--json"], &["\"deg\":0"]);
     let config = folder.file("c2.toml", "[green]\nstride = 2");
-    refused(&["run", &scene, "--config", config.to_str().unwrap()], &["expected no other layout or stride"]);
+    refused(&["run", &scene, "--config", config.to_str().unwrap()], &["leave [layout] and stride out"]);
     refused(&["run", &scene, "--save-raw", &folder.path("never-written.raw")], &["rendered"]);
 }
 

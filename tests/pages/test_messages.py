@@ -1,4 +1,5 @@
-"""Tests that docs/TROUBLESHOOTING.md has the messages that do not say themselves what to do, and none that the source code lacks."""
+"""Tests that docs/TROUBLESHOOTING.md has the messages that do not say themselves what to do, and none that the source code lacks,
+and that no message expects something which helps nobody."""
 
 import re
 import unittest
@@ -7,6 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/TROUBLESHOOTING.md").read_text(encoding="utf-8")
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
+HOLLOW = re.compile(r"expected ((no|that|neither|it|one at least|one that)\b|none:|(fewer|less)$)")
 
 
 def words(text):
@@ -91,6 +93,13 @@ class Messages(unittest.TestCase):
             for piece in pieces(words(message)):
                 with self.subTest(piece=piece):
                     self.assertTrue(piece in code, f"no source file has the text {piece!r} of {message!r}")
+
+    def test_no_hollow_message(self):
+        texts = [(path, text) for path in sources() for text in literals(path)]
+        texts += [(path, path.read_text(encoding="utf-8")) for path in ROOT.glob("wstac-python/wstac/*.py")]
+        for path, text in texts:
+            with self.subTest(path=path):
+                self.assertNotRegex(text, HOLLOW)
 
 
 if __name__ == "__main__":

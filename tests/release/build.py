@@ -1,5 +1,5 @@
 """Builds the files that people install, for every machine, in target/files: static programs in archives and in Debian
-packages, Python wheels, the firmware of boards with USB, and the sums of all.
+packages, the library for C, Python wheels, the firmware of boards with USB, and the sums of all.
 
     build.py
 """
@@ -83,8 +83,26 @@ def pack(machine: str, name: str, variables: dict[str, str]) -> None:
         chosen.mkdir()
         own = (f"bin/{name}", f"share/doc/{name}/licenses", *REST[name])
         run("cp", "-r", *(every / "usr" / path for path in own), *(ROOT / text for text in TEXTS[name]), chosen)
-        order = ("--sort=name", "--owner=0", "--group=0", f"--mtime=@{variables['SOURCE_DATE_EPOCH']}")
-        run("tar", "-C", root, *order, "-czf", FILES / f"{top}-{machine}-linux.tar.gz", top)
+        archive(machine, chosen, variables)
+
+
+def archive(machine: str, folder: Path, variables: dict[str, str]) -> None:
+    order = ("--sort=name", "--owner=0", "--group=0", f"--mtime=@{variables['SOURCE_DATE_EPOCH']}")
+    run("tar", "-C", folder.parent, *order, "-czf", FILES / f"{folder.name}-{machine}-linux.tar.gz", folder.name)
+
+
+def library(machine: str, variables: dict[str, str]) -> None:
+    """Makes an archive of the library for C, as ci/build installs it, with examples and licenses."""
+    target = f"{machine}-unknown-linux-gnu"
+    with tempfile.TemporaryDirectory() as root:
+        top = Path(root) / f"libwstac-{version()}"
+        # The C library that the wheel asks for.
+        run("ci/build", "libwstac", top, "--quiet", "--release", "--target", f"{target}.2.17", env=variables)
+        texts = top / "share/doc/libwstac"
+        shutil.copytree(ROOT / "wstac-c/examples", texts / "examples")
+        run("python3", "tests/release/notices.py", "wstac-c/Cargo.toml", target, texts / "licenses", env=variables)
+        run("cp", *(ROOT / text for text in TEXTS["wstac-node"]), texts)
+        archive(machine, top, variables)
 
 
 def firmware(variables: dict[str, str]) -> None:
@@ -106,6 +124,7 @@ def main() -> None:
     for machine in MACHINES:
         for name in REST:
             pack(machine, name, variables)
+        library(machine, variables)
     firmware(variables)
     sums = [f"{hashlib.sha256(file.read_bytes()).hexdigest()}  {file.name}\n" for file in sorted(FILES.iterdir())]
     (FILES / "SHA256SUMS").write_text("".join(sums))

@@ -105,7 +105,8 @@ def pack(package: Package, program: Path, version: str, architecture: str, files
     """Writes what Debian reads of a package, and makes its file."""
     size = run("du", "-sk", "--apparent-size", package.root / "usr").split()[0]
     depends = needs(package, program, files)
-    maintainer = f"{os.environ.get('DEBFULLNAME', 'The WSTac authors')} <{os.environ.get('DEBEMAIL', 'wstac@example.org')}>"
+    mail = re.search('email="(.*?)"', (ROOT / "wstac-ros/wstac_msgs/package.xml").read_text(encoding="utf-8"))[1]
+    maintainer = f"{os.environ.get('DEBFULLNAME', 'The WSTac authors')} <{os.environ.get('DEBEMAIL', mail)}>"
     address = re.search('^repository = "(.*)"$', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
     homepage = f"Homepage: {address}\n" if address else ""
     (package.root / "DEBIAN").mkdir()

@@ -46,11 +46,11 @@ def crates(rust: str) -> None:
 
 
 def publishing() -> None:
-    """Asks cargo whether it would publish all crates, in their order; nothing is uploaded."""
+    """Asks cargo whether it would publish these crates alone; nothing is uploaded."""
     dry = ("cargo", "publish", "--workspace", "--dry-run", "--no-verify", "--locked", "--allow-dirty")
     said = subprocess.run(dry, check=False, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     ready = re.findall(r"Uploading (wstac[a-z-]*) ", said.stdout)
-    if said.returncode or not set(CRATES) <= set(ready):
+    if said.returncode or set(CRATES) != set(ready):
         fail(f"cargo publish --dry-run would publish {', '.join(ready) or 'nothing'}, expected {', '.join(CRATES)}:\n{said.stdout}")
     say(f"package: cargo would publish {', '.join(ready)}")
 

@@ -1,5 +1,5 @@
-"""Tries the files of target/files as a user would: programs in an empty root and under qemu, packages and wheels in a clean
-root of Debian.
+"""Tries the files of target/files as a user would: programs in an empty root and under qemu, the library for C with
+its examples, packages and wheels in a clean root of Debian.
 
     try_files.py    needs root or sudo for these roots
 """
@@ -7,12 +7,15 @@ root of Debian.
 from __future__ import annotations
 
 import filecmp
+import os
 import re
+import shutil
 import struct
 import subprocess
 from pathlib import Path
 from zipfile import ZipFile
 
+from deb import architecture_of
 from images import LOADERS
 from common import AS_ROOT, BOARDS, FILES, MACHINES, ROOT, TARGET, CleanRoot, demo_is_that_of_the_readme, fail, folder, run, say, timed, version
 
@@ -22,6 +25,8 @@ import hashlib, wstac
 for event in wstac.open("scene:Saw3@150,90deg", models="builtin:path-svm"):
     print(event.contact, event.speed, event.direction, event.texture, hashlib.sha256(event.sample.tobytes()).hexdigest())
 print(hashlib.sha256(wstac.simulate("Sin2@120").frames.tobytes()).hexdigest())"""
+# A held part that slips.
+HELD = 'gap = 100\n[[touch]]\nkind = "slide"\nspecimen = "Sin2"\nspeed = 60\ndirection = 270\nhold = 2\n'
 NODE_LICENSES = ("licenses/rust-standard-library.html", "licenses/musl.txt", "LICENSE-MIT", "LICENSE-APACHE", "NETWORK.md")
 # Debian's Python for another machine.
 FOREIGN = """python3.11-minimal libpython3.11-minimal libpython3.11-stdlib libc6 zlib1g libexpat1 libssl3 libffi8 libbz2-1.0
@@ -37,12 +42,12 @@ class Tried:
         self.empty = at / "empty"
 
     def unpacked(self, machine: str, name: str) -> Path:
-        """Unpacks an archive, whose program needs no library, and returns its folder."""
+        """Unpacks an archive, whose program, if it has one, needs no library, and returns its folder."""
         (self.at / machine).mkdir(exist_ok=True)
         archive = FILES / f"{name}-{self.version}-{machine}-linux.tar.gz"
         timed(f"unpacking {name} for {machine}", "tar", "-C", self.at / machine, "-xzf", archive)
         found = self.of(machine, name)
-        if "NEEDED" in run("readelf", "-d", found / name):
+        if name != "libwstac" and "NEEDED" in run("readelf", "-d", found / name):
             fail(f"{name} for {machine} needs libraries")
         return found
 
@@ -96,6 +101,31 @@ class Tried:
         python = run("ci/tool", "python", "node").strip()
         start = (python, "tests/node/start.py", self.of("x86_64", "wstac") / "wstac", *node)
         say(f"release: wstac-node {where}: {run(*start, why=f'wstac-node {where} failed').strip()}")
+
+    def library(self) -> None:
+        """Tries libwstac: builds its examples in a folder of their own, and of each machine reads for what the library is."""
+        x86_64, aarch64 = [self.unpacked(machine, "libwstac") for machine in MACHINES]
+        if len({frozenset(path.relative_to(at) for path in at.rglob("*")) for at in (x86_64, aarch64)}) != 1:
+            fail("libwstac for aarch64 has other files")
+        for at, architecture in ((x86_64, "amd64"), (aarch64, "arm64")):
+            library = at / "lib/libwstac.so"
+            newest = max(int(number) for number in re.findall(r"GLIBC_2\.(\d+)", run("readelf", "-V", library)))
+            if architecture_of(library) != architecture or newest > 17:
+                fail(f"libwstac in {at} is for {architecture_of(library)} and glibc 2.{newest}, expected {architecture} and 2.17")
+            if not (at / "share/doc/libwstac/licenses/dependencies.txt").is_file():
+                fail(f"libwstac in {at} has no licenses of its dependencies")
+        made = self.at / "examples"
+        shutil.copytree(x86_64 / "share/doc/libwstac/examples", made)
+        (made / "held.toml").write_text(HELD)
+        options = run("pkg-config", "--cflags", "--libs", "wstac", env={**os.environ, "PKG_CONFIG_PATH": str(x86_64 / "lib/pkgconfig")})
+        run("cc", "events.c", "-o", "events", *options.split(), cwd=made)
+        run("cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={x86_64}", cwd=made)
+        run("cmake", "--build", "build", cwd=made)
+        for program, source, expected in (("events", "scene:Saw3@150,90deg", "speed=150."), ("build/slip_stop_cpp", "scene:held.toml", "slip since frame ")):
+            said = run(made / program, source, cwd=made)
+            if expected not in said:
+                fail(f"{program} with libwstac says {said!r} of {source}, expected {expected}…")
+            say(f"release: {program} with libwstac: {said.splitlines()[0]}")
 
     def packages(self, root: CleanRoot) -> None:
         """Installs the Debian packages of this machine in a root without Rust; the other ones are looked at."""
@@ -228,7 +258,7 @@ def boards(at: Path) -> None:
 def as_in_readme(stated_version: str) -> None:
     """Checks that each archive and wheel has a line in the README, and a size in its range."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    lines = re.findall(r"^- `(wstac[^`]*)` \(([0-9]+) to ([0-9]+) MB\)", readme, re.MULTILINE)
+    lines = re.findall(r"^- `((?:lib)?wstac[^`]*)` \(([0-9]+) to ([0-9]+) MB\)", readme, re.MULTILINE)
     # VERSION and MACHINE stand for these; an ellipsis is the rest.
     stated = [(name.replace("VERSION", stated_version).replace("MACHINE", "*").replace("…", "*"), int(low), int(high)) for name, low, high in lines]
     files = [*FILES.glob("*.tar.gz"), *FILES.glob("*.whl")]
@@ -247,6 +277,7 @@ def main() -> None:
         tried = Tried(at)
         tried.programs()
         tried.node()
+        tried.library()
         root = CleanRoot(at / "root", "python3,python3-venv")
         tried.packages(root)
         tried.wheels(root)

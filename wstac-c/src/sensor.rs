@@ -68,7 +68,7 @@ impl SensorSession {
             match self.session.poll().map_err(of_source)? {
                 Poll::Waiting => return Ok((self.given.waiting(), None)),
                 Poll::Over => {
-                    let message = "the stream has ended, expected no more calls but wstac_close";
+                    let message = "the stream has ended; call wstac_close";
                     return Err(failed(WstacStatus::State, message));
                 }
                 Poll::Output(output) => {

@@ -55,5 +55,5 @@ def dataset(
         data = dict(arrays)
     if not len(data["X"]):
         counts = f"{no_event} had no event and {incomplete} an incomplete sample"
-        raise Error(f"sweep: no slide became a sample ({counts}), expected one at least")
+        raise Error(f"sweep: no slide became a sample ({counts}); try other speeds, or a scene with more light")
     return data

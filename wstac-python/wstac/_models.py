@@ -233,7 +233,7 @@ class Model:
         }
         sample = by_input[self.input]
         if sample is None:
-            message = f"event: has no {self.input} sample, expected some for {self.name}"
+            message = f"event: has no {self.input} sample, which {self.name} needs"
             raise Error(f"{message}: open its source with path_samples=True")
         return str(self.predict(sample[None])[0]) if self._answered(sample[None])[0] else None
 
@@ -339,10 +339,10 @@ class Model:
         >>> import wstac
         >>> wstac.Model.load("builtin:path-svm").set_params(name="mine")
         Traceback (most recent call last):
-        wstac.Error: name: cannot be set, expected no parameter: the model is trained already
+        wstac.Error: name: cannot be set: the model is trained already; train another one
         """
         if params:
-            raise Error(f"{next(iter(params))}: cannot be set, expected no parameter: the model is trained already")
+            raise Error(f"{next(iter(params))}: cannot be set: the model is trained already; train another one")
         return self
 
     def __sklearn_is_fitted__(self) -> bool:

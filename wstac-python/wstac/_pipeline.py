@@ -237,7 +237,7 @@ class Pipeline(Recorded):
         Raises `Error` before the first frame, and the second time.
         """
         if self._native is None:
-            raise _wstac.Error("pipeline: no frame was pushed, expected one at least")
+            raise _wstac.Error("pipeline: no frame was pushed; push frames before finish()")
         return self._pushed(self._native.finish())
 
     def __enter__(self) -> Pipeline:

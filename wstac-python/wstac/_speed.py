@@ -164,7 +164,7 @@ def _fitted(
     sxx, sxy, syy = (float(a @ b) for a, b in ((dx, dx), (dx, dy), (dy, dy)))
     slope = -sxy / sxx
     if slope <= 0:
-        raise Error(f"{names}: durations do not fall with speed, expected that they do")
+        raise Error(f"{names}: durations do not fall with speed; check their order and the speeds")
     intercept = float(duration.mean() + slope * x.mean())
     residuals = duration - intercept + slope * x
     deviation = math.sqrt(float(residuals @ residuals) / (len(x) - 2))

@@ -161,7 +161,7 @@ class Sensor:
         kept = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_NUMERIC, f"{name}_whiskers")
         # In a file of a model, numbers may have six digits.
         if kept < 0 or not np.allclose(model.numeric(kept).data, _whiskers(self.skin), rtol=1e-5, atol=1e-5):
-            raise Error(f"model: the whiskers of {name!r} are not those of scene, expected that of wstac.mujoco.attach")
+            raise Error(f"model: the whiskers of {name!r} are not those of scene; give that of wstac.mujoco.attach")
         self._reach = self.skin.length_mm - self.skin.whiskers[:, 2] - _START_MM
         self._x, self._y = self.skin.whiskers[:, 0].copy(), self.skin.whiskers[:, 1].copy()
 

@@ -107,7 +107,7 @@ fn labels_of(given: Labels) -> Result<Labels, String> {
             return Err(format!("label {name} has {count} characters, expected at most {LONGEST_LABEL}"));
         }
         if visible::line(value) != value {
-            return Err(format!("label {name} is \"{}\", expected no control characters", visible::line(value)));
+            return Err(format!("label {name} is \"{}\"; leave the control characters out", visible::line(value)));
         }
         if !value.is_empty() {
             labels.insert(name, value.to_owned());
@@ -155,11 +155,11 @@ mod tests {
             (r#"0 {"order":"record","labels":{"path":"../a"}}"#, "label \"path\" is not known, expected specimen"),
             (
                 r#"0 {"order":"record","labels":{"specimen":"a\u001bb"}}"#,
-                "\"a\\u001bb\", expected no control characters",
+                "\"a\\u001bb\"; leave the control characters out",
             ),
             (
                 r#"0 {"order":"record","labels":{"specimen":"a\u202eb"}}"#,
-                "\"a\\u202eb\", expected no control characters",
+                "\"a\\u202eb\"; leave the control characters out",
             ),
             (r#"0 ["record"]"#, "the order is not known (found \"[\\\"record\\\"]\"), expected {\"order\""),
             (r#"0 ["use",1]"#, "the order is not known"),

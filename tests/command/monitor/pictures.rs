@@ -151,8 +151,8 @@ fn what_is_no_board_and_what_a_board_does_not_take_is_refused() {
     sent.push(&Message::Hello(hello()));
     let file = format!("board:{}", path(&folder.file("hello.bin", sent.frames.concat())));
     assert!(of(&[&file]).contains("found 0 frames, expected 25 untouched ones"));
-    assert!(of(&[&file, "--size", "320x240"]).contains("is a board, expected no options of a camera"));
-    assert!(of(&["scene:Fla0@100", "--baud", "9600"]).contains("is no board, expected no --baud"));
+    assert!(of(&[&file, "--size", "320x240"]).contains("leave options of a camera out"));
+    assert!(of(&["scene:Fla0@100", "--baud", "9600"]).contains("is no board; leave --baud out"));
     // Frames of which no picture has a number of parts.
     let mut sent = Sent { frames: Vec::new() };
     let size = FrameSize::new(16_384, 16_384).unwrap();

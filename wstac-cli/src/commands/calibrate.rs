@@ -294,7 +294,7 @@ pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> R
 fn open(arguments: &Arguments) -> Result<(Box<dyn Source>, StreamInfo), Stop> {
     let Some(port) = port_of(&arguments.source) else {
         if arguments.baud.is_some() {
-            let message = "is no board, expected no --baud";
+            let message = "is no board; leave --baud out";
             return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());
         }
         return Ok(arguments.options.open(&arguments.source, FramePolicy::Every)?);

@@ -120,7 +120,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if let Some(name) = truth.keys().find(|name| !found.names.contains(name)) {
         let file = arguments.truth.as_deref().unwrap_or(folder).display();
         let message = format_args!(
-            "no recording has this name (found {name:?}, expected that of a file in {}, without .mcap)",
+            "no recording has this name (found {name:?}, expected the name of a file in {}, without .mcap)",
             folder.display()
         );
         return Err(Error::new(ErrorKind::Data, file, message).into());

@@ -212,7 +212,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let is_board = |sensor: &SensorSpec<'_>| port_of(sensor.source).is_some();
     if (arguments.status || arguments.baud.is_some()) && !sensors.iter().any(is_board) {
         let subject = sensors[0].source.display();
-        return Err(Error::new(Kind::Usage, subject, "is no board, expected no --status or --baud").into());
+        return Err(Error::new(Kind::Usage, subject, "is no board; leave --status and --baud out").into());
     }
     let outputs = Outputs::new(arguments.force).reading(&arguments.config).reading(&arguments.models);
     let outputs = sensors.iter().fold(outputs, |outputs, sensor| outputs.source(sensor.source));

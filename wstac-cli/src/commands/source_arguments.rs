@@ -119,7 +119,7 @@ impl SourceArguments {
     pub(super) fn expect_no_frames(&self, source: &OsStr, has_files: bool) -> Result<(), Error> {
         self.expect_none(source)?;
         if has_files {
-            let message = "is a board, expected no --config or --model: its firmware has them";
+            let message = "is a board, whose firmware has its own; leave --config and --model out";
             return Err(Error::new(ErrorKind::Usage, source.display(), message));
         }
         Ok(())
@@ -130,7 +130,7 @@ impl SourceArguments {
         let Self { options, matrix, range, readout, sensor } = self;
         let is_changed = matrix.is_some() || range.is_some() || readout.is_some() || sensor.is_some();
         if *options != OpenOptions::default() || is_changed {
-            let message = "is a board, expected no options of a camera: its firmware sets the camera up";
+            let message = "is a board, whose firmware sets the camera up; leave options of a camera out";
             return Err(Error::new(ErrorKind::Usage, source.display(), message));
         }
         Ok(())

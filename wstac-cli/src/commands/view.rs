@@ -101,7 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 fn frames(source: &OsStr, arguments: &Arguments) -> Result<FramesView, Error> {
     let refused = |message: String| Err(Error::new(ErrorKind::Usage, source.display(), message));
     if arguments.baud.is_some() {
-        return refused("is no board, expected no --baud".to_owned());
+        return refused("is no board; leave --baud out".to_owned());
     }
     let names = arguments.options.sensors_in(source)?.join(", ");
     if !names.is_empty() {

@@ -137,7 +137,7 @@ impl Port {
             }
         };
         if !serial && baud.is_some() {
-            return Err(Error::new(ErrorKind::Usage, name, "is no serial device, expected no --baud"));
+            return Err(Error::new(ErrorKind::Usage, name, "is no serial device; leave --baud out"));
         }
         let baud = serial.then_some(baud.unwrap_or(DEFAULT_BAUD));
         if let Some(baud) = baud {

@@ -201,7 +201,7 @@ impl Config {
             if is_published && self.green.stride == Stride::One {
                 return Ok(());
             }
-            return wrong("taxel sums are of the paper's layout and every pixel, expected no other layout or stride");
+            return wrong("taxel sums are of the paper's layout and every pixel; leave [layout] and stride out");
         };
         let own = Self::parse_recorded(&recorded.configuration).map_err(|error| error.about(&info.about))?;
         let is_same = own.geometry(info)?.layout() == geometry.layout()

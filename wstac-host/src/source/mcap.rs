@@ -250,7 +250,7 @@ fn check_sensor(subject: &str, sensor: Option<&str>, names: &[String]) -> Result
         None => refused(format_args!("has the sensors {all}, expected one of them")),
         Some(sensor) if names.iter().any(|name| name == sensor) => Ok(()),
         Some(sensor) if names.is_empty() => {
-            refused(format_args!("has one sensor without a name, expected no name of a sensor (found {sensor:?})"))
+            refused(format_args!("has one sensor, without a name; leave the name {sensor:?} out"))
         }
         Some(sensor) => refused(format_args!("has no sensor {sensor:?}, expected one of {all}")),
     }

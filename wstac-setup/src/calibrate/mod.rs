@@ -178,8 +178,8 @@ impl Watch {
             let percent = 100.0 * change;
             return Err(format!(
                 "the first {UNTOUCHED} frames were not untouched: a part of the picture changed by {percent:.1} % of full scale; \
-                 expected no touch, and the same light, until they are over; help: wait longer before the first touch, or cut the \
-                 start of a video off (ffmpeg -ss SECONDS -i clip.mp4 later.mp4)"
+                 help: keep the light the same and wait longer before the first touch, or cut the start of a video off \
+                 (ffmpeg -ss SECONDS -i clip.mp4 later.mp4)"
             ));
         }
         if spots.is_empty() {

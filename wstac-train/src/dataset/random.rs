@@ -96,7 +96,7 @@ impl RandomSweep {
         let checked = wstac_host::text_file::from_toml(text).and_then(|file| Self::checked(&file));
         let wrong = |message| match text.parse::<toml::Table>() {
             Ok(table) if table.contains_key("scene") => {
-                "[scene] is for --input frames, expected none: this input has scenes of its own by chance".to_owned()
+                "[scene] is for --input frames; leave it out: this input has scenes of its own by chance".to_owned()
             }
             _ => message,
         };

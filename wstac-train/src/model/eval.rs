@@ -167,7 +167,7 @@ pub fn answers_of_recordings(model: &Model, recordings: &[Recording]) -> Result<
     let labels = labels_of(model);
     let first = recordings.first().map_or("", |recording| recording.name.as_str());
     let too_many = || {
-        let message = format_args!("and others have more than {MOST_LABELS} different labels, expected fewer");
+        let message = format_args!("and others have more than {MOST_LABELS} different labels; evaluate fewer at once");
         Error::new(ErrorKind::Data, first, message)
     };
     let truth = Truth::of("the label specimen", labels.clone(), truth, too_many)?;
@@ -392,7 +392,7 @@ pub(crate) fn texts(npz: &Npz, name: &str, n: usize) -> Result<Vec<String>, Erro
     let within = |text: Result<String, Error>| {
         let text = text?;
         left = left.checked_sub(text.len()).ok_or_else(|| {
-            npz.error(name, format_args!("has more than {} MB of text, expected less", MOST_TEXT >> 20))
+            npz.error(name, format_args!("has more than {} MB of text; use shorter names", MOST_TEXT >> 20))
         })?;
         Ok(text)
     };

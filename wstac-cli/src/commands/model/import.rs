@@ -209,7 +209,7 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
     let (is_linear, is_boosted) = (matches!(kind, Kind::Linear(_)), matches!(kind, Kind::Boosted(_)));
     let refused = |option, of| {
         let file = arguments.file.display();
-        Err(conflict(format_args!("{option} is for {of}, and {file} holds {model}: expected no {option}")))
+        Err(conflict(format_args!("{option} is for {of}, and {file} holds {model}; leave it out")))
     };
     if arguments.weights.is_some() && !is_linear && !matches!(kind, Kind::Network(_)) {
         return refused("--weights", "linear models and networks");
@@ -218,13 +218,13 @@ fn check_options(arguments: &Arguments, kind: &Kind, backend: Backend) -> Result
         return refused("--leaves", "boosted trees");
     }
     if arguments.note.is_some() && backend == Backend::Inline {
-        return Err(conflict("--note is for model files, and Rust has no place for it: expected no --note"));
+        return Err(conflict("--note is for model files, and Rust has no place for it; leave it out"));
     }
     if arguments.speeds.is_some() && backend == Backend::Inline {
-        return Err(conflict("--speeds is for model files, and Rust has no place for it: expected no --speeds"));
+        return Err(conflict("--speeds is for model files, and Rust has no place for it; leave it out"));
     }
     if arguments.check.is_some() && backend == Backend::Inline {
-        return Err(conflict("--check is for model files, which hold the same trees: expected no --check"));
+        return Err(conflict("--check is for model files, which hold the same trees; check one of them"));
     }
     Ok(())
 }

@@ -363,7 +363,7 @@ fn new_part(path: &Path) -> Result<PathBuf, Error> {
             whole.display()
         ));
     }
-    Err(Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 unfinished files, expected fewer"))
+    Err(Error::new(ErrorKind::AlreadyExists, path.display(), "has 999 unfinished files; recover or delete them"))
 }
 
 #[cfg(test)]
