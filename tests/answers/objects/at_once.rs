@@ -129,7 +129,7 @@ pub(crate) fn section(page: &mut String) {
         let tally = Tally::new(&answered);
         let after: Vec<f64> = answered.iter().filter_map(|one: &Answered| one.after).collect();
         let second = |fraction| percentile(after.clone(), fraction).map_or("–".into(), |time| format!("{time:.2}"));
-        let _ = writeln!(page, "| {} | {}/{} | {} |", row.touch, second(0.5), second(0.95), tally.fractions(),);
+        let _ = writeln!(page, "| {} | {}/{} | {} |", row.touch, second(0.5), second(0.95), tally.fractions());
         (early, reliable) = (early + after.len(), reliable + tally.reliable);
     }
     let _ = writeln!(page, "\n{} % of these answers came before the whole sample.", share(early, reliable));
