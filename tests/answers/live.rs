@@ -9,13 +9,12 @@ use wstac_core::pipeline::Pipeline;
 use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Rest, Scene, SceneConfig, SimulatedFrame, Slide, Truth};
 
 use crate::objects::scenes::{self, Drawn, Fault, draw};
 use crate::touches::{Kind, each, script};
-use crate::{interval, share};
+use crate::{bold, interval, judged, percentiles, share};
 
 /// Touches of a table.
 const SLIDES: u64 = 2000;
@@ -239,8 +238,9 @@ struct OfObject {
     wrong: usize,
     /// Whether the first one was wrong; `None` if there was none.
     first: Option<bool>,
-    /// Whether the first one came within three frames after the last whisker's light.
+    /// Whether the first one came within three frames after the last whisker's light, and within two after the end.
     in_time: bool,
+    is_latest: bool,
 }
 
 /// Returns the frame in which the last whisker that the touch lights exceeds a quarter of its peak.
@@ -285,10 +285,29 @@ fn follow_object(kind: scenes::Kind, condition: Condition, number: u64) -> OfObj
         of.wrong += usize::from(!is_right);
         if of.first.is_none() {
             of.first = Some(!is_right);
-            of.in_time = frame as f64 <= last + 3.0 * added;
+            (of.in_time, of.is_latest) = (frame as f64 <= last + 3.0 * added, after <= LATEST);
         }
     }
     of
+}
+
+/// A limit in percent, and on which side of it a goal is.
+type Goal = (char, f64);
+/// First velocities in time, and wrong ones: of slides of all speeds; and wrong ones of objects, and if the speed
+/// changes.
+const SLIDES_GOALS: [Goal; 2] = [('≥', 89.5), ('≤', 0.7)];
+const WRONG_GOALS: [Goal; 2] = [('≤', 1.0), ('≤', 3.0)];
+/// Rods and bare edges within three frames after the last whisker's light.
+const SOON_GOAL: Goal = ('≥', 60.0);
+/// All velocities of wide blocks that are wrong.
+const WIDE_GOAL: f64 = 1.5;
+
+/// Returns a fraction in percent with its interval and its goal, bold if it misses that.
+fn beside(count: usize, of: usize, goal: Option<Goal>) -> String {
+    let Some((side, limit)) = goal else { return interval(count, of) };
+    let percent = 100.0 * count as f64 / of.max(1) as f64;
+    let is_missed = of > 0 && if side == '≥' { percent < limit } else { percent > limit };
+    format!("{} {side}{limit}", judged(count, of, is_missed))
 }
 
 /// Returns the table of live motion by kind of object.
@@ -298,22 +317,40 @@ fn objects() -> String {
          | wrong, % of answered | all velocities: % of frames | wrong, % |\n\
          | --- | --- | --- | --- | --- | --- |\n",
     );
+    let mut latest = Vec::new();
     for (name, kind) in OBJECTS {
         let all = each(OBJECTS_EACH, |number| follow_object(kind, PLAIN, number));
         let first: Vec<bool> = all.iter().filter_map(|one| one.first).collect();
         let sum = |of: &dyn Fn(&OfObject) -> usize| all.iter().map(of).sum::<usize>();
         let said = sum(&|one| one.said);
-        let in_time = all.iter().filter(|one| one.in_time).count();
+        let count = |of: &dyn Fn(&OfObject) -> bool| all.iter().filter(|one| of(one)).count();
+        let is_soon = matches!(kind, scenes::Kind::Rod | scenes::Kind::Oblique);
+        let changes = matches!(kind, scenes::Kind::Changing | scenes::Kind::Stick);
+        if matches!(kind, scenes::Kind::Ball | scenes::Kind::Coin | scenes::Kind::Block | scenes::Kind::Corner) {
+            let count = count(&|one| one.is_latest);
+            let kind = name.split(' ').next().unwrap_or(name);
+            latest.push(format!("{kind} {}", judged(count, first.len(), count < first.len())));
+        }
+        // Frames of one touch are alike: they have no interval.
+        let wrong = sum(&|one| one.wrong);
+        let mut of_all = share(wrong, said);
+        if kind == scenes::Kind::Wide {
+            of_all = bold(100.0 * wrong as f64 > WIDE_GOAL * said as f64, of_all) + &format!(" ≤{WIDE_GOAL}");
+        }
         let _ = writeln!(
             page,
-            "| {name} | {} | {} | {} | {} | {} |",
-            share(first.len(), all.len()),
-            share(in_time, all.len()),
-            share(first.iter().filter(|is_wrong| **is_wrong).count(), first.len()),
+            "| {name} | {} | {} | {} | {} | {of_all} |",
+            interval(first.len(), all.len()),
+            beside(count(&|one| one.in_time), all.len(), is_soon.then_some(SOON_GOAL)),
+            beside(count(&|one| one.first == Some(true)), first.len(), Some(WRONG_GOALS[usize::from(changes)])),
             share(said, sum(&|one| one.frames)),
-            share(sum(&|one| one.wrong), said),
         );
     }
+    let _ = writeln!(
+        page,
+        "\nFirst velocities at most 2 frames after the end (goal: all), % of answered: {}.",
+        latest.join(", ")
+    );
     page
 }
 
@@ -336,30 +373,28 @@ pub(crate) fn cameras() -> String {
 
 /// The columns of answers.
 fn columns(said: &[&Said]) -> String {
-    let of = |number: usize, fraction, unit: f64| {
-        let errors = said.iter().map(|said| said.errors[number]).collect();
-        percentile(errors, fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
-    };
-    format!(
-        "{} | {} | {} | {} | {}",
-        of(0, 0.5, 100.0),
-        of(0, 0.95, 100.0),
-        of(1, 0.5, 1.0),
-        of(1, 0.95, 1.0),
-        share(said.iter().filter(|said| said.errors[0] > 0.1).count(), said.len()),
-    )
+    let of = |number: usize, unit| percentiles(&said.iter().map(|said| said.errors[number]).collect::<Vec<_>>(), unit);
+    format!("{} | {} |", of(0, 100.0), of(1, 1.0))
 }
 
-const COLUMNS: &str = "speed error, %: median | p95 | direction error, °: median | p95 | wrong, %";
+const COLUMNS: &str = "speed error, %: median/p95 | direction error, °: median/p95 | wrong, %";
 
 /// A table of the first answers of slides.
 fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
-    let _ = writeln!(page, "| first velocity: {property} | in time (goal: all), % | {COLUMNS} |");
-    let _ = writeln!(page, "| --- | --- | --- | --- | --- | --- | --- |");
-    for (name, slides) in rows {
+    let _ = writeln!(page, "| first velocity: {property} | in time, % | {COLUMNS} |\n| --- | --- | --- | --- | --- |");
+    // The goals are of all speeds.
+    for (number, (name, slides)) in rows.iter().enumerate() {
         let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
         let in_time = first.iter().filter(|said| said.delay <= 3.0).count();
-        let _ = writeln!(page, "| {name} | {} | {} |", interval(in_time, slides.len()), columns(&first));
+        let wrong = first.iter().filter(|said| said.errors[0] > 0.1).count();
+        let [soon, most] = SLIDES_GOALS.map(|goal| (number == 0).then_some(goal));
+        let _ = writeln!(
+            page,
+            "| {name} | {} | {} {} |",
+            beside(in_time, slides.len(), soon),
+            columns(&first),
+            beside(wrong, first.len(), most),
+        );
     }
     page.push('\n');
 }

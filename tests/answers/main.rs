@@ -63,17 +63,8 @@ impl Result {
     }
 
     /// Returns the cells of a row: the reliable part, and errors of speed and direction.
-    fn cells(&self) -> [String; 5] {
-        let of = |numbers: &[f64], fraction, unit: f64| {
-            percentile(numbers.to_vec(), fraction).map_or("–".into(), |value| format!("{:.2}", unit * value))
-        };
-        [
-            share(self.reliable, self.count),
-            of(&self.speed, 0.5, 100.0),
-            of(&self.speed, 0.95, 100.0),
-            of(&self.degrees, 0.5, 1.0),
-            of(&self.degrees, 0.95, 1.0),
-        ]
+    fn cells(&self) -> [String; 3] {
+        [share(self.reliable, self.count), percentiles(&self.speed, 100.0), percentiles(&self.degrees, 1.0)]
     }
 
     /// Returns a row of a table.
@@ -84,8 +75,8 @@ impl Result {
 }
 
 const HEAD: &str = "\
-reliable, % | speed error, %: median | p95 | direction error, °: median | p95 | wrong |
-| --- | --- | --- | --- | --- | --- | --- |";
+reliable, % | speed error, %: median/p95 | direction error, °: median/p95 | wrong |
+| --- | --- | --- | --- | --- |";
 
 /// Returns the slides of answered touches.
 fn cases(answered: &[Answered]) -> Vec<Case<'_>> {
@@ -117,12 +108,28 @@ pub(crate) fn share(count: usize, of: usize) -> String {
 
 /// Returns a share in percent with Wilson's interval of 95 %, or without it if nothing is counted.
 pub(crate) fn interval(count: usize, of: usize) -> String {
+    judged(count, of, false)
+}
+
+/// Returns a share as [`interval`] does, bold if it misses its goal.
+pub(crate) fn judged(count: usize, of: usize, is_missed: bool) -> String {
     if count == 0 {
-        return share(count, of);
+        return bold(is_missed, share(count, of));
     }
-    let [low, high] = wilson(count as u32, of as u32);
-    let share = count as f64 / of.max(1) as f64;
-    format!("{:.1} ({:.1}…{:.1})", 100.0 * share, 100.0 * low, 100.0 * high)
+    let [low, high] = wilson(count as u32, of as u32).map(|limit| 100.0 * limit);
+    let percent = 100.0 * (count as f64 / of.max(1) as f64);
+    format!("{} ({low:.1}…{high:.1})", bold(is_missed, format!("{percent:.1}")))
+}
+
+/// Returns the median and the 95th percentile of errors.
+pub(crate) fn percentiles(errors: &[f64], unit: f64) -> String {
+    let at = |fraction| percentile(errors.to_vec(), fraction).map(|value| format!("{:.2}", unit * value));
+    at(0.5).zip(at(0.95)).map_or("–".into(), |(median, high)| format!("{median}/{high}"))
+}
+
+/// Returns a cell, bold if it misses its goal.
+pub(crate) fn bold(is_missed: bool, cell: String) -> String {
+    if is_missed { format!("**{cell}**") } else { cell }
 }
 
 /// Returns a percentile with its interval of 95 %, by the ranks that a percentile may have by chance.
@@ -161,7 +168,9 @@ fn goals(page: &mut String, cases: &[Case<'_>]) {
     );
     for (name, result) in [("10 to 100", &slow), ("100 to 600", &fast)] {
         for (what, count) in ["speed", "direction"].into_iter().zip(result.within) {
-            row(&format!("{what} within 1 sd, %"), name, "63 to 73", interval(count, result.reliable));
+            let percent = 100.0 * count as f64 / result.reliable.max(1) as f64;
+            let is_missed = !(63.0..=73.0).contains(&percent);
+            row(&format!("{what} within 1 sd, %"), name, "63 to 73", judged(count, result.reliable, is_missed));
         }
     }
     page.push('\n');

@@ -102,6 +102,8 @@ fn by_speed(models: &[(String, Vec<Option<Said>>)], slides: &[PathSlide]) -> Str
 struct Learned {
     /// The accuracy on each sensor in percent.
     accuracies: Vec<f64>,
+    /// Slides that are right, and all.
+    right: [usize; 2],
     /// The part of the new textures' slides that is known, in percent.
     known: f64,
     /// Slides of textures unlike the new ones, and of the ten specimens: called unknown, and all.
@@ -118,7 +120,10 @@ impl Learned {
             let learned = learn(base.words(), &few, "{}").expect("five slides of each texture");
             let model = Model::from_words(&learned.words).expect("a model");
             let found = Quality::of(&model, &rest);
-            let share = found.samples as f64 / (found.samples + without) as f64;
+            let count = found.samples + without;
+            let share = found.samples as f64 / count as f64;
+            all.right[0] += (found.accuracy * found.samples as f64).round() as usize;
+            all.right[1] += count;
             all.accuracies.push(100.0 * found.accuracy * share);
             all.known += 100.0 * found.known.unwrap_or(0.0) * share / f64::from(SENSORS);
             for (specimens, [unknown, count]) in [unlike_new(), Specimen::ALL.to_vec()].into_iter().zip(&mut all.others)
@@ -136,10 +141,10 @@ impl Learned {
 
     /// Returns the cells of a row.
     fn cells(&self) -> String {
-        let mean = self.accuracies.iter().sum::<f64>() / self.accuracies.len() as f64;
         let worst = self.accuracies.iter().copied().fold(100.0, f64::min);
         let [unlike, specimens] = self.others.map(|[unknown, count]| interval(unknown, count));
-        format!("{mean:.1} | {worst:.1} | {:.1} | {unlike} | {specimens}", self.known)
+        let right = interval(self.right[0], self.right[1]);
+        format!("{right} | {worst:.1} | {:.1} | {unlike} | {specimens}", self.known)
     }
 }
 

@@ -15,14 +15,14 @@ use wstac_host::texture::{NoTexture, Textures};
 use wstac_scene::rng::Rng;
 use wstac_scene::sensor::Fidelity;
 use wstac_scene::source::SceneSource;
-use wstac_scene::specimen::Specimen;
+use wstac_scene::specimen::{Pattern, Specimen};
 use wstac_scene::{SceneConfig, Slide, Touch};
 
 use super::{
     Answered, Fault, FrameGeometry, Gray, JUDGE, Kind, Layout, MotionConfig, Pipeline, ROWS, Readout, SLIDES, SPEEDS,
     Scene, SimulatedFrame, Tally, TriggerConfig, answer, each, percentile,
 };
-use crate::share;
+use crate::{interval, share};
 
 /// Faults of the mix that are hardest.
 const HARD: [Fault; 5] = [Fault::None, Fault::Noise, Fault::Lost, Fault::Rate(15), Fault::UnknownReadout];
@@ -30,8 +30,8 @@ const HARD: [Fault; 5] = [Fault::None, Fault::Noise, Fault::Lost, Fault::Rate(15
 const OF_TEXTURE: u64 = 50;
 /// The first sensor of textures. No other part of the project uses it or those behind it.
 const FIRST_SENSOR: u32 = 95_000;
-/// Speeds of flat blocks in mm/s, and slides at each.
-const SLOW: [f64; 10] = [6.0, 8.0, 10.0, 11.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0];
+/// Speeds of slow blocks in mm/s, and slides at each.
+const SLOW: [f64; 11] = [5.0, 6.0, 8.0, 10.0, 11.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0];
 const BLOCKS: u64 = 40;
 /// A block of 60 mm at 150 mm/s should have speed, direction and texture within this time after the first touch.
 const GOAL_S: f64 = 0.6;
@@ -95,22 +95,28 @@ fn of_texture(textures: &Textures, number: u64) -> Option<(f64, bool)> {
     })
 }
 
-/// Returns the number of events of a slide of a flat block.
-fn events_of_block(mm_s: f64, number: u64) -> usize {
+/// Returns the number of events of a slide of a block.
+fn events_of_block(block: Specimen, mm_s: f64, number: u64) -> usize {
     let mut rng = Rng::new(JUDGE, 5 << 48 | number);
-    let mut script = SceneConfig::new(vec![Touch::Slide(Slide::new(Specimen::ALL[0], mm_s, 360.0 * rng.uniform()))]);
+    let mut script = SceneConfig::new(vec![Touch::Slide(Slide::new(block, mm_s, 360.0 * rng.uniform()))]);
     (script.fidelity, script.seed, script.light.unit) = (Fidelity::Taxel, rng.bits(), FIRST_SENSOR + number as u32);
     let source = SceneSource::new(&script).expect("the scene was drawn within its limits");
     let session = Session::builder(source).build().expect("all parameters are defaults");
     session.filter(|output| matches!(output, Ok(Output::Event(_)))).count()
 }
 
-/// Writes how often a slow slide of a flat block is more than one event.
+/// Writes how often a slow slide of a block is more than one event.
 pub(crate) fn blocks(page: &mut String) {
-    let of = |mm_s| each(BLOCKS, |number| events_of_block(mm_s, number)).into_iter().filter(|events| *events > 1);
-    let parts = SLOW.map(|mm_s| share(of(mm_s).count(), BLOCKS as usize)).join("/");
+    let _ = write!(page, "Blocks with more than one event (goal: 0 %), {BLOCKS} each, within ±15 %,");
     let speeds = SLOW.map(|mm_s| mm_s.to_string()).join("/");
-    let _ = writeln!(page, "Flat blocks with more than one event ({BLOCKS} each): {parts} % at {speeds} mm/s.\n");
+    let _ = write!(page, " at {speeds} mm/s:");
+    for (name, block) in [("flat", Specimen::ALL[0]), ("Saw4", Specimen::block(Pattern::Saw, 4.0))] {
+        let count =
+            |mm_s| each(BLOCKS, |number| events_of_block(block, mm_s, number)).iter().filter(|of| **of > 1).count();
+        let parts = SLOW.map(|mm_s| share(count(mm_s), BLOCKS as usize)).join("/");
+        let _ = write!(page, "{} {name} {parts} %", if name == "flat" { "" } else { "," });
+    }
+    page.push_str(".\n\n");
 }
 
 /// Writes the section of the page.
@@ -123,15 +129,7 @@ pub(crate) fn section(page: &mut String) {
         let tally = Tally::new(&answered);
         let after: Vec<f64> = answered.iter().filter_map(|one: &Answered| one.after).collect();
         let second = |fraction| percentile(after.clone(), fraction).map_or("–".into(), |time| format!("{time:.2}"));
-        let _ = writeln!(
-            page,
-            "| {} | {}/{} | {}/{} |",
-            row.touch,
-            second(0.5),
-            second(0.95),
-            share(tally.reliable, tally.count),
-            share(tally.wrong, tally.count),
-        );
+        let _ = writeln!(page, "| {} | {}/{} | {} |", row.touch, second(0.5), second(0.95), tally.fractions());
         (early, reliable) = (early + after.len(), reliable + tally.reliable);
     }
     let _ = writeln!(page, "\n{} % of these answers came before the whole sample.", share(early, reliable));
@@ -145,11 +143,11 @@ pub(crate) fn section(page: &mut String) {
         "\nBlocks of 60 mm with the ten textures, at 150 mm/s in any direction, {OF_TEXTURE} of each: {} % have speed, direction and \
          texture within {GOAL_S} s of the first touch (goal: all), {} % before the whole sample, after {:.2} s (median) and {:.2} s \
          (p95); {} % of these textures are right.\n",
-        share(within(GOAL_S), count as usize),
-        share(found.len(), count as usize),
+        interval(within(GOAL_S), count as usize),
+        interval(found.len(), count as usize),
         second(0.5),
         second(0.95),
-        share(found.iter().filter(|(_, is_right)| *is_right).count(), found.len()),
+        interval(found.iter().filter(|(_, is_right)| *is_right).count(), found.len()),
     );
     blocks(page);
 }

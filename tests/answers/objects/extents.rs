@@ -9,7 +9,7 @@ use wstac_scene::specimen::Body;
 
 use super::scenes::{HALF_MM, Kind, lit_width_mm};
 use super::{Answered, WITHIN};
-use crate::share;
+use crate::{bold, share};
 
 /// Most errors of a place and of a width in mm, as medians, and least contacts that are right, in percent.
 const MOST_MM: [f64; 2] = [0.4, 0.7];
@@ -53,7 +53,6 @@ impl Errors {
             return "– | – | –".into();
         }
         let [median, high] = [0.5, 0.95].map(|fraction| percentile(self.sizes.clone(), fraction).unwrap_or(0.0));
-        let bold = |is_missed: bool, cell: String| if is_missed { format!("**{cell}**") } else { cell };
         let outside = |at: usize| {
             let percent = 100.0 * self.within[at] as f64 / known as f64;
             !(WITHIN[at][0]..=WITHIN[at][1]).contains(&percent)
@@ -104,7 +103,7 @@ fn place_row(page: &mut String, touch: &str, answered: &[Answered]) {
         }
     }
     let is_missed = (right as f64) < LEAST_RIGHT / 100.0 * count as f64;
-    let contacts = if is_missed { format!("**{}**", share(right, count)) } else { share(right, count) };
+    let contacts = bold(is_missed, share(right, count));
     let _ = writeln!(
         page,
         "| {touch} | {} | {} | {contacts} ≥{LEAST_RIGHT} |",

@@ -21,10 +21,9 @@ use wstac_core::touch::wave::{Basis, Extent, Measured, by_wave};
 use wstac_host::statistics::percentile;
 use wstac_scene::rng::Rng;
 use wstac_scene::{Scene, SimulatedFrame};
-use wstac_train::train::wilson;
 
-use crate::share;
 use crate::touches::each;
+use crate::{bold, interval, judged, share};
 use scenes::{Drawn, Fault, JUDGE, Kind, Truth, draw};
 
 const SLIDES: u64 = 1000;
@@ -231,6 +230,11 @@ impl Tally {
         percentile(self.errors[of].clone(), fraction)
     }
 
+    /// Returns how many are reliable and how many of all are wrong, in percent.
+    fn fractions(&self) -> String {
+        [self.reliable, self.wrong].map(|count| interval(count, self.count)).join("/")
+    }
+
     /// Returns the names of the columns whose goals are not reached.
     fn missed(&self, goal: &Goal) -> Vec<&'static str> {
         let percent = |count: usize, of: usize| 100.0 * count as f64 / of.max(1) as f64;
@@ -260,12 +264,8 @@ impl Tally {
     fn page(&self, Row { goal, kind, .. }: &Row) -> String {
         let missed = self.missed(goal);
         let has_own = *kind != Kind::Mix;
-        let bold = |column: &str, cell: String| if missed.contains(&column) { format!("**{cell}**") } else { cell };
-        let of = |column: &str, count: usize| {
-            let [low, high] = wilson(count as u32, self.count as u32).map(|limit| 100.0 * limit);
-            let share = bold(column, share(count, self.count));
-            if count == 0 { share } else { format!("{share} ({low:.1}…{high:.1})") }
-        };
+        let bold = |column: &str, cell| bold(missed.contains(&column), cell);
+        let of = |column: &str, count: usize| judged(count, self.count, missed.contains(&column));
         let error = |of: usize, column: &str| {
             let found = [0.5, 0.95].map(|fraction| self.error(of, fraction).map(|error| format!("{error:.2}")));
             let [Some(median), Some(high)] = found else { return bold(column, "–".into()) };
@@ -321,7 +321,7 @@ pub(crate) fn section(page: &mut String) {
             // Other touches than those of the first table.
             let answered = each(OF_DECADE, |number| answer(row, speeds, SLIDES + number, false));
             let tally = Tally::new(&answered);
-            let _ = write!(page, " {}/{} |", share(tally.reliable, tally.count), share(tally.wrong, tally.count));
+            let _ = write!(page, " {} |", tally.fractions());
         }
         page.push('\n');
     }

@@ -74,7 +74,7 @@ const CALIBRATED: Condition = Condition { calibrated: true, ..USUAL };
 const LOST: Condition = Condition { lost: (0.05, 1), ..USUAL };
 
 /// Conditions with their names, and the goal of right answers in percent.
-const CONDITIONS: [(&str, Condition, Option<f64>); 19] = [
+const CONDITIONS: [(&str, Condition, Option<f64>); 20] = [
     ("no fault", USUAL, Some(98.0)),
     ("60 frames per second", Condition { fps: 60, speeds: ALL, ..USUAL }, Some(98.0)),
     ("readout of up to 33 ms, known", Condition { readout_ms: 33.0, ..USUAL }, Some(98.0)),
@@ -102,6 +102,11 @@ const CONDITIONS: [(&str, Condition, Option<f64>); 19] = [
     ),
     ("25 frames per second, 50 to 300 mm/s", Condition { fps: 25, speeds: ALL, ..USUAL }, None),
     ("15 frames per second, 50 to 300 mm/s", Condition { fps: 15, speeds: ALL, ..USUAL }, None),
+    (
+        "readout of 33 ms, gains spread three times, gains measured",
+        Condition { gains: 3.0, readout_ms: 33.0, ..CALIBRATED },
+        Some(98.0),
+    ),
 ];
 
 /// Objects. Blocks have one of the ten textures, all others none.
@@ -232,6 +237,9 @@ pub(crate) fn section() -> String {
         let (count, goal) = (slides.len(), goal.map_or(String::new(), |goal| format!(" ≥{goal}")));
         let (sums, taxels, wrong) =
             (share(right(&sums), count), interval(right(&taxels), count), interval(wrong, count));
+        let refused = condition.slides - count as u64;
+        let is_said = condition.posed || refused > 0;
+        let name = if is_said { format!("{name}; {refused} refused") } else { name.into() };
         let _ = writeln!(page, "| {name} | {sums} | {taxels}{goal} | {wrong} |");
     }
     let of_objects = OBJECTS.into_iter().map(|(name, kind)| {

@@ -13,6 +13,7 @@ LONGEST_GAP = 7
 LIT = 32
 STEEPEST = 2**31 - 1
 WIDEST = 2**63
+MOST_LIGHT = 2**20
 
 
 def bounded(value: int) -> int:
@@ -127,6 +128,7 @@ class SlipDetector:
             self.turn("new")
         self.next = frame + 1
         light = [16 * taxel - floor for taxel, floor in zip(taxels, self.floor)]
+        assert all(abs(one) <= MOST_LIGHT for one in light), "light is too wide"
         return getattr(self, f"in_{self.state}")(frame, light)
 
     def turn(self, state: str) -> None:

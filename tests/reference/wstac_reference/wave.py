@@ -69,6 +69,8 @@ LATE_OF_CORNER, MOST_COSINE, LEAST_SINE = (0.08, 0.18), 0.26, 0.2
 FEWEST_OF_EDGE, FEWEST_OF_CORNER, CORNER_ROUNDS = 5, 18, 6
 PLANE_FACTORS = (0.93, 1.03, 0.77, 2.0)
 """Of both deviations by two contacts, of the speed's by a corner, and of the direction's if the outline tells one, too."""
+BRIGHTEST, OVERSHOOT, LONGEST = 4096, 1.25, 70
+"""A line has 12 bits and a sign, at most so many times of it after a shift, and so many frames."""
 
 COLUMN = np.tile(np.arange(COLUMNS) - COLUMNS // 2, ROWS).astype(float)
 ROW = np.repeat(np.arange(ROWS) - ROWS // 2, COLUMNS).astype(float)
@@ -183,6 +185,14 @@ def shifted(line: np.ndarray, times: np.ndarray) -> np.ndarray:
     return total
 
 
+def check_widths(z: np.ndarray, m: np.ndarray, d: np.ndarray, unit: float) -> None:
+    """Checks the bounds of lines and their sums if the brightest light has 12 bits."""
+    assert np.abs(z).max() * unit <= OVERSHOOT * BRIGHTEST, "a shifted line is too high"
+    most = (z * z).sum(axis=0).max() * unit * unit
+    assert most <= OVERSHOOT**2 * LONGEST * BRIGHTEST**2 < 0.86 * 2**31, "a sum does not fit 32 bits"
+    assert max(m @ m, d @ d) * unit * unit <= most * (1 + 1e-9), "a shape has more energy than its lines"
+
+
 @dataclass(frozen=True)
 class Wave:
     """What is known of a wave at its slowness."""
@@ -217,6 +227,7 @@ def wave_of(light: np.ndarray, places: np.ndarray, slowness: np.ndarray, is_cut:
         d = np.concatenate([[m[1]], m[2:] - m[:-2], [0.0 if is_cut else -m[-2]]]) / 2
         mm, md, dd = m @ m, m @ d, d @ d
         zm, zd = m @ z, d @ z
+        check_widths(z, m, d, BRIGHTEST / np.abs(light).max())
         gains = zm / mm
         told = dd - md * md / mm
         weights = gains * gains
