@@ -76,7 +76,7 @@ if(EXISTS "${_wstac_prefix}/lib/libwstac.so" AND NOT CMAKE_CROSSCOMPILING)
 elseif(CMAKE_CROSSCOMPILING)
     set(_wstac_missing_wstac "libwstac.so is for the host, and this build is for another machine")
 else()
-    set(_wstac_missing_wstac "${_wstac_prefix}/lib has no libwstac.so: ci/build libwstac installs it")
+    set(_wstac_missing_wstac "${_wstac_prefix}/lib has no libwstac.so: take that of a release, or run ci/build libwstac")
 endif()
 
 if(wstac_TARGET)
