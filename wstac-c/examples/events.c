@@ -6,7 +6,7 @@
 static void print(const char *name, int decimals, double number, double sd)
 {
     isnan(number) ? printf("%s=-", name) : printf("%s=%.*f", name, decimals, number);
-    isnan(number) || isnan(sd) ? printf(" ") : printf("±%.2f ", fmax(sd, 0.01));
+    isnan(number) || isnan(sd) ? printf(" ") : printf("±%.2f ", sd < 0.01 ? 0.01 : sd);
 }
 
 int main(int argc, char **argv)
