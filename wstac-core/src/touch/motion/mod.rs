@@ -77,7 +77,8 @@ pub struct Motion {
     pub coherence: f32,
     /// Whether speed and direction mostly hold within their standard deviations.
     pub reliable: bool,
-    /// Why the touch is unclear, or why its answers are not reliable: the first reason that holds; `None` if they are.
+    /// Why the touch is unclear, or why its answers are not reliable: the first reason that holds; `None`
+    /// if they are, and of a press or a poke, which is clear without them.
     pub doubt: Option<Reason>,
 }
 
