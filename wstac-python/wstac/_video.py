@@ -91,7 +91,7 @@ class Video:
             self._ffmpeg.stdin.write(np.ascontiguousarray(picture).data.cast("B"))
         except BrokenPipeError:
             self.end()
-            raise Error(f"{self.path}: ffmpeg ended before the last frame, without an error; write the video again") from None
+            raise Error(f"{self.path}: ffmpeg ended early, without an error; write the video again") from None
         self.frames += 1
 
     def end(self) -> None:
