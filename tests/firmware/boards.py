@@ -11,6 +11,8 @@ ROOT = Path(__file__).resolve().parents[2]
 FIRMWARE = ROOT / "wstac-fw"
 # The configuration of a program that is built without one.
 CONFIG = FIRMWARE / "wstac.toml"
+# The mark behind what a page has of measurements.
+END = "<!-- end -->\n"
 TARGETS = ("thumbv6m-none-eabi", "thumbv7m-none-eabi", "thumbv7em-none-eabihf")
 
 
@@ -40,16 +42,20 @@ def environment():
     return {name: value for name, value in os.environ.items() if not name.startswith("WSTAC_")}
 
 
+def release(target, *what, where=FIRMWARE, variables=None, **how):
+    """Runs cargo for programs of a target in the folder of their package, and returns the finished process."""
+    command = [ROOT / "ci/tool", "thumb", target, "build", "--quiet", "--locked", "--release", "--target-dir", folder(), *what]
+    return subprocess.run(command, cwd=where, env=environment() | (variables or {}), **how)
+
+
 def cargo(target, *what, model=None, config=None, pixels=None, debug=True, features="emulated", **how):
     """Runs cargo for programs (`--bin NAME`, `--examples`) of a target, and returns the finished process. Without debug
     information this is faster, and the code is the same.
     """
-    variables = environment() | ({} if debug else {"CARGO_PROFILE_RELEASE_DEBUG": "0"})
+    variables = {} if debug else {"CARGO_PROFILE_RELEASE_DEBUG": "0"}
     named = {"WSTAC_MODEL": model, "WSTAC_CONFIG": config, "WSTAC_PIXELS": pixels}
     variables |= {name: str(value) for name, value in named.items() if value is not None}
-    arguments = ["--quiet", "--locked", "--release", "--no-default-features", "--features", features]
-    command = [ROOT / "ci/tool", "thumb", target, "build", *arguments, "--target-dir", folder(), *what]
-    return subprocess.run(command, cwd=FIRMWARE, env=variables, **how)
+    return release(target, "--no-default-features", "--features", features, *what, variables=variables, **how)
 
 
 def build(target, *what, **named):
@@ -71,10 +77,10 @@ def command(board, elf, serial):
     return [*qemu, "-serial", serial, *semihosting, "-kernel", str(Path(elf).resolve())]
 
 
-def attempt(board, elf, where, serial="none", seconds=900):
+def attempt(board, elf, where, serial="none", seconds=900, more=()):
     """Runs a program to its end in a folder that has its files. Returns its exit code, and what it wrote to the console."""
     how = {"cwd": where, "stdin": subprocess.DEVNULL, "capture_output": True, "text": True, "timeout": seconds}
-    done = subprocess.run(command(board, elf, serial), check=False, **how)
+    done = subprocess.run([*command(board, elf, serial), *more], check=False, **how)
     return done.returncode, done.stdout + done.stderr
 
 
@@ -115,3 +121,10 @@ def sizes(elf):
 def compiler():
     """Returns the compiler's version, on which instructions and sizes depend."""
     return subprocess.check_output([ROOT / "ci/tool", "thumb", "--version"], text=True, cwd=FIRMWARE).strip()
+
+
+def keep(page, begin, lines):
+    """Writes lines between the marks of a page, with the compiler that they belong to."""
+    before, rest = page.read_text().split(begin)
+    text = "\n".join([*lines, "", f"Compiler: {compiler()}."])
+    page.write_text(f"{before}{begin}\n{text}\n\n{END}{rest.split(END, 1)[1]}")

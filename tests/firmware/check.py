@@ -17,9 +17,10 @@ import budget
 import golden
 import images
 import link
+import parts
 from boards import BOARDS, ROOT
 from counter import ROOMY, Counter, Setting, formats, write_samples
-from host import features, host, same
+from host import features, host, on_board, same
 
 HERE = Path(__file__).resolve().parent
 MODELS = (
@@ -87,9 +88,7 @@ def measure(wstac, folder, models, chosen=BOARDS, debug=True):
         for target in sorted({board.target for board in chosen}):
             programs = boards.build(target, *what, model=model, debug=debug)
             for board in (board for board in chosen if board.target == target):
-                boards.run(board, programs / "emulated", folder, serial="file:serial")
-                stack = int.from_bytes((folder / "stack").read_bytes(), "little")
-                same(board, f"events with model {name}", host(wstac, "monitor", folder / "serial", "--json"), events)
+                stack = on_board(board, programs / "emulated", folder, wstac, f"events with model {name}", events)
                 cost = json.loads(boards.run(board, programs / "cost", folder))
                 same(board, "features", features(folder), on_host)
                 size = boards.sizes(programs / "emulated")
@@ -124,15 +123,13 @@ def wave(wstac, folder, numbers, count=len(BOARDS)):
         programs = boards.build(board.target, "--bin", "emulated", "--bin", "golden", config=config, features=f"{features},motion")
         print(f"{board.core}, by a wave, {link.check(board, programs / 'emulated', folder, wstac, live, '--motion')}", flush=True)
         print(f"{board.core}: live motion of {golden.check_velocities(board, programs, folder)} touches to the bit", flush=True)
+        if count == len(BOARDS):
+            numbers[board.core] |= parts.measure(board, programs / "golden", folder)
         programs = boards.build(board.target, "--bin", "emulated", config=config)
-        boards.run(small, programs / "emulated", folder, serial="file:serial")
-        stack = int.from_bytes((folder / "stack").read_bytes(), "little")
-        same(board, "events by a wave", host(wstac, "monitor", folder / "serial", "--json"), events)
+        stack = on_board(small, programs / "emulated", folder, wstac, "events by a wave", events)
         size, of = boards.sizes(programs / "emulated"), numbers[board.core]
-        programs = boards.build(board.target, "--bin", "cost", config=config, features=features)
-        cost = json.loads(boards.run(board, programs / "cost", folder))
-        of |= {"wave": cost["wave"], "wave, live": cost["live"], "wave, flash": size.flash - of["flash"], "wave, ram": size.ram + stack}
-        print(f"{board.core}, by a wave: {cost['events']} events as on the host", flush=True)
+        of |= {"wave, flash": size.flash - of["flash"], "wave, ram": size.ram + stack}
+        print(f"{board.core}, by a wave: {len(found)} events as on the host", flush=True)
 
 
 def by_matrix(wstac, folder, board=BOARDS[-1]):
@@ -145,8 +142,7 @@ def by_matrix(wstac, folder, board=BOARDS[-1]):
     rows = [[1 if a == b else 0.05 * (abs(a // 5 - b // 5) + abs(a % 5 - b % 5) == 1) for b in range(25)] for a in range(25)]
     config.write_text(f"[layout]\ncrosstalk = {rows}\n")
     events = host(wstac, *how, config)
-    boards.run(board, boards.build(board.target, "--bin", "emulated", config=config) / "emulated", folder, serial="file:serial")
-    same(board, "events with a matrix of cross-talk", host(wstac, "monitor", folder / "serial", "--json"), events)
+    on_board(board, boards.build(board.target, "--bin", "emulated", config=config) / "emulated", folder, wstac, "events with a matrix of cross-talk", events)
     if events == without:
         sys.exit("a matrix of cross-talk changes no event")
     print(f"{board.core}: {len(events)} records with a matrix of cross-talk as on the host", flush=True)
@@ -161,8 +157,7 @@ def slip(wstac, folder, board=BOARDS[2]):
     events = host(wstac, "run", file, "--readout", "0", "--json", "--config", config, "--model", MODELS["taxel-path-svm"])
     lines = [json.loads(line) for line in events]
     found = [(line.get("onset_frame"), line.get("contact"), line.get("reliable")) for line in lines if line["kind"] in ("slip", "event")]
-    boards.run(board, boards.build(board.target, "--bin", "emulated", config=config) / "emulated", folder, serial="file:serial")
-    same(board, "a slip", host(wstac, "monitor", folder / "serial", "--json"), events)
+    on_board(board, boards.build(board.target, "--bin", "emulated", config=config) / "emulated", folder, wstac, "a slip", events)
     if found[:2] != [(75, None, None), (None, "unclear", False)]:
         sys.exit(f"the host's slip and event are {found}, expected one from frame 75 on, and an unclear touch")
     print(f"{board.core}: a slip as on the host", flush=True)
@@ -212,7 +207,7 @@ def main():
             images.measure(target, numbers)
     print("\n".join(budget.table(numbers)))
     if rest == ["--write"]:
-        budget.write(numbers)
+        boards.keep(budget.PAGE, budget.BEGIN, budget.table(numbers))
     sys.exit(not budget.check(numbers, BASE if base else budget.ROWS))
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import boards
 from boards import BOARDS, TARGETS, Board
-from host import features, host, same
+from host import features, host, on_board, same
 
 SCENE = Path(__file__).with_name("clip.toml")
 # A slide with every specimen, as taxel sums.
@@ -113,9 +113,7 @@ class Counter:
             if not (own / name).exists():
                 (own / name).symlink_to(there)
         what = f"{pixels}, {toml!r}, {model}"
-        boards.run(board, programs / "emulated", own, serial="file:serial")
-        stack = int.from_bytes((own / "stack").read_bytes(), "little")
-        same(board, f"events of {what}", host(self.wstac, "monitor", own / "serial", "--json"), events)
+        stack = on_board(board, programs / "emulated", own, self.wstac, f"events of {what}", events)
         said = json.loads(boards.run(board, programs / "cost", own))
         same(board, f"features of {what}", features(own), numbers)
         size = boards.sizes(programs / "emulated")

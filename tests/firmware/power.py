@@ -40,10 +40,8 @@ SLACK = 0.05
 
 def build(target, features, name, mhz):
     """Builds a program, and returns its path."""
-    variables = boards.environment() | {"WSTAC_REST": REST, "WSTAC_DATA_WIRES": "8", "WSTAC_MHZ": mhz}
-    named = ["--no-default-features", "--features", features, "--bin", name, "--target-dir", boards.folder()]
-    command = [boards.ROOT / "ci/tool", "thumb", target, "build", "--quiet", "--locked", "--release", *named]
-    subprocess.run(command, cwd=boards.FIRMWARE, env=variables, check=True)
+    variables = {"WSTAC_REST": REST, "WSTAC_DATA_WIRES": "8", "WSTAC_MHZ": mhz}
+    boards.release(target, "--no-default-features", "--features", features, "--bin", name, variables=variables, check=True)
     return Path(shutil.copy(boards.folder() / target / "release" / name, boards.folder() / f"power.{name}{mhz}"))
 
 

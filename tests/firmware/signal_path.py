@@ -19,7 +19,7 @@ from boards import BOARDS, ROOT
 
 HERE = Path(__file__).resolve().parent
 PAGE = ROOT / "docs/SIGNAL.md"
-BEGIN, END = "<!-- measured: ci/bench --keep, boards -->\n", "<!-- end -->\n"
+BEGIN = "<!-- measured: ci/bench --keep, boards -->\n"
 CORES = {"M0": ["-mcpu=cortex-m0"], "M4F": ["-mcpu=cortex-m4", "-mfpu=fpv4-sp-d16", "-mfloat-abi=hard"]}
 ON = [board for board in BOARDS if board.core in CORES]
 NUMBERS = 4096  # the number of integers whose logarithms every kernel computes
@@ -47,11 +47,9 @@ def peers(core, cmsis, folder):
 
 def measure(board, cmsis, folder):
     """Returns the board's lines in their order, and every logarithm's largest error in units of 1/2048."""
-    where = boards.folder()
-    command = [ROOT / "ci/tool", "thumb", board.target, "build", "--quiet", "--locked", "--release", "--target-dir", where]
-    environment = boards.environment() | {"WSTAC_PEERS": str(peers(board.core, cmsis, folder)), "CARGO_PROFILE_RELEASE_DEBUG": "0"}
-    subprocess.run(command, cwd=HERE / "signal_path", env=environment, check=True)
-    said = boards.run(board, where / board.target / "release/signal", folder)
+    variables = {"WSTAC_PEERS": str(peers(board.core, cmsis, folder)), "CARGO_PROFILE_RELEASE_DEBUG": "0"}
+    boards.release(board.target, where=HERE / "signal_path", variables=variables, check=True)
+    said = boards.run(board, boards.folder() / board.target / "release/signal", folder)
     lines = [json.loads(line) for line in said.splitlines()]
     words = struct.unpack(f"<{(folder / 'ln').stat().st_size // 4}i", (folder / "ln").read_bytes())
     exact = [math.log(number) for number in words[:NUMBERS]]
@@ -80,30 +78,16 @@ def tables(said):
     return lines
 
 
-def keep(lines):
-    """Writes the tables between their marks, or at the end if there are none."""
-    page = PAGE.read_text() if PAGE.exists() else "# The signal path beside its peers\n"
-    if BEGIN not in page:
-        page += f"\n## On boards\n\n{BEGIN}{END}"
-    before, rest = page.split(BEGIN)
-    after = rest.split(END, 1)[1]
-    text = "\n".join(lines)
-    PAGE.write_text(f"{before}{BEGIN}\n{text}\n\nCompiler: {boards.compiler()}.\n\n{END}{after}")
-
-
 def main():
     if len(sys.argv) not in (2, 3) or sys.argv[2:] not in ([], ["--keep"]):
         sys.exit(__doc__)
     cmsis = None if sys.argv[1] == "-" else Path(sys.argv[1]).resolve()
-    said = {}
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        for board in ON:
-            said[board.core] = measure(board, cmsis, folder)
+    with tempfile.TemporaryDirectory() as folder:
+        said = {board.core: measure(board, cmsis, Path(folder)) for board in ON}
     lines = tables(said)
     print("\n".join(lines))
     if sys.argv[2:]:
-        keep(lines)
+        boards.keep(PAGE, BEGIN, lines)
 
 
 if __name__ == "__main__":

@@ -27,6 +27,15 @@ LEAF = """
     100: push {r4, r5, r6, lr}
     102: pop {r4, r5, r6, pc}
 """
+# The function g goes on.
+CALL = """
+    00000000 <f>:
+    0: push {r4, lr}
+    2: bl 100 <g>
+    6: pop {r4, pc}
+    00000100 <g>:
+    100: push {r4, lr}
+"""
 
 
 class Taken(unittest.TestCase):
@@ -103,31 +112,11 @@ class Paths(unittest.TestCase):
         self.assertEqual(use("00000000 <f>:\n0: push {r4, lr}\n2: bx r6").indirect, {"f at 2: bx r6"})
 
     def test_recursion_is_an_error(self):
-        code = """
-            00000000 <f>:
-            0: push {r4, lr}
-            2: bl 100 <g>
-            6: pop {r4, pc}
-            00000100 <g>:
-            100: push {r4, lr}
-            102: bl 0 <f>
-            106: pop {r4, pc}
-        """
         with self.assertRaisesRegex(Unclear, "recursion: f > g > f"):
-            use(code)
+            use(CALL + "102: bl 0 <f>\n106: pop {r4, pc}")
 
     def test_calls_through_registers_are_listed_with_all_callers(self):
-        code = """
-            00000000 <f>:
-            0: push {r4, lr}
-            2: bl 100 <g>
-            6: pop {r4, pc}
-            00000100 <g>:
-            100: push {r4, lr}
-            102: blx r3
-            104: pop {r4, lr}
-            106: bx r2
-        """
+        code = CALL + "102: blx r3\n104: pop {r4, lr}\n106: bx r2"
         self.assertEqual(use(code).indirect, {"g at 102: blx r3", "g at 106: bx r2"})
 
 

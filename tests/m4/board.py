@@ -9,33 +9,21 @@ with C's `int classify(const int16_t *sample)`. SAMPLES has int16, 700 per sampl
 CLASSES, one byte each. Instructions are exact, because the emulator counts them. An instruction is not a cycle.
 """
 
-import os
 import struct
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "firmware"))
+import boards  # noqa: E402 (it is in the folder above)
+
 INPUTS = 700
-TICK = 40  # instructions per tick, as in src/clock.rs
+TICK = 40  # instructions per tick: the timer has 25 MHz, and an instruction takes a nanosecond
 VARIABLES = {".wsm": "M4_MODEL", ".rs": "M4_RUST", ".o": "M4_C"}
-QEMU = "qemu-system-arm -nographic -monitor none -serial none -icount shift=0"
-
-
-@dataclass(frozen=True)
-class Board:
-    """A processor, Rust's name of its target, and QEMU's name of a board with it. memory.x has its memory."""
-
-    processor: str
-    target: str
-    machine: str
-
-
-M4 = Board("Cortex-M4", "thumbv7em-none-eabihf", "mps2-an386")
-# Without packed multiply-accumulate, weighted sums are added up the plain way.
-M3 = Board("Cortex-M3", "thumbv7m-none-eabi", "mps2-an385")
+# On a Cortex-M3, without packed multiply-accumulate, weighted sums are added up the plain way.
+_, M3, M4, _ = boards.BOARDS
 
 
 @dataclass
@@ -52,43 +40,19 @@ def build(file=None, program="measure", board=M4):
     """Builds a program with a model, or without one. Returns its ELF, which is valid until the next build for this
     board.
     """
-    environment = {name: value for name, value in os.environ.items() if name not in VARIABLES.values()}
-    environment["RUSTFLAGS"] = "-C link-arg=-Tlink.x"
-    if file is not None:
-        environment[VARIABLES[Path(file).suffix]] = str(Path(file).resolve())
-    folder = Path(environment.get("CARGO_TARGET_DIR", HERE / "../../target")).resolve() / "m4"
-    options = ["--quiet", "--locked", "--release", "--target-dir", folder, "--bin", program]
-    subprocess.run([HERE / "../../ci/tool", "thumb", board.target, "build", *options], cwd=HERE, env=environment, check=True)
-    return folder / board.target / "release" / program
-
-
-def run(elf, folder, seconds=600, board=M4):
-    """Runs a program until it ends. Its files are in the folder."""
-    how = ["-M", board.machine, "-semihosting-config", "enable=on,target=native", "-kernel", str(Path(elf).resolve())]
-    done = subprocess.run([*QEMU.split(), *how], cwd=folder, stdin=subprocess.DEVNULL, timeout=seconds, check=False)
-    if done.returncode:
-        sys.exit(f"board.py: the program on the {board.processor} failed ({done.returncode})")
-
-
-def flash(elf):
-    """Returns the bytes of an ELF in flash: its sections with contents, below the RAM, that are in the memory image."""
-    data = Path(elf).read_bytes()
-    offset, size, count = struct.unpack_from("<I", data, 32)[0], *struct.unpack_from("<HH", data, 46)
-    bits, loaded, memory = 1, 2, 0
-    for header in range(offset, offset + size * count, size):
-        _, kind, flags, _, _, length = struct.unpack_from("<6I", data, header)
-        memory += length if kind == bits and flags & loaded or kind == 0x70000001 else 0
-    return memory
+    variables = {VARIABLES[Path(file).suffix]: str(Path(file).resolve())} if file else {}
+    boards.release(board.target, "--bin", program, where=HERE, variables=variables, check=True)
+    return boards.folder() / board.target / "release" / program
 
 
 def measure(file, samples):
     """Returns the cost of a model on samples: bytes of int16, 700 per sample."""
     elf = build()
-    empty = flash(elf)
+    empty = boards.sizes(elf).flash
     elf = build(file)
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "samples").write_bytes(samples)
-        run(elf, folder)
+        boards.run(M4, elf, folder)
         answers = list(struct.iter_unpack("<4I", (Path(folder) / "answers").read_bytes()))
     if len(answers) != len(samples) // (2 * INPUTS) or not answers:
         sys.exit(f"board.py: {len(answers)} answers to {len(samples) / (2 * INPUTS)} samples")
@@ -96,14 +60,14 @@ def measure(file, samples):
     call = sum(empty for _, _, _, empty in answers) / sum(repeats for _, repeats, _, _ in answers)
     took = [(busy / repeats - call) * TICK for _, repeats, busy, _ in answers]
     classes = bytes(answer for answer, *_ in answers)
-    return Cost(classes, sum(took) / len(took), round(max(took)), flash(elf) - empty)
+    return Cost(classes, sum(took) / len(took), round(max(took)), boards.sizes(elf).flash - empty)
 
 
 def agree(board):
     """Runs random models of every kind. The board must answer as a host does."""
     with tempfile.TemporaryDirectory() as folder:
-        run(build(program="agree", board=board), folder, board=board)
-    print(f"{board.processor}: the models of tests/random_models answer as on a host")
+        boards.run(board, build(program="agree", board=board), folder)
+    print(f"{board.core}: the models of tests/random_models answer as on a host")
 
 
 if __name__ == "__main__":

@@ -1,4 +1,5 @@
-//! Writes the function under test, `classify`. An environment variable chooses what it calls:
+//! Links like the programs of wstac-fw, and writes the function under test, `classify`. An environment variable chooses
+//! what it calls:
 //!
 //! | variable | value |
 //! | --- | --- |
@@ -14,9 +15,8 @@ use std::{env, fs};
 fn main() {
     let out = PathBuf::from(env::var("OUT_DIR").expect("cargo sets it"));
     if env::var("TARGET").is_ok_and(|target| target.starts_with("thumb")) {
-        fs::copy("memory.x", out.join("memory.x")).expect("memory.x is here");
-        println!("cargo:rustc-link-search={}", out.display());
-        println!("cargo:rerun-if-changed=memory.x");
+        // The build of wstac-fw knows the memories.
+        println!("cargo:rustc-link-arg=-Tlink.x");
     }
     println!("cargo:rerun-if-changed=build.rs");
 

@@ -321,25 +321,14 @@ const bits = SENDS('bits in another order, or without those of a wire', {}, 'the
 for (const [name, program, wire] of [['1 of 8', eight, 0x20], ['1 of 4', four, 0x04], ['the only one', one, 0x01]]) {
   never(`a data wire is off: ${name}`, program, (board) => (board.sensor.dead = wire), bits);
 }
-never(
-  'the high bits come first, 4 data wires',
-  four,
-  (board) => (board.sensor.slips = { 0x3060: 0x38 }),
-  bits,
-);
-never(
-  'the high bits come first, 1 data wire',
-  one,
-  (board) => (board.sensor.slips = { 0x3060: 0x38 }),
-  bits,
-);
-never(
-  'data changes at the edge at which it is taken',
-  eight,
-  (board) => (board.sensor.slips = { 0x3068: 0x21 }),
-  bits,
-);
-never('pixels of 6 bits', eight, (board) => (board.sensor.slips = { 0x3011: 0x71 }), bits);
+for (const [name, program, slips] of [
+  ['the high bits come first, 4 data wires', four, { 0x3060: 0x38 }],
+  ['the high bits come first, 1 data wire', one, { 0x3060: 0x38 }],
+  ['data changes at the edge at which it is taken', eight, { 0x3068: 0x21 }],
+  ['pixels of 6 bits', eight, { 0x3011: 0x71 }],
+]) {
+  never(name, program, (board) => (board.sensor.slips = slips), bits);
+}
 drift('the rate changes by 4 %', eight);
 const hard = 'hard fault at 0x20000100, called from 0x[0-9A-F]+';
 crash('hard fault', eight, (board) => board.crash(), hard);

@@ -715,8 +715,7 @@ class Hm01b0(WordSensor):
         black = (self[0x1003] if self[0x1000] & 1 else 16) + (self[0x1007] if self[0x1006] & 1 else 16)
         return curve(round(lines / self.nominal * gain * (1 + (black - 16) / 512), 6), STRAIGHT, 64)
 
-    def view(self):
-        return bool(self[0x0101] & 1), bool(self[0x0101] & 2), 0, 0
+    view = Hm0360.view
 
     def bars(self):
         """Returns whether a test picture or repaired pixels hide the scene."""

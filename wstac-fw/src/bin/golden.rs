@@ -7,6 +7,8 @@
 #![no_std]
 #![no_main]
 
+use core::hint::black_box;
+
 use cortex_m_rt::entry;
 use wstac_core::error::Error;
 use wstac_core::frame::Stride;
@@ -27,7 +29,7 @@ use wstac_core::taxels::{FrameGeometry, TaxelSums};
 use wstac_core::touch::motion::{self, Contact, LiveContact, LiveWave, Motion};
 use wstac_core::touch::motion::{MotionConfig, Readout, ReadoutTime, RowOrder};
 use wstac_core::touch::taxel_ring::TaxelRing;
-use wstac_core::touch::wave::Basis;
+use wstac_core::touch::wave::{Basis, by_wave};
 use wstac_fw::emulated::host::{self, File};
 
 /// The size of the largest whole frame. Larger frames come in stripes.
@@ -184,7 +186,8 @@ fn velocities() -> Result<(), Error> {
         let mut words = WordReader(&header);
         let (rate, time) = (FrameRate::new(words.u32(), 1)?, ReadoutTime::from_ms(f32::from_bits(words.u32())));
         let readout = Readout::of_layout(time, RowOrder::Down, &layout, rate);
-        let mut live = LiveWave::new(MotionConfig::published(rate).with_readout(readout));
+        let config = MotionConfig::published(rate).with_readout(readout);
+        let mut live = LiveWave::new(config);
         let mut pipeline = Pipeline::builder(camera).taxels::<TaxelRing>().build()?;
         for frame in 0..words.u32() {
             touches.read(&mut bytes);
@@ -195,16 +198,29 @@ fn velocities() -> Result<(), Error> {
                 continue;
             }
             pipeline.push_taxels(&sums);
-            let ((next_frame, recent), ring) = (pipeline.recent(), pipeline.taxel_ring());
-            let touch = pipeline.baseline().and_then(|baseline| live.push(next_frame, recent, baseline, ring));
+            let touch = live_frame(&mut live, pipeline.recent(), pipeline.baseline(), pipeline.taxel_ring());
             if let Some(LiveContact { velocity: Some(found), basis, .. }) = touch {
                 velocities.write(&[frame as i16, i16::from(basis == Some(Basis::Edge))]);
                 velocities.write(halves([found.mm_s, found.mm_s_sd, found.degrees, found.degrees_sd]).as_flattened());
             }
         }
         velocities.write(&[-1]);
+        if let (Some(baseline), Some(ring)) = (pipeline.baseline(), pipeline.taxel_ring()) {
+            black_box(by_wave(&Event::new(0, pipeline.recent().1, baseline), ring, config));
+        }
     }
     Ok(())
+}
+
+// It is not inlined: tests/firmware/parts.py counts its instructions.
+#[inline(never)]
+fn live_frame(
+    live: &mut LiveWave,
+    (next_frame, recent): (u64, Sample<'_>),
+    baseline: Option<&Baseline>,
+    ring: Option<&TaxelRing>,
+) -> Option<LiveContact> {
+    live.push(next_frame, recent, baseline?, ring)
 }
 
 fn run(cases: &File, results: &File, header: &[u8], room: &mut [u8; ROOM]) -> Result<(), Error> {

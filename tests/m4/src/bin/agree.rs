@@ -6,7 +6,7 @@
 
 use wstac_core::model::Model;
 use wstac_core::model::file::crc;
-use wstac_m4::{done, fail};
+use wstac_fw::emulated::host::{done, fail};
 use wstac_random_models::{ANSWERS, MOST_WORDS, Maker, answers};
 
 #[cortex_m_rt::entry]

@@ -6,9 +6,8 @@
 
 use core::hint::black_box;
 
-use wstac_m4::clock::Clock;
-use wstac_m4::file::File;
-use wstac_m4::{done, fail};
+use wstac_fw::emulated::clock::Clock;
+use wstac_fw::emulated::host::{File, done, fail};
 
 include!(concat!(env!("OUT_DIR"), "/answer.rs"));
 
@@ -33,14 +32,18 @@ fn main() -> ! {
     let Some(clock) = Clock::start() else { fail("the clock started twice\n") };
     let samples = File::open(b"samples\0");
     let answers = File::create(b"answers\0");
-    let mut sample = [0; 700];
-    while samples.read(&mut sample) {
+    let (mut bytes, mut sample) = ([0; 1400], [0; 700]);
+    while samples.read(&mut bytes) {
+        for (number, bytes) in sample.iter_mut().zip(bytes.as_chunks().0) {
+            *number = i16::from_le_bytes(*bytes);
+        }
         let mut class = 0;
-        let once = clock.ticks(|| class = black_box(classify(black_box(&sample))));
+        let (once, ()) = clock.ticks(|| class = black_box(classify(black_box(&sample))));
         let repeats = if once < LONG { REPEATS } else { 1 };
-        let busy = clock.ticks(|| (0..repeats).for_each(|_| class = black_box(classify(black_box(&sample)))));
-        let empty = clock.ticks(|| (0..repeats).for_each(|_| class |= black_box(nothing(black_box(&sample)))));
-        answers.write(&[class.into(), repeats, busy, empty]);
+        let (busy, ()) = clock.ticks(|| (0..repeats).for_each(|_| class = black_box(classify(black_box(&sample)))));
+        let (empty, ()) = clock.ticks(|| (0..repeats).for_each(|_| class |= black_box(nothing(black_box(&sample)))));
+        let halves = [class.into(), repeats, busy, empty].map(|number: u32| [number as i16, (number >> 16) as i16]);
+        answers.write(halves.as_flattened());
     }
     done()
 }
