@@ -31,7 +31,9 @@ pub(super) enum Key {
     Removed([&'static str; 2]),
 }
 
-/// The replacements of the keys that went back and forth, and of the one that recorded.
+/// The replacements of the keys that showed another sensor, of those that went back and forth, and of the one that
+/// recorded.
+const SENSORS: [&str; 2] = ["key of a sensor", "wstac serve left=SOURCE right=SOURCE"];
 const SEEK: [&str; 2] = ["way back and forth", "wstac serve FILE has it on its page"];
 const RECORD: [&str; 2] = ["key r", "wstac record writes recordings, as does wstac serve --record-to FOLDER"];
 
@@ -45,12 +47,9 @@ fn key(event: &Event) -> Option<Key> {
         KeyCode::Char('z' | 'Z') => Key::Rezero,
         KeyCode::Char(' ') => Key::Pause,
         KeyCode::Char('r' | 'R') => Key::Removed(RECORD),
-        KeyCode::Left
-        | KeyCode::Right
-        | KeyCode::Up
-        | KeyCode::Down
-        | KeyCode::Home
-        | KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
+        KeyCode::Tab | KeyCode::Char('1'..='9') => Key::Removed(SENSORS),
+        KeyCode::Left | KeyCode::Right | KeyCode::Up | KeyCode::Down | KeyCode::Home => Key::Removed(SEEK),
+        KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
         _ => return None,
     })
 }

@@ -122,11 +122,7 @@ fn extremes_are_refused_or_right() {
 /// Checks that whatever a sample holds, sums fit and numbers are in range. Overflow is a panic in tests.
 #[test]
 fn any_sample_has_an_answer_in_range() {
-    let mut state = 1_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as u32
-    };
+    let mut random = wstac_random_models::numbers();
     let (mut wave, mut answered) = (Wave::EMPTY, 0);
     for round in 0..3000 {
         let kind = round % 6;
