@@ -39,17 +39,17 @@ const RECORD: [&str; 2] = ["key r", "wstac record writes recordings, as does wst
 
 /// Returns what an event of the terminal means, or `None` if it means nothing.
 fn key(event: &Event) -> Option<Key> {
+    use KeyCode::{Char, Down, Esc, Home, Left, Right, Tab, Up};
     let key = event.as_key_event().filter(|key| key.kind != KeyEventKind::Release)?;
     Some(match key.code {
         // In raw mode, Ctrl-C is a key and no signal.
-        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
-        KeyCode::Char('q' | 'Q') | KeyCode::Esc => Key::Quit,
-        KeyCode::Char('z' | 'Z') => Key::Rezero,
-        KeyCode::Char(' ') => Key::Pause,
-        KeyCode::Char('r' | 'R') => Key::Removed(RECORD),
-        KeyCode::Tab | KeyCode::Char('1'..='9') => Key::Removed(SENSORS),
-        KeyCode::Left | KeyCode::Right | KeyCode::Up | KeyCode::Down | KeyCode::Home => Key::Removed(SEEK),
-        KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
+        Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
+        Char('q' | 'Q') | Esc => Key::Quit,
+        Char('z' | 'Z') => Key::Rezero,
+        Char(' ') => Key::Pause,
+        Char('r' | 'R') => Key::Removed(RECORD),
+        Tab | Char('1'..='9') => Key::Removed(SENSORS),
+        Left | Right | Up | Down | Home | Char('.' | ',' | '0') => Key::Removed(SEEK),
         _ => return None,
     })
 }
@@ -187,6 +187,7 @@ mod tests {
             (KeyCode::Left, Some(Key::Removed(SEEK))),
             (KeyCode::Char(','), Some(Key::Removed(SEEK))),
             (KeyCode::Home, Some(Key::Removed(SEEK))),
+            (KeyCode::Tab, Some(Key::Removed(SENSORS))),
             (KeyCode::Char('x'), None),
         ] {
             assert_eq!(pressed(code), expected, "{code:?}");

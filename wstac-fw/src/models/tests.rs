@@ -9,7 +9,7 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::model::linear_svm::LinearSvm;
 
 use super::*;
-use crate::mock_flash::{Cut, Flash, SECTOR, WORD, cuts};
+use crate::mock_flash::{Cut, Flash, SECTOR, each_cut};
 
 /// Two places of two sectors each.
 const RANGE: Range<u32> = 1024..1024 + 4 * SECTOR as u32;
@@ -243,7 +243,7 @@ fn cut_everywhere(flash: &Flash, old: Option<u32>, new: Option<u32>, change: imp
     let needed = power - whole.flash.left;
     assert_eq!((whole.checksum(), Fw::start(whole.flash.again()).checksum()), (old, new));
     let (mut olds, mut news) = (0, 0);
-    for (left, cut) in cuts(needed) {
+    for (left, cut) in each_cut(needed) {
         let mut failed = Fw::start(flash.until(left, cut));
         change(&mut failed);
         let mut next = Fw::start(failed.flash.again());

@@ -7,7 +7,7 @@ use wstac_core::features::Floor;
 use wstac_core::paper::trigger::TriggerConfig;
 
 use super::*;
-use crate::mock_flash::{Cut, Flash, SECTOR, cuts};
+use crate::mock_flash::{Cut, Flash, SECTOR, each_cut};
 
 const RANGE: Range<u32> = 1024..3072;
 
@@ -78,7 +78,7 @@ fn power_may_fail_at_every_byte() {
         keep(&mut whole, RANGE, Some(&new)).unwrap();
         let needed = 100_000 - whole.left;
         erased += u32::from(needed > SECTOR);
-        for (left, cut) in cuts(needed) {
+        for (left, cut) in each_cut(needed) {
             let mut failed = flash.until(left, cut);
             let _ = keep(&mut failed, RANGE, Some(&new));
             let found = kept(&failed);
@@ -197,7 +197,7 @@ fn power_may_fail_at_every_byte_of_a_texture_and_of_settings_beside_it() {
         assert!(change(&mut whole));
         let (old, new, needed) = (all(&flash), all(&whole), 100_000 - whole.left);
         erased += u32::from(needed > SECTOR);
-        for (left, cut) in cuts(needed) {
+        for (left, cut) in each_cut(needed) {
             let mut failed = flash.until(left, cut);
             change(&mut failed);
             let found = all(&failed);
