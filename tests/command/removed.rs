@@ -193,8 +193,10 @@ fn names(sources: &[(String, PathBuf, String)]) -> HashSet<String> {
         };
         let (mut parents, mut is_use) = (Vec::new(), false);
         for line in content.lines().filter(|line| !line.trim_start().starts_with("//")) {
-            let mut insert = |parent: &str, name: &str| {
-                found.extend([format!("{package} {parent} {name}"), format!("{parent} {name}")]);
+            let mut insert = |parents: &[&str], names: &[&str]| {
+                for (parent, name) in parents.iter().flat_map(|parent| names.iter().map(move |name| (parent, name))) {
+                    found.extend([format!("{package} {parent} {name}"), format!("{parent} {name}")]);
+                }
             };
             let all: Vec<_> = words(line).collect();
             let is_kind = |word: &str| KINDS.contains(&word);
@@ -202,20 +204,18 @@ fn names(sources: &[(String, PathBuf, String)]) -> HashSet<String> {
             let (indent, is_public) = (line.len() - line.trim_start().len(), line.trim_start().starts_with("pub "));
             is_use |= line.starts_with("pub use ");
             if is_use {
-                all.iter().for_each(|name| insert(&module, name));
+                insert(&[&module], &all);
                 is_use = !line.contains(';');
             } else if indent == 0 && (item.is_some() || all.first() == Some(&"impl")) {
-                item.filter(|_| is_public).into_iter().for_each(|name| insert(&module, name));
+                insert(&[&module], item.filter(|_| is_public).as_slice());
                 let has_members = ["impl", "struct", "enum", "trait"].iter().any(|kind| all.contains(kind));
                 parents = if has_members { all } else { Vec::new() };
             } else if indent == 4 && (is_public || parents.contains(&"trait")) {
                 let name = item.or_else(|| all.get(1).copied()).unwrap_or_default();
                 let head = line.split_once("fn ").and_then(|(_, head)| Some(head.split_once(')')?.0.to_owned() + ")"));
-                for called in [Some(name), head.as_deref()].into_iter().flatten() {
-                    parents.iter().for_each(|parent| insert(parent, called));
-                }
+                insert(&parents, &[name, head.as_deref().unwrap_or(name)]);
             } else if indent == 4 && parents.contains(&"enum") {
-                parents.iter().for_each(|parent| all.iter().take(1).for_each(|name| insert(parent, name)));
+                insert(&parents, all.get(..1).unwrap_or_default());
             }
         }
     }
@@ -264,7 +264,7 @@ fn everything_to_use_instead_is_there() {
     assert!(asked > 40, "{asked}");
 }
 
-/// A former name works until 0.4 is released, and the compiler says what to use instead.
+/// A former name works for one release, and the compiler says what to use instead.
 #[test]
 #[expect(deprecated)]
 fn former_names_are_deprecated_names_of_the_same_types() {

@@ -136,11 +136,11 @@ fn any_sample_has_an_answer_in_range() {
                     1 => [0, u16::MAX][random() as usize & 1],
                     2 if t < 5 => 9,
                     2 => (random() % level) as u16,
-                    3 => [9, u16::MAX][usize::from(t > 8 && random() % 9 == 0)],
+                    3 => [9, u16::MAX][usize::from(t > 8 && random().is_multiple_of(9))],
                     4 => [0, u16::MAX][usize::from(t > 6 && (t / (1 + round / 900) + taxel * (round % 5)) % 2 == 0)],
                     _ => smooth.get(t).map_or(0, |frame| frame[taxel]) + (random() % 40) as u16,
                 });
-                (random() % 20 != 0).then_some(frame)
+                (!random().is_multiple_of(20)).then_some(frame)
             })
             .collect();
         let readout = if round % 4 == 0 { Readout::unknown(FrameRate::NOMINAL) } else { Readout::GLOBAL };

@@ -106,7 +106,7 @@ fn any_features_have_an_answer_in_range() {
                 assert!(mm_s_sd > 0.0 && mm_s_sd <= 0.0601 * mm_s, "{velocity:?}");
                 assert!(degrees_sd > 0.0 && degrees_sd.is_finite(), "{velocity:?}");
             }
-            end += if random() % 10 == 0 { random() as usize % 12 } else { 1 };
+            end += if random().is_multiple_of(10) { random() as usize % 12 } else { 1 };
         }
     }
     assert!(velocities > 500, "{velocities}");
