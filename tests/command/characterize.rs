@@ -45,8 +45,7 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     good(&["record", &format!("scene:{}", press.display()), "-o", &folder.path("out/press.mcap")]);
     let recording = folder.0.join("out/Fla0-80mm_s-0deg-1.mcap");
     let before = fs::metadata(&recording).unwrap().modified().unwrap();
-    let truth = folder.file("arm.csv", "\u{feff}recording,speed,direction\r\nFla0-80mm_s-0deg-1,120,\r\n");
-    let truth = truth.to_str().unwrap();
+    let truth = &folder.written("arm.csv", "\u{feff}recording,speed,direction\r\nFla0-80mm_s-0deg-1,120,\r\n");
     prints(
         &["characterize", &source, "-o", output, "--truth", truth],
         &["9 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 1", "120"],

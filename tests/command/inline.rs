@@ -7,7 +7,7 @@ use std::process::{Output, Stdio};
 
 use wstac_core::model::Model;
 use wstac_core::model::file::{INPUTS, Input, Task};
-use wstac_tests::command::{program, wstac};
+use wstac_tests::command::{program, says, wstac};
 use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 use wstac_tests::trained::XGBOOST;
@@ -69,9 +69,7 @@ impl Crate {
     /// Returns the answer of each model to each sample.
     fn answers(&self, samples: &[[i16; INPUTS]]) -> Vec<Vec<u8>> {
         let bytes: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-        self.folder.file("samples", "");
-        fs::write(self.folder.0.join("samples"), bytes).unwrap();
-        let input = fs::File::open(self.folder.0.join("samples")).unwrap();
+        let input = fs::File::open(self.folder.file("samples", bytes)).unwrap();
         let done = program(self.folder.0.join("main")).stdin(input).stderr(Stdio::inherit()).output().unwrap();
         assert!(done.status.success());
         assert_eq!(done.stdout.len(), samples.len() * self.models);
@@ -449,10 +447,7 @@ fn the_output_says_which_backend() {
     }
     for (name, backend) in [("g.rs", "table"), ("g.wsm", "inline")] {
         let output = folder.0.join(name);
-        let done = import(&file, &output, &["--backend", backend]);
-        let said = String::from_utf8_lossy(&done.stderr).into_owned();
-        assert_eq!(done.status.code(), Some(2), "{said}");
-        assert!(said.contains(name) && said.contains("--backend"), "{said}");
+        says(&import(&file, &output, &["--backend", backend]), 2, &[name, "--backend"]);
         assert!(!output.exists());
     }
     let first = fs::read_to_string(folder.0.join("a.rs")).unwrap();

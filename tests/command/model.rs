@@ -224,8 +224,7 @@ fn what_is_no_model_is_refused_by_field() {
 #[test]
 fn a_model_of_the_first_frames_looks_at_no_others() {
     let folder = Folder::new("early");
-    let out = folder.0.join("out.wsm");
-    let out = text(&out);
+    let out = &folder.path("out.wsm");
     // Ten features of two frames; input 3 is feature 1 of frame 1.
     let early = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", "\"20\"", 1);
     good(&["import", text(&folder.file("trained", early.as_bytes())), "-o", out]);
@@ -289,8 +288,7 @@ fn a_model_of_the_first_frames_looks_at_no_others() {
 #[test]
 fn leaves_are_int16_where_that_is_proven() {
     let folder = Folder::new("leaves");
-    let out = folder.0.join("out.wsm");
-    let out = text(&out);
+    let out = &folder.path("out.wsm");
     let kept = |leaves: &str, option: &[&str]| {
         let trained = XGBOOST.replacen("[-1.5, -1, 1]", &format!("[-1.5, {leaves}]"), 1);
         let file = folder.file("trained", trained.as_bytes());

@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::os::unix::fs::symlink;
 use std::process::Stdio;
 
-use wstac_tests::command::{Signal, ends, good, prints, program, run_in, said, says, send, start, wstac};
+use wstac_tests::command::{Signal, assert_has, ends, good, prints, program, run_in, said, says, send, start, wstac};
 use wstac_tests::folder::{Folder, GRAY, SMALL, frames, text};
 
 /// Returns a recording, a sweep, a data set, a trained model, a configuration, a plan and a map in a folder.
@@ -126,8 +126,7 @@ fn standard_input_is_an_input_too() {
     for command in ["record", "calibrate"] {
         let mut process = program(wstac());
         process.args([command, "-", "--force", "-o"]).arg(&path).stdin(fs::File::open(&path).unwrap());
-        let done = process.output().unwrap();
-        assert!(said(&done).contains("expected a new file"), "{}", said(&done));
+        assert_has(&said(&process.output().unwrap()), &["expected a new file"]);
         assert_eq!(fs::read(&path).unwrap(), before);
     }
 }

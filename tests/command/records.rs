@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Write};
 
 use serde_json::{Map, Value};
 
-use wstac_tests::command::{Signal, good, program, refused, run, said, says, send, start};
+use wstac_tests::command::{Signal, ends, good, program, refused, run, said, says, send, start};
 use wstac_tests::folder::{self, Folder, GRAY, frames, text};
 
 /// Prints the rows of a table as JSON Lines, as Python's own reader sees them.
@@ -72,22 +72,26 @@ size = [60, 60]
 dropped = 0.01
 ";
 
+/// Returns a scene, a recording of it, and a configuration with the published law.
+fn recorded(folder: &Folder) -> [String; 3] {
+    let names = [folder.scene("scene.toml", SCENE), folder.path("a.mcap"), folder.path("published.toml")];
+    good(&["record", &names[0], "-o", &names[1]]);
+    folder.file("published.toml", "[speed]\nlaw = \"published\"\n");
+    names
+}
+
 /// Every cell of a table is the number or the text of JSON, and JSON has no other field, whatever the source is.
 #[test]
 fn tables_have_what_json_has() {
     let folder = Folder::new("records-tables");
-    let scene = folder.scene("scene.toml", SCENE);
-    let recording = folder.path("a.mcap");
-    good(&["record", &scene, "-o", &recording]);
-    let published = folder.file("published.toml", "[speed]\nlaw = \"published\"\n");
-    let published = published.to_str().unwrap();
+    let [scene, recording, published] = recorded(&folder);
     let named = format!("cam:left={scene}");
     let mut found = Vec::new();
     for (arguments, kind) in [
         (&[&*scene][..], "event"),
         (&[&recording, "--model", "builtin:path-svm"], "event"),
         (&[&scene, "--model", "builtin:svm"], "event"),
-        (&[&scene, "--config", published, "--model", "builtin:forest"], "event"),
+        (&[&scene, "--config", &published, "--model", "builtin:forest"], "event"),
         (&[&named, "cam:right=scene:Saw2@120,60mm"], "event"),
         (&[&scene, "--features"], "features"),
         (&[&recording, "--motion"], "motion"),
@@ -247,15 +251,11 @@ fn quiet_leaves_out_notes_and_nothing_else() {
 #[test]
 fn a_part_has_the_records_of_the_whole() {
     let folder = Folder::new("records-part");
-    let scene = folder.scene("scene.toml", SCENE);
-    let recording = folder.path("a.mcap");
-    good(&["record", &scene, "-o", &recording]);
-    let published = folder.file("published.toml", "[speed]\nlaw = \"published\"\n");
-    let published = published.to_str().unwrap();
+    let [scene, recording, published] = recorded(&folder);
     for (arguments, many) in [
         (&[&*scene, "--model", "builtin:svm"][..], 6),
         (&[&recording, "--features", "--motion"], 300),
-        (&[&scene, "--config", published], 3),
+        (&[&scene, "--config", &published], 3),
     ] {
         let whole = objects(&good(&[&["run"], arguments, &["--json"]].concat()));
         let (end, whole) = whole.split_last().unwrap();
@@ -298,8 +298,7 @@ fn a_part_has_the_records_of_the_whole() {
 
 #[test]
 fn a_part_without_events_says_how_many_are_outside() {
-    let done = run(&["run", "scene:Saw3@150", "--since", "3"]);
-    assert!(said(&done).contains("1 event outside of --since and --until"), "{}", said(&done));
+    ends(&["run", "scene:Saw3@150", "--since", "3"], 0, &["1 event outside of --since and --until"]);
     // Frames behind --until are not read, so nothing is said about them.
     let done = run(&["run", "scene:Saw3@150", "--until", "0.5"]);
     assert!(!said(&done).contains("no event"), "{}", said(&done));

@@ -79,8 +79,7 @@ fn a_page_has_advice_picture_numbers_system_and_configuration() {
     assert_eq!(shown["verdict"], report["verdict"]);
     // The picture is a PNG file with light at the taxels.
     let pictures = folder.0.join("pictures");
-    let done = run(&["run", pictures.to_str().unwrap()]);
-    assert!(said(&done).contains("8-bit RGB"), "{}", said(&done));
+    ends(&["run", pictures.to_str().unwrap()], 0, &["8-bit RGB"]);
 }
 
 #[test]

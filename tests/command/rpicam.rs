@@ -6,7 +6,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
-use wstac_tests::command::{Signal, event, good, program, said, send, wstac};
+use wstac_tests::command::{Signal, assert_has, event, good, program, said, says, send, wstac};
 use wstac_tests::folder::Folder;
 
 /// A folder with the stand-in and a slide.
@@ -36,8 +36,7 @@ fn with(folder: &Folder, plan: &Value, arguments: &[&str]) -> Output {
 /// Records the camera until its program ends, and returns what was said.
 fn recorded(folder: &Folder, plan: &Value) -> String {
     let done = with(folder, plan, &["record", "rpicam:", "--size", "400x400", "-o", "r.mcap", "--force"]);
-    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-    said(&done) + &String::from_utf8_lossy(&done.stdout)
+    says(&done, 1, &[]) + &String::from_utf8_lossy(&done.stdout)
 }
 
 #[test]
@@ -129,11 +128,9 @@ fn controls_are_locked_and_can_be_set() {
         (&["--format", "YUYV"], "format is YUYV, expected YU12"),
         (&["--keep-controls", "--control", "gain=100"], "cannot be set with --keep-controls"),
     ] {
-        let done = with(&folder, &json!({}), &[&["run", "rpicam:"], options].concat());
-        assert!(said(&done).contains(expected), "{}", said(&done));
+        assert_has(&said(&with(&folder, &json!({}), &[&["run", "rpicam:"], options].concat())), &[expected]);
     }
-    let done = with(&folder, &json!({}), &["run", "rpicam:-n"]);
-    assert!(said(&done).contains("camera is \"-n\", expected a number"), "{}", said(&done));
+    assert_has(&said(&with(&folder, &json!({}), &["run", "rpicam:-n"])), &["camera is \"-n\", expected a number"]);
 }
 
 #[test]

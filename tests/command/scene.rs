@@ -31,13 +31,11 @@ fn every_direction_is_right() {
 #[test]
 fn a_rendered_file_gives_the_events_of_its_scene() {
     let folder = Folder::new("scene-rendered");
-    let scene = folder.file(
+    let scene = &folder.written(
         "s.toml",
         "specimen = \"Saw3\"\nspeed = 150\ndirection = 180\n[sensor]\nsize = [80, 60]\nformat = \"422P\"",
     );
-    let scene = scene.to_str().unwrap();
-    let y4m = folder.file("s.y4m", "");
-    let y4m = y4m.to_str().unwrap();
+    let y4m = &folder.written("s.y4m", "");
     run(&["scene", "render", scene, "-o", y4m, "--force"]);
     let live = good(&["run", &format!("scene:{scene}"), "--json", "--features", "--model", "none"]);
     // A file says first that it has no layout.
@@ -113,8 +111,7 @@ fn taxel_sums_need_the_papers_layout() {
 fn strain_of_a_single_whisker_is_printed_and_peaks_at_the_base() {
     let whisker = "[whisker]\npresent = \"middle\"\noverlap_mm = 0.4";
     let folder = Folder::new("scene-whisker");
-    let scene = folder.file("2c.toml", format!("specimen = \"Sphere\"\nspeed = 100\n{whisker}"));
-    let scene = scene.to_str().unwrap();
+    let scene = &folder.written("2c.toml", format!("specimen = \"Sphere\"\nspeed = 100\n{whisker}"));
     let printed = good(&["scene", "strain", scene]);
     assert!(printed.ends_with("at 0.00 mm, the base, after 5.00 ms\n"), "{printed}");
     let csv = good(&["scene", "strain", scene, "--csv", "--moments", "4", "--parts", "3"]);

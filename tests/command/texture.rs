@@ -2,6 +2,7 @@
 
 use std::fs;
 
+use serde_json::{Value, json};
 use wstac_tests::command::{good, records, run, says};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
@@ -113,12 +114,15 @@ fn an_unknown_texture_has_no_names() {
         let expected = if found.len() == 1 { ", texture unknown" } else { ", texture Saw3 (confidence 0." };
         assert!(text.contains(expected), "{text}");
     }
-    let unknown =
-        serde_json::json!({"specimen": null, "pattern": null, "depth_mm": null, "confidence": null, "known": false});
-    assert_eq!(found[0], unknown);
+    assert_eq!(found[0], texture(None, None, Some(false)));
     assert_eq!((&found[1]["specimen"], &found[1]["known"]), (&"Saw3".into(), &true.into()));
     let confidence = found[1]["confidence"].as_f64().unwrap();
     assert!(confidence > 0.9 && confidence < 1.0, "{confidence}");
+}
+
+/// Returns the record of a texture of a model without confidences.
+fn texture(pattern: Option<&str>, depth_mm: Option<f64>, known: Option<bool>) -> Value {
+    json!({"specimen": null, "pattern": pattern, "depth_mm": depth_mm, "confidence": null, "known": known})
 }
 
 #[test]
@@ -126,27 +130,21 @@ fn a_model_of_the_first_frames_answers_when_they_have_arrived() {
     let folder = Folder::new("early");
     let early = model(&folder, "early", 30, 29, "Fla,Saw");
     let late = model(&folder, "late", 70, 69, "2,3");
-    let (early, late) = (early.to_str().unwrap(), late.to_str().unwrap());
-    let found = records(&["run", SCENE, "--json", "--features", "--samples", "--model", late, "--model", early]);
+    let (first_30, late) = (early.to_str().unwrap(), late.to_str().unwrap());
+    let found = records(&["run", SCENE, "--json", "--features", "--samples", "--model", late, "--model", first_30]);
     let place = |kind: &str| found.iter().position(|record| record["kind"] == kind).unwrap();
-    let (texture, event) = (&found[place("texture")], &found[place("event")]);
+    let (early, event) = (&found[place("texture")], &found[place("event")]);
     let first = event["frame"].as_u64().unwrap();
-    assert_eq!((&texture["frame"], &texture["frames"]), (&event["frame"], &30.into()));
+    assert_eq!((&early["frame"], &early["frames"]), (&event["frame"], &30.into()));
     let sees_light = |frame: usize| event["sample"][0][frame].as_f64().unwrap() >= -1.5;
     let pattern = if sees_light(29) { "Saw" } else { "Fla" };
     let depth = if sees_light(69) { 3.0 } else { 2.0 };
-    assert_eq!(
-        texture["texture"],
-        serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": null, "confidence": null, "known": null})
-    );
-    assert_eq!(
-        event["texture"],
-        serde_json::json!({"specimen": null, "pattern": pattern, "depth_mm": depth, "confidence": null, "known": null})
-    );
+    assert_eq!(early["texture"], texture(Some(pattern), None, None));
+    assert_eq!(event["texture"], texture(Some(pattern), Some(depth), None));
     // Frame number 29 of the sample is the last before it, and the one after comes later.
     let before = &found[place("texture") - 1];
     assert_eq!((&before["kind"], &before["frame"]), (&"features".into(), &(first + 29).into()));
-    let text = String::from_utf8(run(&["run", SCENE, "--model", early]).stdout).unwrap();
+    let text = String::from_utf8(run(&["run", SCENE, "--model", first_30]).stdout).unwrap();
     let end = format!("from the first 30 frames of the event at frame {first}");
     let line = format!("at frame {}: texture {pattern} (no confidence), {end}", first + 30);
     assert!(text.starts_with(&line), "{text}");

@@ -369,8 +369,7 @@ def check_removed(programs):
     changelog = (programs.page.parents[1] / "CHANGELOG.md").read_text()
     table = changelog.split("\n### From 0.3\n", 1)[1].split("\n### ", 1)[0]
     count = 0
-    for row in re.findall(r"^\| (`wstac-node --.*) \|$", table, re.MULTILINE):
-        what, instead = row.split(" | ")
+    for what, instead in re.findall(r"^\| (`wstac-node --.*) \| (.*) \|$", table, re.MULTILINE):
         # As a terminal has it: links and code are words.
         instead = re.sub(r"\[([^]]*)\]\([^)]*\)", r"\1", instead).replace("`", "")
         for number, option in enumerate(re.findall(r"`wstac-node (--[a-z-]+)`", what)):

@@ -6,7 +6,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from common import PATIENCE, Listener, free_port, same, until
 
-HELD = 'fidelity = "taxel"\n[[touch]]\nkind = "slide"\nspecimen = "Sin2"\nhold = 2\nspeed = 60\n'
+HELD = f"scene:{Path(__file__).parents[1]}/firmware/held.toml"
 MESSAGES = Path(__file__).parents[2] / "wstac-ros" / "wstac_msgs" / "msg"
 
 
@@ -27,10 +27,8 @@ def numbers(slip):
 def check_cdr(programs):
     """Under the keys of JSON, payloads are messages of ROS 2, with their type as the encoding; a late reader gets them, too."""
     source, endpoint, types = programs.scene("sensor", 12), f"tcp/127.0.0.1:{free_port()}", types_of_ros()
-    held = programs.folder / "held.toml"
-    held.write_text(HELD)
-    expected, slips = programs.run(source), [record for record in programs.run(f"scene:{held}") if record["kind"] == "slip"]
-    with programs.node(f"sensor={source}", f"held=scene:{held}", "--zenoh-encoding", "cdr", "--listen", endpoint) as node:
+    expected, slips = programs.run(source), [record for record in programs.run(HELD) if record["kind"] == "slip"]
+    with programs.node(f"sensor={source}", f"held={HELD}", "--zenoh-encoding", "cdr", "--listen", endpoint) as node:
         listener = Listener(endpoint, raw=True)
         until(lambda: len(listener.messages.get("wstac/sensor/event", [])) == 3, "three events")
         kept = [reply.ok for reply in listener.session.get("wstac/sensor/event/*", timeout=PATIENCE)]

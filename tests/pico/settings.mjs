@@ -4,7 +4,7 @@ import { Flash, PowerFailed } from './flash.mjs';
 import { ofKind, same } from './host.mjs';
 import { IS_OUTSIDE, IS_SET, LAYOUT, LAYOUT_OUTSIDE, withLayout } from './layout.mjs';
 import { Board } from './machine.mjs';
-import { ANSWER, BEGIN, FORGET, IN_USE, SET, SETTINGS, asVarint, contents, request } from './wire.mjs';
+import { ANSWER, BEGIN, FORGET, IN_USE, SET, SETTINGS, asVarint, contents, crc, request } from './wire.mjs';
 
 // The longest exposure of an HM01B0 in lines: those of a frame less two.
 const LONGEST = 264;
@@ -100,12 +100,7 @@ export function settings(name, host, program) {
 
 /** Returns the checksum of an item of sequential-storage: CRC-32C with another beginning, without ends of 0 and 0xff. */
 function itemChecksum(data) {
-  let rest = 0xeeee_eeee;
-  for (const byte of data) {
-    rest ^= byte;
-    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? 0x82f6_3b78 : 0);
-  }
-  const sum = ~rest >>> 0;
+  const sum = crc(data, 0xeeee_eeee, 0x82f6_3b78);
   return [0, 0xff].includes(sum & 0xff) ? (sum ^ 1) >>> 0 : sum;
 }
 

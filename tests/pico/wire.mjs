@@ -10,12 +10,11 @@ export const BEGIN = 0, IN_USE = 16, ANSWER = 17, LEARNING = 18, LEARNED = 19, B
 /** The bytes of a piece of a model. */
 const PIECE = 160;
 
-/** CRC-32 (IEEE). */
-function crc(bytes) {
-  let rest = 0xffff_ffff;
+/** A checksum of 32 bits; without a beginning and a polynomial, CRC-32 (IEEE). */
+export function crc(bytes, rest = 0xffff_ffff, polynomial = 0xedb8_8320) {
   for (const byte of bytes) {
     rest ^= byte;
-    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? 0xedb8_8320 : 0);
+    for (let bit = 0; bit < 8; bit++) rest = (rest >>> 1) ^ (rest & 1 ? polynomial : 0);
   }
   return ~rest >>> 0;
 }

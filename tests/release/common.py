@@ -66,6 +66,24 @@ def version() -> str:
     return re.search(r'^version = "(.*)"', package, re.MULTILINE)[1]
 
 
+# What states the address of the repository, and the mail of its maintainers: both as address.py sets them.
+MAINTAINER = '  <maintainer email="MAIL">The WSTac authors</maintainer>'
+PLACES = {
+    "Cargo.toml": 'repository = "URL"',
+    "wstac-python/pyproject.toml": 'urls = { Repository = "URL" }',
+    "CITATION.cff": 'repository-code: "URL"',
+    "wstac-ros/wstac_msgs/package.xml": MAINTAINER,
+    "wstac-ros/wstac_ros/package.xml": MAINTAINER,
+}
+
+
+def place(name: str) -> tuple[str, re.Match[str]]:
+    """Returns whether a file states a URL or a MAIL, and where: its line, which is a comment until there is an address."""
+    word = "MAIL" if PLACES[name] == MAINTAINER else "URL"
+    line = re.escape(PLACES[name]).replace(word, "(.*)")
+    return word, re.search(rf"^(?:# )?{line}$", (ROOT / name).read_text(encoding="utf-8"), re.MULTILINE)
+
+
 def commit_time() -> str:
     """Returns the time of the commit: the same commit makes the same files, byte for byte."""
     if "SOURCE_DATE_EPOCH" in os.environ:

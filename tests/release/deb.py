@@ -18,7 +18,7 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from common import ROOT, TARGET, commit_time, fail, run, wstac
+from common import ROOT, TARGET, commit_time, fail, place, run, wstac
 
 
 @dataclass
@@ -105,9 +105,8 @@ def pack(package: Package, program: Path, version: str, architecture: str, files
     """Writes what Debian reads of a package, and makes its file."""
     size = run("du", "-sk", "--apparent-size", package.root / "usr").split()[0]
     depends = needs(package, program, files)
-    mail = re.search('email="(.*?)"', (ROOT / "wstac-ros/wstac_msgs/package.xml").read_text(encoding="utf-8"))[1]
+    address, mail = (place(name)[1][1] for name in ("Cargo.toml", "wstac-ros/wstac_msgs/package.xml"))
     maintainer = f"{os.environ.get('DEBFULLNAME', 'The WSTac authors')} <{os.environ.get('DEBEMAIL', mail)}>"
-    address = re.search('^repository = "(.*)"$', (ROOT / "Cargo.toml").read_text(encoding="utf-8"), re.MULTILINE)[1]
     homepage = f"Homepage: {address}\n" if address else ""
     (package.root / "DEBIAN").mkdir()
     (package.root / "DEBIAN/control").write_text(

@@ -25,8 +25,6 @@ import hashlib, wstac
 for event in wstac.open("scene:Saw3@150,90deg", models="builtin:path-svm"):
     print(event.contact, event.speed, event.direction, event.texture, hashlib.sha256(event.sample.tobytes()).hexdigest())
 print(hashlib.sha256(wstac.simulate("Sin2@120").frames.tobytes()).hexdigest())"""
-# A held part that slips.
-HELD = 'gap = 100\n[[touch]]\nkind = "slide"\nspecimen = "Sin2"\nspeed = 60\ndirection = 270\nhold = 2\n'
 NODE_LICENSES = ("licenses/rust-standard-library.html", "licenses/musl.txt", "LICENSE-MIT", "LICENSE-APACHE", "NETWORK.md")
 # Debian's Python for another machine.
 FOREIGN = """python3.11-minimal libpython3.11-minimal libpython3.11-stdlib libc6 zlib1g libexpat1 libssl3 libffi8 libbz2-1.0
@@ -116,12 +114,11 @@ class Tried:
                 fail(f"libwstac in {at} has no licenses of its dependencies")
         made = self.at / "examples"
         shutil.copytree(x86_64 / "share/doc/libwstac/examples", made)
-        (made / "held.toml").write_text(HELD)
         options = run("pkg-config", "--cflags", "--libs", "wstac", env={**os.environ, "PKG_CONFIG_PATH": str(x86_64 / "lib/pkgconfig")})
         run("cc", "events.c", "-o", "events", *options.split(), cwd=made)
         run("cmake", "-B", "build", f"-DCMAKE_PREFIX_PATH={x86_64}", cwd=made)
         run("cmake", "--build", "build", cwd=made)
-        for program, source, expected in (("events", "scene:Saw3@150,90deg", "speed=150."), ("build/slip_stop_cpp", "scene:held.toml", "slip since frame ")):
+        for program, source, expected in (("events", "scene:Saw3@150,90deg", "speed=150."), ("build/slip_stop_cpp", f"scene:{ROOT}/tests/firmware/held.toml", "slip since frame ")):
             said = run(made / program, source, cwd=made)
             if expected not in said:
                 fail(f"{program} with libwstac says {said!r} of {source}, expected {expected}…")

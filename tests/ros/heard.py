@@ -243,14 +243,13 @@ def check_cyclone(folder: Path, listener: Listener) -> None:
     print(f"CycloneDDS, without ROS: the {len(found)} events that nodes on Fast DDS hear")
 
 
-def check_slip(folder: Path, listener: Listener) -> None:
+def check_slip(_: Path, listener: Listener) -> None:
     """The slip of a held part is heard."""
-    file = folder / "held.toml"
-    file.write_text('fidelity = "taxel"\n[[touch]]\nkind = "slide"\nspecimen = "Sin2"\nhold = 2\nspeed = 60\n')
-    stream = wstac.open(f"scene:{file}", at_once=True)
+    held = f"scene:{Path(__file__).parents[1]}/firmware/held.toml"
+    stream = wstac.open(held, at_once=True)
     list(stream)
     listener.hear("held", "slip")
-    with node({"held": f"scene:{file}"}) as process:
+    with node({"held": held}) as process:
         same(process.wait(PATIENCE), 0, f"exit code of a node that says {process.said()!r}")
     fields = ("frame", "onset_frame", "held_since_frame", "strength")
     found = [tuple(getattr(one, name) for name in fields) for one in listener.messages("held/slip")]

@@ -39,6 +39,14 @@ impl Folder {
         path
     }
 
+    /// Writes a file in the folder, and returns its path as an argument.
+    ///
+    /// # Panics
+    /// If it cannot be written.
+    pub fn written(&self, name: &str, content: impl AsRef<[u8]>) -> String {
+        text(&self.file(name, content)).to_owned()
+    }
+
     /// Returns the path of a name in the folder, as an argument.
     ///
     /// # Panics

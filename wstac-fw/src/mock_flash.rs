@@ -21,6 +21,12 @@ pub(crate) enum Cut {
     Unreadable,
 }
 
+/// Returns all cuts of the power while this many bytes are written. Within an erasure and between words, all are alike.
+pub(crate) fn each_cut(needed: usize) -> impl Iterator<Item = (usize, Cut)> {
+    let all = (0..needed).flat_map(|left| [Cut::Bytes, Cut::Bits, Cut::Unreadable].map(|cut| (left, cut)));
+    all.filter(|(left, cut)| left % WORD != 0 || matches!(cut, Cut::Bytes))
+}
+
 /// A flash whose power fails after so many bytes. An erased sector counts as so many bytes, too.
 #[derive(Clone)]
 pub(crate) struct Flash {

@@ -103,15 +103,12 @@ fn about(model: &Candidate) -> String {
 pub fn read(about: &str, text: &str) -> Result<Vec<Row>, Error> {
     let mut lines = text.lines();
     let header = lines.next().unwrap_or_default();
+    let wrong = |what: &dyn std::fmt::Display| Err(Error::new(ErrorKind::Format, about, what));
     if header.starts_with(&format!("{FOUND},{MODEL}")) {
-        return Err(Error::new(
-            ErrorKind::Format,
-            about,
-            "a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)",
-        ));
+        return wrong(&"a table of all numbers (trade.csv), expected the map that a sweep writes beside it (map.csv)");
     }
     if header != FOUND {
-        return Err(Error::new(ErrorKind::Format, about, format_args!("line 1: {header:?}, expected {FOUND}")));
+        return wrong(&format_args!("line 1: {header:?}, expected {FOUND}; help: wstac trade makes another map"));
     }
     let numbered = (2..).zip(lines);
     let row = |(number, line)| {

@@ -110,7 +110,7 @@ const CONDITIONS: [(&str, Condition, Option<f64>); 20] = [
 ];
 
 /// Objects. Blocks have one of the ten textures, all others none.
-const OBJECTS: [(&str, Kind); 6] = [
+pub(super) const OBJECTS: [(&str, Kind); 6] = [
     ("rods", Kind::Rod),
     ("balls", Kind::Ball),
     ("coins", Kind::Coin),

@@ -20,14 +20,10 @@ const SLIDES: u64 = 600;
 const FIRST_SENSOR: u32 = 97_000;
 /// A period is right if it is off by at most this fraction.
 const RIGHT: f64 = 0.05;
-const OBJECTS: [(&str, Kind); 6] = [
-    ("rods", Kind::Rod),
-    ("balls", Kind::Ball),
-    ("coins", Kind::Coin),
-    ("two fingers", Kind::Fingers),
-    ("oblique bare edges and rods", Kind::Oblique),
-    ("rods at an angle", Kind::SkewedRod),
-];
+const OBJECTS: [(&str, Kind); 6] = {
+    let [rods, balls, coins, fingers, ..] = super::conditions::OBJECTS;
+    [rods, balls, coins, fingers, ("oblique bare edges and rods", Kind::Oblique), ("rods at an angle", Kind::SkewedRod)]
+};
 
 /// Returns the period of the first event, as `wstac run` has it with the model that comes with it.
 fn of_scene(textures: &Textures, script: &SceneConfig) -> Option<Measured> {

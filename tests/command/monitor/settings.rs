@@ -13,7 +13,7 @@ use wstac_core::paper::trigger::TriggerConfig;
 use wstac_core::wire::{
     Bootloader, Decoder, Fault, LONGEST_REQUEST, Message, Refusal, Request, Settings, SettingsInUse,
 };
-use wstac_tests::command::{ends, printed, run, said, says};
+use wstac_tests::command::{assert_has, ends, printed, run, said, says};
 use wstac_tests::folder::Folder;
 
 use super::board::{Sent, hello};
@@ -195,8 +195,7 @@ fn a_port_without_such_a_board_is_refused() {
             sent.push(&Message::Fault(Fault::SensorBack));
         }
     });
-    let done = older.run(&[]);
-    assert!(said(&done).contains("does not answer, expected a board whose settings can be set"), "{}", said(&done));
+    assert_has(&said(&older.run(&[])), &["does not answer, expected a board whose settings can be set"]);
 }
 
 #[test]
@@ -214,7 +213,7 @@ fn a_board_starts_its_boot_loader_or_says_that_it_has_none() {
         [(Bootloader::Uf2, "becomes a drive: copy the .uf2"), (Bootloader::Dfu, "waits for: dfu-util ")]
     {
         let done = started(Some(Some(kind)));
-        assert!(done.status.success() && said(&done).contains(advice), "{}", said(&done));
+        says(&done, 0, &[advice]);
     }
     // A board that was just opened says hello, too, and the first request is lost.
     let mut asked = 0;

@@ -23,7 +23,7 @@ use std::os::unix::fs::MetadataExt;
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
 
-use wstac_tests::command::{Signal, ends, good, prints, program, run, run_script, said, send, wstac};
+use wstac_tests::command::{Signal, assert_has, ends, good, prints, program, run, run_script, said, says, send, wstac};
 use wstac_tests::folder::{Folder, text};
 
 /// Writes a scene of a slide that loses frames, in this format, and returns its name for `wstac`.
@@ -111,27 +111,24 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
 #[test]
 fn a_recovery_without_a_description_is_said() {
     let folder = Folder::new("recording-description");
-    let (file, new) = (folder.0.join("a.mcap"), folder.0.join("new.mcap"));
-    let (name, new) = (file.to_str().unwrap(), new.to_str().unwrap());
+    let (name, new) = (&*folder.path("a.mcap"), &*folder.path("new.mcap"));
     good(&["record", "scene:Saw3@150", "--size", "40x40", "-o", name, "--frames", "10"]);
-    let mut bytes = fs::read(&file).unwrap();
+    let mut bytes = fs::read(name).unwrap();
     let places: Vec<usize> = (0..10_000).filter(|&at| bytes[at..].starts_with(b"\"size\":[")).collect();
     assert_eq!(places.len(), 2, "it is there twice");
     for (damaged, code) in [(1, 0), (2, 1)] {
         bytes[places[damaged - 1] + 9] ^= 1;
-        fs::write(&file, &bytes).unwrap();
+        fs::write(name, &bytes).unwrap();
         let done = run(&["recover", name, "-o", new, "--force"]);
-        assert_eq!(done.status.code(), Some(code), "{}", said(&done));
-        let replayed = run(&["run", new, "--json"]);
-        assert_eq!(replayed.status.code(), Some(code), "{}", said(&replayed));
-        assert_eq!(said(&done).contains("has a damaged description"), code == 1, "{}", said(&done));
-        assert!(said(&done).contains("new.mcap: 10 frames, 0 events"), "{}", said(&done));
+        let said = says(&done, code, &["new.mcap: 10 frames, 0 events"]);
+        ends(&["run", new, "--json"], code, &[]);
+        assert_eq!(said.contains("has a damaged description"), code == 1, "{said}");
     }
     // A damaged frame is the reason why the baseline is not complete.
     bytes[places[0] + 9] ^= 1;
     let middle = bytes.len() / 2;
     bytes[middle..middle + 9].fill(0x55);
-    fs::write(&file, &bytes).unwrap();
+    fs::write(name, &bytes).unwrap();
     let done = run(&["run", name]);
     let printed = said(&done) + &String::from_utf8_lossy(&done.stdout);
     assert!(printed.contains("has a chunk whose bytes") && !printed.contains("baseline"), "{printed}");
@@ -144,8 +141,7 @@ fn models_of_a_recording_are_named_where_none_is_given() {
     let name = &*folder.path("a.mcap");
     good(&["record", "scene:Saw3@150", "--size", "80x60", "-o", name, "--model", "builtin:svm"]);
     let without = run(&["run", name, "--json"]);
-    assert!(said(&without).contains("recorded with model "), "{}", said(&without));
-    assert!(said(&without).contains(": --model gives its textures"), "{}", said(&without));
+    assert_has(&said(&without), &["recorded with model ", ": --model gives its textures"]);
     assert!(!String::from_utf8_lossy(&without.stdout).contains("Saw"));
     let with = run(&["run", name, "--json", "--model", "builtin:svm"]);
     assert!(!said(&with).contains("recorded with model"), "{}", said(&with));
@@ -218,9 +214,8 @@ fn piped_to(mut command: Command, file: &Path, frames: usize, is_there: impl Fn(
 #[test]
 fn a_killed_recording_comes_back() {
     let folder = Folder::new("recording-killed");
-    let (file, whole) = (folder.0.join("a.mcap"), folder.0.join("whole.mcap"));
-    let (name, new) = (file.to_str().unwrap(), whole.to_str().unwrap());
-    let (mut child, _open) = piped(&file, 40);
+    let (name, new) = (&*folder.path("a.mcap"), &*folder.path("whole.mcap"));
+    let (mut child, _open) = piped(name.as_ref(), 40);
     child.kill().unwrap();
     child.wait().unwrap();
     ends(&["run", name], 1, &["was not finished: wstac recover"]);
@@ -300,9 +295,9 @@ fn a_recording_that_cannot_start_leaves_no_file() {
     let limited = |blocks: u32, options: &str| {
         let script = format!("ulimit -f {blocks}; exec \"$0\" record scene:Saw3@150 --size 60x40 -o a.mcap {options}");
         let done = run_script(&folder, &script);
-        assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-        assert!(!said(&done).contains(".wstac-"), "{}", said(&done));
-        said(&done)
+        let said = says(&done, 1, &[]);
+        assert!(!said.contains(".wstac-"), "{said}");
+        said
     };
     for (blocks, options) in [(0, ""), (1, "--force"), (1, "--compress lz4")] {
         let text = limited(blocks, options);

@@ -15,8 +15,7 @@ use super::scene;
 
 /// Makes a recording with these options, and returns its path.
 fn recorded(folder: &Folder, scene: &str, name: &str, options: &[&str]) -> String {
-    let file = folder.0.join(name);
-    let file = file.to_str().unwrap().to_owned();
+    let file = folder.path(name);
     good(&[&["record", scene, "-o", &file, "--force"], options].concat());
     file
 }

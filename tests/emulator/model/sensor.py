@@ -24,6 +24,11 @@ class Sensor:
     `deaf` is whether it sends frames but does not answer, and `holds` is the number of clocks for which it holds the
     data line. `slips` has registers that act as if another value were written, although the value that was written is
     read back: so a table with that value in it would act. `now` returns the seconds of its board.
+
+    Each sensor defines, of what is sent: `drives`, whether VSYNC, HREF and PCLK are driven; `period`, the seconds of a frame;
+    `row`, the seconds from a row to the next; `size`, pixels per line and lines; `format`, the bytes of a pixel pair, such as
+    "YUYV", or "RGB", or "RAW"; `chroma`, U and V if they are fixed; `light`, the table from the clip's luma to the sensor's,
+    or None if it is the same; `view`, whether the picture is mirrored and turned over, and how far it is shifted.
     """
 
     ADDRESS, IDENTITY, DEFAULTS, RESET = 0, {}, {}, (0x12, 0x80)
@@ -96,49 +101,17 @@ class Sensor:
         """Returns a number of two registers, of which the high one has this many bits."""
         return (self[high] & (1 << bits) - 1) << 8 | self[low]
 
-    def drives(self):
-        """Returns whether VSYNC, HREF and PCLK are driven."""
-        raise NotImplementedError
-
     def drives_data(self):
         """Returns whether the data pins are driven."""
         return True
-
-    def period(self):
-        """Returns the seconds of a frame."""
-        raise NotImplementedError
-
-    def row(self):
-        """Returns the seconds from a row of what is sent to the next."""
-        raise NotImplementedError
 
     def readout_ms(self):
         """Returns the milliseconds from the first row of what is sent to the last."""
         return 1000 * self.row() * (self.size()[1] - 1)
 
-    def size(self):
-        """Returns pixels per line and lines of what is sent."""
-        raise NotImplementedError
-
-    def format(self):
-        """Returns the bytes of a pixel pair, such as "YUYV", or "RGB", or "RAW"."""
-        raise NotImplementedError
-
     def bytes_per_line(self):
         """Returns the bytes of a line."""
         return self.size()[0] * (1 if self.format() == "RAW" else 2)
-
-    def chroma(self):
-        """Returns U and V if they are fixed."""
-        raise NotImplementedError
-
-    def light(self):
-        """Returns the table from the clip's luma to the sensor's, or None if it is the same."""
-        raise NotImplementedError
-
-    def view(self):
-        """Returns whether the picture is mirrored and turned over, and how far it is shifted."""
-        raise NotImplementedError
 
     def bars(self):
         """Returns whether color bars hide the picture."""

@@ -2,6 +2,8 @@
 //! last. Half of the inputs are the contents of frames whose COBS and CRC are correct.
 #![no_main]
 
+mod frame;
+
 use libfuzzer_sys::fuzz_target;
 use wstac_core::wire::LONGEST;
 use wstac_host::error::Error;
@@ -14,7 +16,7 @@ fuzz_target!(|data: &[u8]| {
     let mut stream = Vec::new();
     if first & 1 == 1 {
         for content in data.split(|&byte| byte == 0xFF) {
-            frame(&content[..content.len().min(LONGEST - 7)], &mut stream);
+            stream.extend(frame::with_content(&content[..content.len().min(LONGEST - 7)]));
         }
     } else {
         stream.extend(data);
@@ -34,19 +36,3 @@ fuzz_target!(|data: &[u8]| {
     }
     assert!(matches!(monitor.finish(), Output::End(_)));
 });
-
-/// Appends a frame with this content.
-fn frame(content: &[u8], stream: &mut Vec<u8>) {
-    let content = [content, &crc32fast::hash(content).to_le_bytes()].concat();
-    stream.push(0);
-    for mut block in content.split(|&byte| byte == 0) {
-        while let Some((full, rest)) = block.split_at_checked(254) {
-            stream.push(255);
-            stream.extend(full);
-            block = rest;
-        }
-        stream.push(block.len() as u8 + 1);
-        stream.extend(block);
-    }
-    stream.push(0);
-}

@@ -2,6 +2,8 @@
 //! are correct. The results are messages or refusals, and a message that is encoded again must not change.
 #![no_main]
 
+mod frame;
+
 use libfuzzer_sys::fuzz_target;
 use wstac_core::wire::{Decoder, LONGEST, LONGEST_REQUEST, Message, Request, encode};
 
@@ -12,7 +14,7 @@ fuzz_target!(|data: &[u8]| {
         let _ = messages.push::<Message>(byte);
         let _ = requests.push::<Request>(byte);
     }
-    for &byte in &frame(&data[..data.len().min(LONGEST_REQUEST - 7)]) {
+    for &byte in &frame::with_content(&data[..data.len().min(LONGEST_REQUEST - 7)]) {
         let Some(Ok(received)) = requests.push::<Request>(byte) else { continue };
         let mut buffer = [0; LONGEST];
         let again = encode(&received.message, 7, &mut buffer);
@@ -20,7 +22,7 @@ fuzz_target!(|data: &[u8]| {
         let found = again.iter().find_map(|&byte| decoder.push::<Request>(byte));
         assert_eq!(found.map(|second| second.map(|second| second.message)), Some(Ok(received.message)));
     }
-    for &byte in &frame(&data[..data.len().min(LONGEST - 7)]) {
+    for &byte in &frame::with_content(&data[..data.len().min(LONGEST - 7)]) {
         let Some(Ok(received)) = messages.push::<Message>(byte) else { continue };
         let mut buffer = [0; LONGEST];
         let again = encode(&received.message, 7, &mut buffer);
@@ -37,20 +39,3 @@ fuzz_target!(|data: &[u8]| {
         assert_eq!(found, 1, "{:?}", received.message);
     }
 });
-
-/// Returns a frame with this content.
-fn frame(content: &[u8]) -> Vec<u8> {
-    let content = [content, &crc32fast::hash(content).to_le_bytes()].concat();
-    let mut bytes = vec![0];
-    for mut block in content.split(|&byte| byte == 0) {
-        while let Some((full, rest)) = block.split_at_checked(254) {
-            bytes.push(255);
-            bytes.extend(full);
-            block = rest;
-        }
-        bytes.push(block.len() as u8 + 1);
-        bytes.extend(block);
-    }
-    bytes.push(0);
-    bytes
-}

@@ -41,6 +41,15 @@ enum Leaves {
     Floats,
 }
 
+/// Returns a generator of 31 random bits, the same in every test.
+pub fn numbers() -> impl FnMut() -> u32 {
+    let mut chance = 1_u64;
+    move || {
+        chance = chance.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (chance >> 33) as u32
+    }
+}
+
 impl Maker {
     /// Creates a maker of models. `crc` computes the checksum of a model file's words: `wstac_core::model::file::crc`.
     // A board has room on its stack, and no heap.

@@ -31,26 +31,25 @@ pub(super) enum Key {
     Removed([&'static str; 2]),
 }
 
-/// The replacements of the keys that went back and forth, and of the one that recorded.
+/// The replacements of the keys that showed another sensor, of those that went back and forth, and of the one that
+/// recorded.
+const SENSORS: [&str; 2] = ["key of a sensor", "wstac serve left=SOURCE right=SOURCE"];
 const SEEK: [&str; 2] = ["way back and forth", "wstac serve FILE has it on its page"];
 const RECORD: [&str; 2] = ["key r", "wstac record writes recordings, as does wstac serve --record-to FOLDER"];
 
 /// Returns what an event of the terminal means, or `None` if it means nothing.
 fn key(event: &Event) -> Option<Key> {
+    use KeyCode::{Char, Down, Esc, Home, Left, Right, Tab, Up};
     let key = event.as_key_event().filter(|key| key.kind != KeyEventKind::Release)?;
     Some(match key.code {
         // In raw mode, Ctrl-C is a key and no signal.
-        KeyCode::Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
-        KeyCode::Char('q' | 'Q') | KeyCode::Esc => Key::Quit,
-        KeyCode::Char('z' | 'Z') => Key::Rezero,
-        KeyCode::Char(' ') => Key::Pause,
-        KeyCode::Char('r' | 'R') => Key::Removed(RECORD),
-        KeyCode::Left
-        | KeyCode::Right
-        | KeyCode::Up
-        | KeyCode::Down
-        | KeyCode::Home
-        | KeyCode::Char('.' | ',' | '0') => Key::Removed(SEEK),
+        Char('c') if key.modifiers.contains(KeyModifiers::CONTROL) => Key::Quit,
+        Char('q' | 'Q') | Esc => Key::Quit,
+        Char('z' | 'Z') => Key::Rezero,
+        Char(' ') => Key::Pause,
+        Char('r' | 'R') => Key::Removed(RECORD),
+        Tab | Char('1'..='9') => Key::Removed(SENSORS),
+        Left | Right | Up | Down | Home | Char('.' | ',' | '0') => Key::Removed(SEEK),
         _ => return None,
     })
 }
@@ -188,6 +187,7 @@ mod tests {
             (KeyCode::Left, Some(Key::Removed(SEEK))),
             (KeyCode::Char(','), Some(Key::Removed(SEEK))),
             (KeyCode::Home, Some(Key::Removed(SEEK))),
+            (KeyCode::Tab, Some(Key::Removed(SENSORS))),
             (KeyCode::Char('x'), None),
         ] {
             assert_eq!(pressed(code), expected, "{code:?}");

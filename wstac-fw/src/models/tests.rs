@@ -9,7 +9,7 @@ use wstac_core::model::file::{INPUTS, Input};
 use wstac_core::model::linear_svm::LinearSvm;
 
 use super::*;
-use crate::mock_flash::{Cut, Flash, SECTOR, WORD};
+use crate::mock_flash::{Cut, Flash, SECTOR, each_cut};
 
 /// Two places of two sectors each.
 const RANGE: Range<u32> = 1024..1024 + 4 * SECTOR as u32;
@@ -243,21 +243,16 @@ fn cut_everywhere(flash: &Flash, old: Option<u32>, new: Option<u32>, change: imp
     let needed = power - whole.flash.left;
     assert_eq!((whole.checksum(), Fw::start(whole.flash.again()).checksum()), (old, new));
     let (mut olds, mut news) = (0, 0);
-    for left in 0..needed {
-        for cut in [Cut::Bytes, Cut::Bits, Cut::Unreadable] {
-            if left % WORD == 0 && !matches!(cut, Cut::Bytes) {
-                continue;
-            }
-            let mut failed = Fw::start(flash.until(left, cut));
-            change(&mut failed);
-            let mut next = Fw::start(failed.flash.again());
-            let found = next.checksum();
-            assert!(found == old || found == new, "{cut:?} after {left} of {needed} bytes: {found:?}");
-            (olds, news) = (olds + u32::from(found == old), news + u32::from(found == new));
-            if left % 7 == 0 && found == old {
-                change(&mut next);
-                assert_eq!(Fw::start(next.flash.again()).checksum(), new, "{cut:?} after {left} bytes");
-            }
+    for (left, cut) in each_cut(needed) {
+        let mut failed = Fw::start(flash.until(left, cut));
+        change(&mut failed);
+        let mut next = Fw::start(failed.flash.again());
+        let found = next.checksum();
+        assert!(found == old || found == new, "{cut:?} after {left} of {needed} bytes: {found:?}");
+        (olds, news) = (olds + u32::from(found == old), news + u32::from(found == new));
+        if left % 7 == 0 && found == old {
+            change(&mut next);
+            assert_eq!(Fw::start(next.flash.again()).checksum(), new, "{cut:?} after {left} bytes");
         }
     }
     (olds, news)

@@ -7,7 +7,7 @@ use wstac_core::features::Floor;
 use wstac_core::paper::trigger::TriggerConfig;
 
 use super::*;
-use crate::mock_flash::{Cut, Flash, SECTOR, WORD};
+use crate::mock_flash::{Cut, Flash, SECTOR, each_cut};
 
 const RANGE: Range<u32> = 1024..3072;
 
@@ -78,26 +78,20 @@ fn power_may_fail_at_every_byte() {
         keep(&mut whole, RANGE, Some(&new)).unwrap();
         let needed = 100_000 - whole.left;
         erased += u32::from(needed > SECTOR);
-        for left in 0..needed {
-            for cut in [Cut::Bytes, Cut::Bits, Cut::Unreadable] {
-                // Within an erasure and between words, all cuts are alike.
-                if left % WORD == 0 && !matches!(cut, Cut::Bytes) {
-                    continue;
-                }
-                let mut failed = flash.until(left, cut);
-                let _ = keep(&mut failed, RANGE, Some(&new));
-                let found = kept(&failed);
-                assert!(found == Some(old) || found == Some(new), "{number}, {cut:?} after {left} of {needed} bytes");
-                seen.insert((number, found == Some(new)));
-                cuts += 1;
-                // The board goes on: it takes other settings, and they survive.
-                if left % 11 == 0 {
-                    let mut next = failed.again();
-                    let other = settings(number + 100);
-                    assert_eq!(keep(&mut next, RANGE, Some(&other)), Ok(()), "{number}, {cut:?} after {left} bytes");
-                    over += next.again;
-                    assert_eq!(kept(&next), Some(other), "{number}, {cut:?} after {left} bytes");
-                }
+        for (left, cut) in each_cut(needed) {
+            let mut failed = flash.until(left, cut);
+            let _ = keep(&mut failed, RANGE, Some(&new));
+            let found = kept(&failed);
+            assert!(found == Some(old) || found == Some(new), "{number}, {cut:?} after {left} of {needed} bytes");
+            seen.insert((number, found == Some(new)));
+            cuts += 1;
+            // The board goes on: it takes other settings, and they survive.
+            if left % 11 == 0 {
+                let mut next = failed.again();
+                let other = settings(number + 100);
+                assert_eq!(keep(&mut next, RANGE, Some(&other)), Ok(()), "{number}, {cut:?} after {left} bytes");
+                over += next.again;
+                assert_eq!(kept(&next), Some(other), "{number}, {cut:?} after {left} bytes");
             }
         }
         flash = whole.again();
@@ -203,22 +197,17 @@ fn power_may_fail_at_every_byte_of_a_texture_and_of_settings_beside_it() {
         assert!(change(&mut whole));
         let (old, new, needed) = (all(&flash), all(&whole), 100_000 - whole.left);
         erased += u32::from(needed > SECTOR);
-        for left in 0..needed {
-            for cut in [Cut::Bytes, Cut::Bits, Cut::Unreadable] {
-                if left % WORD == 0 && !matches!(cut, Cut::Bytes) {
-                    continue;
-                }
-                let mut failed = flash.until(left, cut);
-                change(&mut failed);
-                let found = all(&failed);
-                assert!(found == old || found == new, "{number}, {cut:?} after {left} of {needed} bytes: {found:?}");
-                cuts += 1;
-                news += u32::from(found == new && old != new);
-                if left % 11 == 0 {
-                    let mut next = failed.again();
-                    assert!(change(&mut next), "{number}, {cut:?} after {left} bytes");
-                    assert_eq!(all(&next), new, "{number}, {cut:?} after {left} bytes");
-                }
+        for (left, cut) in each_cut(needed) {
+            let mut failed = flash.until(left, cut);
+            change(&mut failed);
+            let found = all(&failed);
+            assert!(found == old || found == new, "{number}, {cut:?} after {left} of {needed} bytes: {found:?}");
+            cuts += 1;
+            news += u32::from(found == new && old != new);
+            if left % 11 == 0 {
+                let mut next = failed.again();
+                assert!(change(&mut next), "{number}, {cut:?} after {left} bytes");
+                assert_eq!(all(&next), new, "{number}, {cut:?} after {left} bytes");
             }
         }
         flash = whole.again();

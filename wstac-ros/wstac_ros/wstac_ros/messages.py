@@ -37,6 +37,10 @@ def event(found: wstac.Event, header: Header) -> Event:
     def number(value: float | None, unit: float) -> float:
         return NAN if value is None else value * unit
 
+    lengths: dict[str, float] = {}
+    for name in ("place", "width", "period"):
+        length: wstac.Measured | None = getattr(found, f"{name}_mm")
+        lengths |= {name: number(length and length.value, 1e-3), f"{name}_sd": number(length and length.sd, 1e-3)}
     speed, direction, acceleration = found.speed, found.direction, found.acceleration
     return Event(
         header=header,
@@ -53,15 +57,10 @@ def event(found: wstac.Event, header: Header) -> Event:
         frames_filled=found.frames_filled,
         basis=found.basis or "",
         contacts=found.contacts or 0,
-        place=number(found.place_mm and found.place_mm.value, 1e-3),
-        place_sd=number(found.place_mm and found.place_mm.sd, 1e-3),
-        width=number(found.width_mm and found.width_mm.value, 1e-3),
-        width_sd=number(found.width_mm and found.width_mm.sd, 1e-3),
         acceleration=number(acceleration and acceleration.mm_s2, 1e-3),
         acceleration_sd=number(acceleration and acceleration.sd, 1e-3),
-        period=number(found.period_mm and found.period_mm.value, 1e-3),
-        period_sd=number(found.period_mm and found.period_mm.sd, 1e-3),
         why=found.why.get("reliable", ""),
+        **lengths,
     )
 
 

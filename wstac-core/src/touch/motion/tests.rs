@@ -99,11 +99,7 @@ fn a_line_out_of_order_is_not_reliable() {
 #[test]
 fn any_sample_has_an_answer_in_range() {
     let config = MotionConfig::published(FrameRate::NOMINAL).with_readout(Readout::GLOBAL);
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as u32
-    };
+    let mut random = wstac_random_models::numbers();
     for round in 0..4000 {
         let kind = round % 5;
         let frames: [Features; SAMPLE_FRAMES] = core::array::from_fn(|t| {

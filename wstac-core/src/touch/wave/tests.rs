@@ -122,11 +122,7 @@ fn extremes_are_refused_or_right() {
 /// Checks that whatever a sample holds, sums fit and numbers are in range. Overflow is a panic in tests.
 #[test]
 fn any_sample_has_an_answer_in_range() {
-    let mut state = 1_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as u32
-    };
+    let mut random = wstac_random_models::numbers();
     let (mut wave, mut answered) = (Wave::EMPTY, 0);
     for round in 0..3000 {
         let kind = round % 6;
@@ -140,11 +136,11 @@ fn any_sample_has_an_answer_in_range() {
                     1 => [0, u16::MAX][random() as usize & 1],
                     2 if t < 5 => 9,
                     2 => (random() % level) as u16,
-                    3 => [9, u16::MAX][usize::from(t > 8 && random() % 9 == 0)],
+                    3 => [9, u16::MAX][usize::from(t > 8 && random().is_multiple_of(9))],
                     4 => [0, u16::MAX][usize::from(t > 6 && (t / (1 + round / 900) + taxel * (round % 5)) % 2 == 0)],
                     _ => smooth.get(t).map_or(0, |frame| frame[taxel]) + (random() % 40) as u16,
                 });
-                (random() % 20 != 0).then_some(frame)
+                (!random().is_multiple_of(20)).then_some(frame)
             })
             .collect();
         let readout = if round % 4 == 0 { Readout::unknown(FrameRate::NOMINAL) } else { Readout::GLOBAL };

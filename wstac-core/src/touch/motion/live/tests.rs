@@ -74,11 +74,7 @@ fn a_short_gap_is_passed_and_a_long_one_begins_anew() {
 /// Checks that whatever features, baseline and gaps are, numbers are finite and in range.
 #[test]
 fn any_features_have_an_answer_in_range() {
-    let mut state = 1_u64;
-    let mut random = || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as u32
-    };
+    let mut random = wstac_random_models::numbers();
     let mut velocities = 0;
     for round in 0..300 {
         let kind = round % 6;
@@ -110,7 +106,7 @@ fn any_features_have_an_answer_in_range() {
                 assert!(mm_s_sd > 0.0 && mm_s_sd <= 0.0601 * mm_s, "{velocity:?}");
                 assert!(degrees_sd > 0.0 && degrees_sd.is_finite(), "{velocity:?}");
             }
-            end += if random() % 10 == 0 { random() as usize % 12 } else { 1 };
+            end += if random().is_multiple_of(10) { random() as usize % 12 } else { 1 };
         }
     }
     assert!(velocities > 500, "{velocities}");

@@ -36,11 +36,7 @@ fn a_direction_that_is_none_has_no_extent() {
 /// Checks that whatever the light is, sums fit and numbers are in range. Overflow is a panic in tests.
 #[test]
 fn any_light_has_an_answer_in_range() {
-    let mut state = 1_u64;
-    let mut random = move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) as u32
-    };
+    let mut random = wstac_random_models::numbers();
     let mut answered = 0;
     for round in 0..20_000 {
         let degrees = (random() % 36_000) as f32 / 100.0;
