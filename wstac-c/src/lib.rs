@@ -93,7 +93,7 @@ unsafe fn with(handle: *mut Wstac, call: impl FnOnce(&mut SensorSession) -> Resu
 /// Opens a source, as `wstac run SOURCE` does.
 ///
 /// A source is "/dev/videoN", "rpicam:", "scene:Saw3@150,90deg", a Y4M file, a folder of PNGs or JPEGs, a recording
-/// (.mcap), or "-".
+/// (.mcap), a board such as "/dev/ttyACM0", or "-".
 /// `source` need not be UTF-8; `options` may be null. If the call fails, the handle is null, and
 /// wstac_error_message(NULL) returns the message.
 ///

@@ -143,6 +143,7 @@ pub(super) unsafe fn read(options: *const WstacOptions) -> Result<Options, Failu
         format,
         size,
         delivery: if choice("every_frame", options.every_frame)? { FramePolicy::Every } else { FramePolicy::Newest },
+        baud: None,
         keep_controls: choice("keep_controls", options.keep_controls)?,
         controls: Vec::new(),
         // SAFETY: as above.

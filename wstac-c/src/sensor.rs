@@ -56,7 +56,8 @@ impl SensorSession {
         let textures = Textures::new(&options.models).map_err(|error| failed_by(WstacStatus::Model, &error))?;
         let (features, motion) = (options.features, options.motion);
         let outputs = OutputOptions { features, samples: !options.at_once, motion, ..OutputOptions::default() };
-        let built = builder.config(config).textures(textures).outputs(outputs).build();
+        let builder = if info.is_board { builder } else { builder.config(config) };
+        let built = builder.textures(textures).outputs(outputs).build();
         let session = built.map_err(|error| failed_by(WstacStatus::Config, &error))?;
         Ok(Self { session, takes_frames, given: Given::default(), notes, readout_ms })
     }

@@ -80,6 +80,16 @@ fn an_event_has_the_times_of_its_touch_and_an_end() {
 }
 
 #[test]
+fn a_board_is_a_source() {
+    let board = concat!(env!("CARGO_MANIFEST_DIR"), "/../wstac-host/examples/board.bin");
+    // SAFETY: null is the default.
+    let options = unsafe { options::read(ptr::null()) }.ok().unwrap();
+    let mut sensor = SensorSession::open(board.as_ref(), &options).ok().unwrap();
+    let mut kinds = std::iter::repeat_with(|| sensor.next().ok().map(|(record, _)| record.kind)).map_while(|kind| kind);
+    assert!(kinds.any(|kind| kind == WstacKind::Event) && kinds.last() == Some(WstacKind::End));
+}
+
+#[test]
 fn a_law_of_durations_has_neither_times_nor_ends() {
     let (mut session, mut given) = (pressed("[speed]\nlaw = \"published\""), Given::default());
     let record = next(&mut session, &mut given).unwrap();

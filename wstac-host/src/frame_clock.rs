@@ -83,6 +83,19 @@ pub(crate) fn can_be_written(time: SystemTime) -> bool {
     time.duration_since(SystemTime::UNIX_EPOCH).is_ok_and(|since| since.as_secs() < END_OF_YEARS_S)
 }
 
+/// The match of a board's clock and this machine's.
+#[cfg(feature = "board")]
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct ClockMatch {
+    /// The most that a time of the board may be wrong here, in milliseconds.
+    pub within_ms: f64,
+    /// This machine's monotonic time less the board's, in seconds.
+    pub offset_s: f64,
+    /// How much faster the board's clock runs, in millionths; `None` before ten seconds have passed.
+    pub fast_ppm: Option<f64>,
+}
+
 /// Turns numbers of feature frames into times.
 ///
 /// A frame has the driver's time of the first of its camera frames that arrived. Where all were lost, the frames around

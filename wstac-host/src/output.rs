@@ -10,12 +10,16 @@ use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_core::touch::motion::{ReadoutTime, Velocity};
 use wstac_core::touch::slip::Slip;
 use wstac_core::touch::wave::Basis;
+#[cfg(feature = "board")]
+use wstac_core::wire::{Request, Telemetry};
 
 pub(crate) use self::event::Answering;
 pub use self::event::{Paths, TactileEvent, TouchTime};
+#[cfg(feature = "board")]
+use crate::frame_clock::ClockMatch;
 use crate::frame_clock::FrameClock;
 pub use crate::frame_clock::{Elapsed, Stamp, StreamClock};
-use crate::source::{Fault, LossCounts, LossReason};
+use crate::reasons::{Fault, LossCounts, LossReason};
 use crate::texture::Texture;
 
 /// Chooses which outputs a stream has besides its events.
@@ -372,6 +376,26 @@ pub struct FaultReport {
     pub stamp: Option<Stamp>,
     /// The fault itself.
     pub fault: Fault,
+}
+
+/// Something that a board reports.
+// It is exhaustive: whoever drives it must handle every case.
+#[cfg(feature = "board")]
+#[derive(Clone, Debug, PartialEq)]
+pub enum Report {
+    /// An output as `wstac run` gives it.
+    Output(Output),
+    /// A message for people.
+    Note(String),
+    /// A request that should be sent to the board.
+    Request(Request),
+    /// The number of events that the board has sent and given up, and that never arrived.
+    LostEvents(u64),
+    /// The state of the board, and the match of its clock; `None` before it has answered.
+    Telemetry(Telemetry, Option<ClockMatch>),
+    /// The state of the board's stream so far, when it has changed. A
+    /// [`BoardLine`](crate::monitor::line::BoardLine) gives it.
+    Progress(StreamSummary),
 }
 
 /// The state of a stream at its end.

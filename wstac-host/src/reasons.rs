@@ -227,9 +227,85 @@ impl<'de> Deserialize<'de> for UnlockedReason {
     }
 }
 
+/// A fault of a source that continues after it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// Its kind.
+    pub kind: FaultKind,
+    /// The fault in words for people, without the remedy.
+    pub message: String,
+    /// The action of the source; `None` if it needs no words.
+    pub remedy: Option<Remedy>,
+}
+
+/// The action of a source after a fault.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Remedy {
+    /// It waits for the same camera.
+    AwaitCamera,
+    /// It waits for the signal of its input.
+    AwaitSignal,
+    /// It starts the camera again and again until that works.
+    Retry,
+}
+
+impl Remedy {
+    const ALL: [Self; 3] = [Self::AwaitCamera, Self::AwaitSignal, Self::Retry];
+}
+
+impl fmt::Display for Remedy {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::AwaitCamera => "waiting for the same camera, Ctrl-C ends",
+            Self::AwaitSignal => "waiting for it",
+            Self::Retry => "tried again until it starts",
+        })
+    }
+}
+
+impl Fault {
+    /// Creates a fault without a remedy.
+    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
+        Self { kind, message: message.into(), remedy: None }
+    }
+
+    /// Creates a fault from the text of a recorded one, which [`Display`](fmt::Display) made.
+    pub fn from_text(kind: FaultKind, text: &str) -> Self {
+        for remedy in Remedy::ALL {
+            let message = text.strip_suffix(&remedy.to_string()).and_then(|text| text.strip_suffix("; "));
+            if let Some(message) = message {
+                return Self { kind, message: message.to_owned(), remedy: Some(remedy) };
+            }
+        }
+        Self::new(kind, text)
+    }
+}
+
+/// Writes the message, then the remedy. The kind is not part of the text.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)?;
+        self.remedy.map_or(Ok(()), |remedy| write!(f, "; {remedy}"))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn faults_survive_a_recording() {
+        let remedies = Remedy::ALL.into_iter().map(Some).chain([None]);
+        for remedy in remedies {
+            let fault = Fault { remedy, ..Fault::new(FaultKind::Disconnected, "no frame; check the cable") };
+            assert_eq!(Fault::from_text(FaultKind::Disconnected, &fault.to_string()), fault);
+        }
+        let fault = Fault { remedy: Some(Remedy::AwaitSignal), ..Fault::new(FaultKind::NoSignal, "no signal") };
+        assert_eq!(fault.to_string(), "no signal; waiting for it");
+        let other = "no signal; waiting for it, of a newer program";
+        assert_eq!(Fault::from_text(FaultKind::NoSignal, other), Fault::new(FaultKind::NoSignal, other));
+    }
 
     #[test]
     fn words_survive_a_recording() {

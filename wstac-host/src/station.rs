@@ -42,7 +42,7 @@ use crate::record::about::About;
 use crate::record::{Excerpt, FinishedRecording, check_room};
 use crate::session::{Observer, Processor, Session, Step};
 use crate::source::pace::Pace;
-use crate::source::{Labels, Source, SourceEvent, StreamInfo};
+use crate::source::{Labels, Source, SourceEvent, StreamInfo, board_refusal};
 use crate::texture::Textures;
 
 /// The longest sleep of [`Station::advance`], so that orders and the end are not held up.
@@ -281,6 +281,9 @@ impl Station {
     /// # Errors
     /// Layout, format and configuration do not fit each other. Nothing has changed then.
     pub fn reconfigure(&mut self, config: Config) -> Result<(), Error> {
+        if self.info.is_board {
+            return Err(board_refusal(&self.info));
+        }
         let ended = self.session.processor_mut().reconfigure(&self.info, &config)?;
         self.config = config;
         self.restarted(ended);
@@ -304,6 +307,9 @@ impl Station {
         labels: Labels,
         features_only: bool,
     ) -> Result<(), Error> {
+        if self.info.is_board {
+            return Err(board_refusal(&self.info));
+        }
         let mut kept = self.info.clone();
         if features_only {
             (kept.taxels_only, kept.crop) = (true, None);
@@ -385,7 +391,10 @@ fn session(
     textures: &Textures,
     options: OutputOptions,
 ) -> Result<Session, Error> {
-    let builder = Session::builder(source).info(info.clone()).config(config.clone());
+    let mut builder = Session::builder(source).info(info.clone());
+    if !info.is_board {
+        builder = builder.config(config.clone());
+    }
     builder.textures(textures.clone()).outputs(options).build()
 }
 

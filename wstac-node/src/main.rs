@@ -1,15 +1,13 @@
 //! `wstac-node` publishes tactile sensors on a Zenoh network.
 //!
-//! Each sensor has two threads: `sensor` reads its source with `frames`, or its board with `board`, and `publisher`
-//! sends what was found. Its handle makes messages between them. A full queue makes it skip messages, so that a slow
-//! network never holds up a sensor. `ending` ends all of it after a signal. `network` opens the session of Zenoh,
-//! `refused` has in words what that refuses, and `threads` gives it enough threads. `records` and `message` are what is
-//! published, and `ros` has the form that nodes of ROS 2 read. `removed` are options of before.
+//! Each sensor has two threads: `sensor` reads its source, and `publisher` sends what was found. Its handle makes
+//! messages between them. A full queue makes it skip messages, so that a slow network never holds up a sensor.
+//! `ending` ends all of it after a signal. `network` opens the session of Zenoh, `refused` has in words what that
+//! refuses, and `threads` gives it enough threads. `records` and `message` are what is published, and `ros` has the
+//! form that nodes of ROS 2 read. `removed` are options of before.
 
 mod arguments;
-mod board;
 mod ending;
-mod frames;
 mod message;
 mod network;
 mod publisher;

@@ -4,7 +4,6 @@
 //! numbers as NumPy arrays. What a Python program sees of them is in `wstac/`. Long calls release the interpreter's
 //! lock.
 
-mod board;
 mod config;
 mod dataset;
 mod model;

@@ -10,7 +10,9 @@ use wstac_core::model::file::Input;
 use wstac_core::params::{FEATURES, SAMPLE_FRAMES, TAXELS};
 use wstac_host::error::Error;
 use wstac_host::json::{JsonLine, within_ms};
+use wstac_host::monitor::Report;
 use wstac_host::output::{Output, Paths, SampleFrames};
+use wstac_host::plural::counted;
 use wstac_host::record::Recorder;
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
@@ -19,6 +21,9 @@ use wstac_train::dataset::path::path_sample;
 use wstac_train::model::trained::in_set_order;
 
 use crate::failed;
+
+/// The most notes that are kept of a board's line.
+const MOST_NOTES: usize = 1000;
 
 /// A thing that becomes an object, with the number of the frame that comes next: of the camera, or of a board's
 /// features.
@@ -43,6 +48,8 @@ pub(crate) struct Gathered {
     pub(crate) outputs: Vec<Found>,
     /// The camera frames, if they are asked for.
     pub(crate) frames: Option<Frames>,
+    /// What a board's line says to people.
+    pub(crate) notes: Vec<String>,
     /// The recording of what is pushed, if there is one.
     pub(crate) recorder: Option<Recorder>,
     /// Camera frames so far, lost ones included.
@@ -133,8 +140,9 @@ impl Gathered {
         let frames =
             self.frames.as_ref().map(|frames| Frames { size: frames.size, rate: frames.rate, ..Frames::default() });
         let recorder = self.recorder.take();
+        let notes = std::mem::take(&mut self.notes);
         let Self { count, last_frame, .. } = *self;
-        std::mem::replace(self, Self { frames, recorder, count, last_frame, ..Self::default() })
+        std::mem::replace(self, Self { frames, notes, recorder, count, last_frame, ..Self::default() })
     }
 
     fn take(&mut self, output: Output) {
@@ -150,18 +158,29 @@ impl Gathered {
         }
     }
 
-    /// Takes what a board has sent. Its features stand for a frame.
-    pub(crate) fn take_of_board(&mut self, found: Found) {
-        let Found::Output(_, output) = found else { return self.outputs.push(found) };
-        if let (Output::Features(features), Some(frames)) = (&output, &mut self.frames) {
-            frames.numbers.push(features.frame as i64);
-            frames.timestamps.push(features.time_ns.map_or(f64::NAN, |time| time as f64 / 1e9));
-            frames.taxels.extend([f32::NAN; TAXELS]);
-            frames.sums.extend([0; TAXELS]);
-            frames.stamps.push(features.stamp.map(|stamp| stamp.time));
-            self.last_frames.push(features.frame as i64);
+    /// Takes what a board has sent, but not its outputs. Its features stand for a frame.
+    fn take_report(&mut self, report: &Report) {
+        match report {
+            Report::Output(Output::Features(features)) => {
+                if let Some(frames) = &mut self.frames {
+                    frames.numbers.push(features.frame as i64);
+                    frames.timestamps.push(features.time_ns.map_or(f64::NAN, |time| time as f64 / 1e9));
+                    frames.taxels.extend([f32::NAN; TAXELS]);
+                    frames.sums.extend([0; TAXELS]);
+                    frames.stamps.push(features.stamp.map(|stamp| stamp.time));
+                }
+                (self.last_frame, self.count) = (features.frame, features.frame + 1);
+            }
+            Report::LostEvents(lost) => {
+                let message = format!("{} lost", counted(*lost, "event"));
+                self.outputs.push(Found::Fault(self.count, "lost_events", message));
+            }
+            Report::Note(note) => {
+                self.notes.truncate(MOST_NOTES - 1);
+                self.notes.push(note.clone());
+            }
+            _ => {}
         }
-        self.take(output);
     }
 
     /// Notes a camera frame that arrived as the last one of a feature frame that it or a loss has completed.
@@ -189,6 +208,10 @@ impl Observer for Gathered {
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), ReadFailure> {
         match (event, &mut self.frames) {
+            (SourceEvent::Report(report), _) => {
+                self.take_report(report);
+                Ok(())
+            }
             (SourceEvent::Frame(_), Some(Frames { size: Some(size), bytes, .. })) => {
                 bytes.try_reserve(*size).map_err(|_| ReadFailure::NoMemory)
             }

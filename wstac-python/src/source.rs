@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -28,7 +28,6 @@ use wstac_scene::SceneConfig;
 use wstac_scene::source::{SceneSource, script};
 use wstac_train::dataset::arrays::name;
 
-use crate::board::{Board, IS_BOARD};
 use crate::config::{Config, table};
 use crate::model::{Model, textures};
 use crate::outputs::{Frames, Gathered, ReadFailure, objects, shaped};
@@ -102,6 +101,7 @@ impl SourceOptions {
             delivery: if self.every { FramePolicy::Every } else { FramePolicy::Newest },
             keep_controls: self.keep_controls,
             controls: controls.collect(),
+            baud: self.baud,
             sensor: self.sensor.clone(),
         })
     }
@@ -133,16 +133,13 @@ type EndedRecording = (PathBuf, u64, u64, &'static str);
 /// The result of a recording that nobody has taken yet.
 type Ended = Option<Result<FinishedRecording, Error>>;
 
-/// What a stream reads.
-enum Input {
-    Station(Box<Station>),
-    Board(Box<Board>),
-}
+/// The reason why a board follows no order.
+const IS_BOARD: &str = "is a board, which finds its events itself; wstac board changes its settings";
 
 struct ReadState {
     /// `None` after the end: the file, camera or port is released.
-    input: Option<Input>,
-    /// Notes for a person about what nothing states of it, and about a board's line.
+    station: Option<Box<Station>>,
+    /// Notes for a person about what nothing states of it.
     notes: Vec<String>,
     /// The result of a recording that the end of the source or a full disk has ended.
     ended: Ended,
@@ -156,11 +153,18 @@ struct ReadState {
 /// Opens a source, as `wstac run` does.
 #[pyfunction]
 pub(crate) fn open_source(py: Python<'_>, spec: OsString, options: SourceOptions, features: bool) -> PyResult<Source> {
-    if let Some(port) = port_of(&spec) {
-        return Source::of_board(py, port, &options, features);
-    }
-    if options.baud.is_some() {
-        return Err(refused(format_args!("{}: is no board; leave baud out", spec.display())));
+    match (port_of(&spec), options.baud) {
+        (Some(port), baud) => {
+            if let Some(name) = options.not_of_boards() {
+                let message = format_args!("{}: a board finds events itself; leave {name} out", port.display());
+                return Err(refused(message));
+            }
+            if baud.is_some() && !port.as_encoded_bytes().starts_with(b"/") {
+                return Err(refused(format_args!("{}: is no serial line; leave baud out", port.display())));
+            }
+        }
+        (None, Some(_)) => return Err(refused(format_args!("{}: is no board; leave baud out", spec.display()))),
+        (None, None) => {}
     }
     let open_options = options.open()?;
     let source = waiting(py, || wstac::open_source(&spec, &open_options))?;
@@ -240,7 +244,7 @@ impl Source {
     /// Returns notes for a person about what nothing states of it.
     #[getter]
     fn notes(&self, py: Python<'_>) -> Vec<String> {
-        self.asked(py, |state| state.notes.clone())
+        self.asked(py, |state| state.notes.iter().chain(&state.gathered.notes).cloned().collect())
     }
 
     /// Returns the configuration that it is read with.
@@ -302,7 +306,7 @@ impl Source {
     fn stop_recording(&self, py: Python<'_>) -> PyResult<Option<EndedRecording>> {
         let ended = self.asked(py, |state| match state.ended.take() {
             Some(ended) => ended.map(Some),
-            None => state.station().map_or(Ok(None), Station::end_recording),
+            None => state.station.as_mut().map_or(Ok(None), |station| station.end_recording()),
         });
         let ended = ended.map_err(crate::failed_by)?;
         Ok(ended.map(|ended| {
@@ -313,7 +317,7 @@ impl Source {
 
     /// Returns whether a recording is in progress.
     fn is_recording(&self, py: Python<'_>) -> bool {
-        self.asked(py, |state| state.station().is_some_and(|station| station.recording().is_some()))
+        self.asked(py, |state| state.station.as_ref().is_some_and(|station| station.recording().is_some()))
     }
 
     /// Returns the next records, at least one; none at the end.
@@ -420,44 +424,30 @@ impl Source {
         if paced {
             station = station.paced();
         }
-        let (width, height) = info.size.into();
+        let shape = if info.is_board {
+            Default::default()
+        } else {
+            (stream::code(info.format), info.size.width().into(), info.size.height().into(), info.bytes_per_row)
+        };
         let notes = config.notes(&info).map(Cow::into_owned).collect();
         Ok(Self {
             about: info.about,
-            shape: (stream::code(info.format), width, height, info.bytes_per_row),
+            shape,
             rate: info.rate.into(),
-            has_times: info.clock == StreamClock::Driver,
+            has_times: info.clock != StreamClock::Frames,
             recorded: info.recorded.map_or_else(Recorded::default, |recorded| Recorded::clone(&recorded)),
             config: Mutex::new(config),
-            ros: info.format.facts().ros.filter(|_| !info.taxels_only),
-            frame_bytes: *whole_frame(station.processor()).end(),
+            ros: info.format.facts().ros.filter(|_| !info.taxels_only && !info.is_board),
+            frame_bytes: if info.is_board { 0 } else { *whole_frame(station.processor()).end() },
             asked: AtomicUsize::new(0),
-            state: ReadState::of(Input::Station(Box::new(station)), notes),
-        })
-    }
-
-    /// Opens the port of a board, which finds events itself.
-    fn of_board(py: Python<'_>, port: &OsStr, options: &SourceOptions, features: bool) -> PyResult<Self> {
-        if let Some(name) = options.not_of_boards() {
-            let message = format_args!("{}: a board finds events itself; leave {name} out", port.display());
-            return Err(refused(message));
-        }
-        let (baud, outputs) = (options.baud, options.outputs(features));
-        if baud.is_some() && !port.as_encoded_bytes().starts_with(b"/") {
-            return Err(refused(format_args!("{}: is no serial line; leave baud out", port.display())));
-        }
-        let board = waiting(py, || Board::open(port, baud, outputs))?;
-        Ok(Self {
-            about: format!("a board at {}", board.name()),
-            shape: (String::new(), 0, 0, 0),
-            rate: FrameRate::NOMINAL.into(),
-            has_times: true,
-            recorded: Recorded::default(),
-            config: Mutex::default(),
-            ros: None,
-            frame_bytes: 0,
-            asked: AtomicUsize::new(0),
-            state: ReadState::of(Input::Board(Box::new(board)), Vec::new()),
+            state: Mutex::new(ReadState {
+                station: Some(Box::new(station)),
+                notes,
+                ended: None,
+                gathered: Gathered::default(),
+                closed: false,
+                failure: None,
+            }),
         })
     }
 
@@ -474,13 +464,13 @@ impl Source {
         let about = &self.about;
         let followed = self.asked(py, |state| {
             let refuse = |kind, why: &str| Err(Error::new(kind, about, why));
-            let ReadState { input, ended, .. } = state;
-            match input {
-                Some(Input::Station(station)) if station.recording().is_some() => {
+            let ReadState { station, ended, .. } = state;
+            match station {
+                Some(station) if station.info().is_board => refuse(ErrorKind::Unsupported, IS_BOARD),
+                Some(station) if station.recording().is_some() => {
                     refuse(ErrorKind::Usage, "has a recording in progress; stop it first")
                 }
-                Some(Input::Station(station)) => follow(station, ended),
-                Some(Input::Board(_)) => refuse(ErrorKind::Unsupported, IS_BOARD),
+                Some(station) => follow(station, ended),
                 None => refuse(ErrorKind::Usage, "has ended"),
             }
         });
@@ -522,46 +512,27 @@ impl Source {
 }
 
 impl ReadState {
-    fn of(input: Input, notes: Vec<String>) -> Mutex<Self> {
-        let gathered = Gathered::default();
-        Mutex::new(Self { input: Some(input), notes, ended: None, gathered, closed: false, failure: None })
-    }
-
-    /// Returns the station, unless the source is a board or has ended.
-    fn station(&mut self) -> Option<&mut Station> {
-        match &mut self.input {
-            Some(Input::Station(station)) => Some(station),
-            _ => None,
-        }
-    }
-
     /// Takes one event of the source. Returns whether the source goes on.
     fn step(&mut self) -> bool {
-        let goes_on = match &mut self.input {
-            None => return false,
-            Some(Input::Station(station)) => {
-                let turn = station.advance(&mut self.gathered);
-                if let Some(ended) = station.take_recorded() {
-                    self.ended = Some(ended);
-                }
-                turn.map(|turn| turn != Turn::Over)
-            }
-            Some(Input::Board(board)) => board.step(&mut self.gathered, &mut self.notes).map_err(ReadFailure::Source),
-        };
-        match goes_on {
-            Ok(true) => return true,
-            Ok(false) => {}
+        let Some(station) = &mut self.station else { return false };
+        let turn = station.advance(&mut self.gathered);
+        if let Some(ended) = station.take_recorded() {
+            self.ended = Some(ended);
+        }
+        match turn {
+            Ok(Turn::Over) => {}
+            Ok(Turn::Read | Turn::Waited) => return true,
             Err(failure) => self.failure = Some(failure),
         }
-        self.input = None;
+        self.station = None;
         false
     }
 
     /// Releases what is read. A recording is complete then.
     fn close(&mut self) {
-        if let Some(ended) = self.station().and_then(|station| station.end_recording().transpose()) {
+        if let Some(ended) = self.station.as_mut().and_then(|station| station.end_recording().transpose()) {
             self.ended = Some(ended);
         }
-        self.closed |= self.input.take().is_some();
+        self.closed |= self.station.take().is_some();
     }
 }

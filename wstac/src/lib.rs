@@ -18,13 +18,15 @@ use self::source::open::{OpenOptions, SourceKind};
 
 /// The kinds of sources of this build besides files.
 pub const SOURCE_KINDS: &[&dyn SourceKind] = &[
+    #[cfg(feature = "board")]
+    &monitor::line::Boards,
     #[cfg(feature = "camera")]
     &linux::source::Cameras,
     #[cfg(feature = "scene")]
     &scene::source::Scenes,
 ];
 
-/// Opens a session over any source of frames by its name, with default options.
+/// Opens a session over any source by its name, with default options.
 ///
 /// [`Session::builder`] over [`open_source`] also takes options, a configuration and models.
 ///
@@ -34,7 +36,7 @@ pub fn open(name: impl AsRef<OsStr>) -> Result<Session, Error> {
     Session::builder(open_source(name, &OpenOptions::default())?).build()
 }
 
-/// Opens any source of frames by its name: a camera, a scene, a file, a folder or standard input.
+/// Opens any source by its name: a camera, a scene, a board, a file, a folder or standard input.
 ///
 /// # Errors
 /// As [`source::open::open`] with [`SOURCE_KINDS`].

@@ -3,13 +3,7 @@
 use std::ffi::OsString;
 
 use super::output::Stop;
-use super::records::{Form, Records};
-use super::run::board::OpenBoard;
-use super::signals::{Ending, finishing};
 use super::values::at_least;
-use wstac_host::monitor::line::BoardLine;
-use wstac_host::monitor::port::Port;
-use wstac_host::output::OutputOptions;
 
 /// Print the tactile events that a board finds
 ///
@@ -68,10 +62,11 @@ To record what a board sends:
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let Arguments { features, samples, motion, .. } = *arguments;
-    let wanted = OutputOptions { features, samples, motion, ..OutputOptions::default() };
-    let line = BoardLine::new(Port::open(&arguments.port, arguments.baud)?, wanted);
-    let interrupted = finishing(Ending::InTime);
-    let records = Records::new(Form::json_if(arguments.json));
-    OpenBoard { line, records, has_status: arguments.status, interrupted: &interrupted }.read()
+    let Arguments { json, features, samples, motion, status, baud, .. } = *arguments;
+    let mut source = OsString::from("board:");
+    source.push(&arguments.port);
+    let mut run = super::run::Arguments::default();
+    (run.sources, run.json, run.status, run.baud) = (vec![source], json, status, baud);
+    (run.features, run.samples, run.motion) = (features, samples, motion);
+    super::run::run(&run)
 }

@@ -1,6 +1,5 @@
 //! `wstac run` prints the events of one source, or of several at once.
 
-pub(super) mod board;
 mod no_event;
 mod range;
 mod read;
@@ -11,7 +10,7 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind;
 use clap::{Arg, ArgAction};
 
-use self::read::{Opened, Run};
+use self::read::{Reading, Run};
 use super::csv::Table;
 use super::files::{Outputs, check_ending, ends};
 use super::output::{Stop, note};
@@ -30,7 +29,7 @@ use wstac_host::source::names::{SensorSpec, sensors};
 /// what slides, as soon as they are certain: often half a second after the first light, at the latest after 70 frames.
 /// The first 25 frames (0.8 s at 30 frames per second) are the baseline: nothing may touch the sensor during them.
 /// Ctrl-C ends a camera.
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Default, clap::Args)]
 #[command(disable_help_flag = true, arg = help_flag(), after_help = help())]
 #[expect(clippy::struct_excessive_bools, reason = "each is an argument of its own")]
 pub(super) struct Arguments {
@@ -40,7 +39,7 @@ pub(super) struct Arguments {
     /// standard input), FILE.mcap, a video such as FILE.mp4, a folder of pictures, and a board such as /dev/ttyACM0;
     /// see wstac help sources.
     #[arg(required = true, value_name = "SOURCE")]
-    sources: Vec<OsString>,
+    pub(super) sources: Vec<OsString>,
 
     /// Read the configuration from this TOML file
     #[arg(long, value_name = "FILE")]
@@ -57,7 +56,7 @@ pub(super) struct Arguments {
 
     /// Print JSON Lines; short for --output-format json
     #[arg(long, conflicts_with = "output_format")]
-    json: bool,
+    pub(super) json: bool,
 
     /// Form of the records; by default that of the name of -o, or text
     #[arg(long, value_name = "FORM")]
@@ -80,29 +79,29 @@ pub(super) struct Arguments {
 
     /// Also print the ten features of every frame
     #[arg(long)]
-    features: bool,
+    pub(super) features: bool,
 
     /// Also print speed and direction of every frame while something slides
     ///
     /// For most slides (docs/ANSWERS.md), the first is printed at most three frames after the leading edge has crossed
     /// all whiskers. Of a ball, coin, corner or narrow block one is printed, as soon as it has left.
     #[arg(long)]
-    motion: bool,
+    pub(super) motion: bool,
 
     /// Also print the sample of every event, 10 × 70 numbers (JSON only)
     #[arg(long)]
-    samples: bool,
+    pub(super) samples: bool,
 
     /// Also report a board's state about once per second, on standard error
     ///
     /// It says how long the board runs, its frame rate, overruns, restarts, stack and temperature, as far as
     /// the board knows them.
     #[arg(long)]
-    status: bool,
+    pub(super) status: bool,
 
     /// Bits per second of a board's serial device; 115200 by default
     #[arg(long, value_name = "N", value_parser = at_least(1_u32))]
-    baud: Option<u32>,
+    pub(super) baud: Option<u32>,
 
     #[command(flatten)]
     options: SourceArguments,
@@ -232,7 +231,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let run =
         Run { arguments, form, table, destination: &destination, given: given.as_deref(), interrupted: &interrupted };
     let read = match &sensors[..] {
-        [only] => run.open(only).and_then(Opened::read),
+        [only] => run.open(only).and_then(Reading::read),
         _ => run.all(&sensors),
     };
     let written = destination.finish()?;

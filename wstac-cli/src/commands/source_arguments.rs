@@ -73,9 +73,13 @@ impl SourceArguments {
         Ok((source, info, config))
     }
 
-    /// Opens a source and returns it with its stream information, as the arguments change it.
+    /// Opens a source of frames and returns it with its stream information, as the arguments change it.
     pub(super) fn open(&self, source: &OsStr, delivery: FramePolicy) -> Result<(Box<dyn Source>, StreamInfo), Error> {
         let options = OpenOptions { delivery, sensor: self.sensor.clone(), ..self.options.clone() };
+        if port_of(source).is_some() {
+            let message = "is a board or its bytes, expected frames: wstac run, view and calibrate read a board";
+            return Err(Error::new(ErrorKind::Unsupported, source.display(), message));
+        }
         if Path::new(source).metadata().is_ok_and(|metadata| metadata.file_type().is_fifo()) {
             note(format_args!("{}: waits for Y4M from a program that writes to this pipe", source.display()));
         }
@@ -96,10 +100,6 @@ impl SourceArguments {
 
     /// Adds to an error what helps: the commands that read a board, or the option that names one of several sensors.
     fn with_advice(&self, source: &OsStr, error: Error) -> Error {
-        if port_of(source).is_some() {
-            let message = "is a board or its bytes, expected frames: wstac run, view and calibrate read a board";
-            return Error::new(error.kind(), source.display(), message);
-        }
         if has_board_bytes(source.as_ref()) {
             let message = "has a board's bytes, expected frames: wstac run, view and calibrate read them as board:FILE";
             return Error::new(error.kind(), source.display(), message);
@@ -115,14 +115,19 @@ impl SourceArguments {
         }
     }
 
-    /// Refuses the options of sources of frames, and files that only they need, for a source that is a board.
-    pub(super) fn expect_no_frames(&self, source: &OsStr, has_files: bool) -> Result<(), Error> {
+    /// Opens a board. Options of sources of frames, and files that only they need, are refused.
+    pub(super) fn open_board(
+        &self,
+        source: &OsStr,
+        baud: Option<u32>,
+        has_files: bool,
+    ) -> Result<Box<dyn Source>, Error> {
         self.expect_none(source)?;
         if has_files {
             let message = "is a board, whose firmware has its own; leave --config and --model out";
             return Err(Error::new(ErrorKind::Usage, source.display(), message));
         }
-        Ok(())
+        open(source, &OpenOptions { baud, ..OpenOptions::default() })
     }
 
     /// Refuses the options of a camera or a recording, for a source that is a board.

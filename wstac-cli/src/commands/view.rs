@@ -8,14 +8,14 @@ use super::output::{Stop, note};
 use super::removed::words;
 use super::source_arguments::{SourceArguments, models_of, open_models};
 use super::values::at_least;
-use crate::view::{BoardView, FramesView, run as show};
+use crate::view::{SourceView, run as show};
+use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::monitor::line::BoardLine;
-use wstac_host::monitor::port::{Port, port_of};
+use wstac_host::monitor::port::port_of;
 use wstac_host::output::OutputOptions;
 use wstac_host::plural::counted;
-use wstac_host::source::FramePolicy;
 use wstac_host::source::names::sensors;
+use wstac_host::source::{FramePolicy, Source};
 use wstac_host::station::Station;
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
@@ -89,16 +89,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let message = "is dumb, a terminal that shows only lines; wstac run prints events as lines";
         return Err(Error::new(ErrorKind::Unsupported, "TERM", message).into());
     }
-    let (state, signal) = match port_of(sensor.source) {
-        Some(port) => show(&mut board(sensor.source, port, arguments)?)?,
-        None => show(&mut frames(sensor.source, arguments)?)?,
-    };
+    let is_board = port_of(sensor.source).is_some();
+    let mut view = if is_board { board(sensor.source, arguments)? } else { frames(sensor.source, arguments)? };
+    let (state, signal) = show(&mut view)?;
     let (frames, events) = (counted(state.frame, "frame"), counted(state.events, "event"));
     note(format_args!("{frames}, {} dropped, {events}", state.dropped));
     signal.map_or(Ok(()), |signal| Err(Stop::Interrupted(signal)))
 }
 
-fn frames(source: &OsStr, arguments: &Arguments) -> Result<FramesView, Error> {
+fn frames(source: &OsStr, arguments: &Arguments) -> Result<SourceView, Error> {
     let refused = |message: String| Err(Error::new(ErrorKind::Usage, source.display(), message));
     if arguments.baud.is_some() {
         return refused("is no board; leave --baud out".to_owned());
@@ -113,11 +112,12 @@ fn frames(source: &OsStr, arguments: &Arguments) -> Result<FramesView, Error> {
     let given = open_models(&arguments.models)?;
     let textures = Textures::new(&models_of(given.as_deref(), source, &info, &config)?)?;
     let station = Station::new(opened, info, config, textures, OutputOptions::LIVE)?;
-    Ok(FramesView::new(if live { station } else { station.paced() }, live))
+    Ok(SourceView::new(if live { station } else { station.paced() }, live))
 }
 
-fn board(source: &OsStr, port: &OsStr, arguments: &Arguments) -> Result<BoardView, Error> {
+fn board(source: &OsStr, arguments: &Arguments) -> Result<SourceView, Error> {
     let has_files = arguments.config.is_some() || !arguments.models.is_empty();
-    arguments.options.expect_no_frames(source, has_files)?;
-    Ok(BoardView::new(BoardLine::new(Port::open(port, arguments.baud)?, OutputOptions::LIVE)))
+    let board = arguments.options.open_board(source, arguments.baud, has_files)?;
+    let (info, config) = (board.info().clone(), Config::default());
+    Ok(SourceView::new(Station::new(board, info, config, Textures::default(), OutputOptions::LIVE)?, true))
 }

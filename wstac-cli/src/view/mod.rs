@@ -1,13 +1,13 @@
 //! Shows a sensor on a terminal: picture, map, traces and events.
 //!
 //! One thread reads the sensor and keeps `state` up to date. Another one draws it at most 15 times per second and reads
-//! keys, so a slow terminal never delays the reading. `frames` reads a source of frames, `board` a board, `draw` draws,
-//! and `screen` has the terminal.
+//! keys, so a slow terminal never delays the reading. `source` reads the sensor, `board` takes what a board reports,
+//! `draw` draws, and `screen` has the terminal.
 
 mod board;
 mod draw;
-mod frames;
 mod screen;
+mod source;
 mod state;
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -16,9 +16,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-pub(crate) use self::board::BoardView;
-pub(crate) use self::frames::FramesView;
 use self::screen::{Key, Screen};
+pub(crate) use self::source::SourceView;
 use self::state::{About, State};
 use crate::commands::removed::words;
 use crate::commands::signals::{Ending as SignalEnding, finishing, number};
@@ -26,21 +25,6 @@ use wstac_host::error::Error;
 
 /// The longest wait between two checks for signals.
 const WAIT: Duration = Duration::from_millis(50);
-
-/// Something that is watched.
-pub(crate) trait ViewedSensor {
-    /// Returns the state before the first frame.
-    fn state(&self) -> State;
-
-    /// Reads or waits once, and brings the state up to date. Returns whether there is more to read.
-    ///
-    /// # Errors
-    /// The sensor cannot be read any further.
-    fn step(&mut self, state: &Mutex<State>) -> Result<bool, Error>;
-
-    /// Gathers a new baseline, or says why not.
-    fn rezero(&mut self, state: &mut State);
-}
 
 struct SharedView {
     state: Mutex<State>,
@@ -74,7 +58,7 @@ impl Drop for EndBoth<'_> {
 ///
 /// # Errors
 /// Returns an error if the terminal cannot be used, or the error of the sensor after the user quits.
-pub(crate) fn run(sensor: &mut impl ViewedSensor) -> Result<(State, Option<u8>), Error> {
+pub(crate) fn run(sensor: &mut SourceView) -> Result<(State, Option<u8>), Error> {
     finishing(SignalEnding::Restored);
     let shared = SharedView { state: Mutex::new(sensor.state()), quit: AtomicBool::new(false), signal: number() };
     let screen = Screen::open()?;
@@ -93,7 +77,7 @@ pub(crate) fn run(sensor: &mut impl ViewedSensor) -> Result<(State, Option<u8>),
 }
 
 /// Reads until the end is requested, and returns the error that the sensor ended with.
-fn read(sensor: &mut impl ViewedSensor, shared: &SharedView, keys: &Receiver<Key>) -> Option<Error> {
+fn read(sensor: &mut SourceView, shared: &SharedView, keys: &Receiver<Key>) -> Option<Error> {
     let (mut failure, mut is_over) = (None, false);
     while !shared.is_over() {
         match keys.recv_timeout(if is_over { WAIT } else { Duration::ZERO }) {
@@ -123,7 +107,7 @@ fn read(sensor: &mut impl ViewedSensor, shared: &SharedView, keys: &Receiver<Key
     failure
 }
 
-fn press(key: Key, sensor: &mut impl ViewedSensor, state: &mut State, is_over: bool) {
+fn press(key: Key, sensor: &mut SourceView, state: &mut State, is_over: bool) {
     match key {
         Key::Pause if !is_over => state.paused = !state.paused,
         Key::Rezero if !is_over => sensor.rezero(state),

@@ -79,10 +79,10 @@ impl BoardState {
         *self = Self { progress, clock, own_clock, lost_events: self.lost_events, ..Self::new(self.wanted) };
     }
 
-    /// Returns the end record for a board that gives none.
-    pub(super) fn finish(&self) -> Output {
+    /// Returns the state of the stream, which is the end record of a board that gives none.
+    pub(super) fn finish(&self) -> StreamSummary {
         let progress = StreamSummary { lost_events: self.lost_events, ..self.progress };
-        Output::End(self.clock.as_ref().map_or(progress, |clock| progress.by_clock(clock)))
+        self.clock.as_ref().map_or(progress, |clock| progress.by_clock(clock))
     }
 
     /// Returns the times of a frame by its number, as far as they are known.
@@ -156,7 +156,7 @@ impl BoardState {
             Message::End { stream, dropped } => {
                 self.status(stream, *dropped, reports);
                 self.ended = true;
-                reports.push(Report::Output(self.finish()));
+                reports.push(Report::Output(Output::End(self.finish())));
             }
             Message::Telemetry(telemetry) => self.telemetry(telemetry, reports),
             Message::Time { host_us, board_us } => {
@@ -230,7 +230,7 @@ impl BoardState {
             self.repeats += 1;
             reports.extend(self.requests().map(Report::Request));
         }
-        reports.push(Report::Telemetry(*telemetry));
+        reports.push(Report::Telemetry(*telemetry, self.own_clock.matched()));
     }
 
     /// Takes the time of the last frame. Until the clocks are matched, frames have no times; if they cannot be matched,

@@ -11,6 +11,7 @@ use std::time::{Duration, SystemTime};
 
 use wstac_core::wire::Request;
 
+pub use crate::frame_clock::ClockMatch;
 use crate::frame_clock::Stamp;
 
 /// The time between two requests while the board answers.
@@ -33,18 +34,6 @@ pub(super) struct ClockAnswer {
     offset: f64,
     /// Half of the time from request to answer.
     half: f64,
-}
-
-/// The match of a board's clock and this machine's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-#[non_exhaustive]
-pub struct ClockMatch {
-    /// The most that a time of the board may be wrong here, in milliseconds.
-    pub within_ms: f64,
-    /// This machine's monotonic time less the board's, in seconds.
-    pub offset_s: f64,
-    /// How much faster the board's clock runs, in millionths; `None` before ten seconds have passed.
-    pub fast_ppm: Option<f64>,
 }
 
 /// Matches the clock of a board with this machine's.

@@ -16,30 +16,14 @@ pub mod telemetry;
 use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
-use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, Telemetry, VERSION};
+use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, VERSION};
 
 use self::board::BoardState;
-use self::clock::ClockMatch;
 use self::foreign::Foreign;
 use crate::error::{Error, ErrorKind};
+pub use crate::output::Report;
 use crate::output::{Output, OutputOptions};
 use crate::plural::counted;
-
-/// The result of bytes of a link.
-// It is exhaustive: whoever drives it must handle every case.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Report {
-    /// An output as `wstac run` gives it.
-    Output(Output),
-    /// A message for people.
-    Note(String),
-    /// A request that should be sent to the board.
-    Request(Request),
-    /// The number of events that the board has sent and given up, and that never arrived.
-    LostEvents(u64),
-    /// The state of the board.
-    Telemetry(Telemetry),
-}
 
 /// Turns a link's bytes into reports.
 #[derive(Clone, Debug)]
@@ -85,11 +69,6 @@ impl Monitor {
         self.board.own_clock.set_now(monotonic, wall)
     }
 
-    /// Returns the match of the board's clock and this machine's; `None` before the board has answered.
-    pub fn clock_match(&self) -> Option<ClockMatch> {
-        self.board.own_clock.matched()
-    }
-
     /// Returns whether any message has arrived.
     pub fn heard(&self) -> bool {
         self.heard
@@ -110,12 +89,8 @@ impl Monitor {
     /// It returns whether the stream goes on.
     ///
     /// # Errors
-    /// The board speaks another version of the link, or `give` returns an error.
-    pub fn take<E: From<Error>>(
-        &mut self,
-        bytes: &[u8],
-        mut give: impl FnMut(Report) -> Result<(), E>,
-    ) -> Result<bool, E> {
+    /// The board speaks another version of the link.
+    pub fn take(&mut self, bytes: &[u8], mut give: impl FnMut(Report)) -> Result<bool, Error> {
         for (at, &byte) in bytes.iter().enumerate() {
             let is_echo = !self.heard && self.foreign.take(byte);
             match self.decoder.push::<Message>(byte) {
@@ -125,16 +100,17 @@ impl Monitor {
                     // Before the first message there is the end of one that was being sent.
                     let damaged = std::mem::take(&mut self.damaged);
                     if self.heard && (damaged > 0 || received.lost > 0) {
-                        give(gap(damaged, received.lost))?;
+                        give(gap(damaged, received.lost));
                     }
                     self.heard = true;
                     let mut reports = Vec::new();
                     self.board.take(&received.message, received.first, &mut reports);
-                    reports.into_iter().try_for_each(&mut give)?;
+                    if self.board.ended && bytes[at + 1..].iter().any(|byte| !b"\0\r\n".contains(byte)) {
+                        give(Report::Note("bytes after the end of the board's stream are not read".to_owned()));
+                    }
+                    // The end record is the last report.
+                    reports.into_iter().for_each(&mut give);
                     if self.board.ended {
-                        if bytes[at + 1..].iter().any(|byte| !b"\0\r\n".contains(byte)) {
-                            give(Report::Note("bytes after the end of the board's stream are not read".to_owned()))?;
-                        }
                         return Ok(false);
                     }
                 }
@@ -142,11 +118,11 @@ impl Monitor {
                     let age = if version > VERSION { "newer" } else { "older" };
                     let expected = format!("expected {VERSION}: it is {age} than this wstac");
                     let message = format!("speaks version {version} of the link, {expected}");
-                    return Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message).into());
+                    return Err(Error::new(ErrorKind::Unsupported, "the board's firmware", message));
                 }
                 Some(Err(DecodeError::Unknown)) => {
                     if !std::mem::replace(&mut self.unknown_said, true) {
-                        give(Report::Note("messages of a newer firmware are passed over".to_owned()))?;
+                        give(Report::Note("messages of a newer firmware are passed over".to_owned()));
                     }
                     self.heard = true;
                 }
@@ -154,7 +130,7 @@ impl Monitor {
                     self.heard = true;
                     self.refused += 1;
                     if is_reported(self.refused) {
-                        give(refusal(self.refused, quantity))?;
+                        give(refusal(self.refused, quantity));
                     }
                 }
                 // Damaged, or of a reason that is newer than this code.
@@ -166,7 +142,7 @@ impl Monitor {
 
     /// Ends the stream if the board does not, and returns the end record as far as it is known here.
     pub fn finish(&self) -> Output {
-        self.board.finish()
+        Output::End(self.board.finish())
     }
 }
 

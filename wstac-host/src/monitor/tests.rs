@@ -13,7 +13,7 @@ use wstac_core::rate::FrameRate;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::{Contact, Velocity};
 use wstac_core::touch::slip::Slip;
-use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Text, TextureAnswer, Wanted, encode};
+use wstac_core::wire::{Answers, Hello, LONGEST, Outbox, Telemetry, Text, TextureAnswer, Wanted, encode};
 
 use super::*;
 use crate::output::StreamSummary;
@@ -56,11 +56,7 @@ fn numbered<'m>(
 ) -> (Vec<Report>, Output) {
     let (mut monitor, mut reports) = (Monitor::new(wanted), Vec::new());
     for (sequence, message) in messages {
-        let give = |report| {
-            reports.push(report);
-            Ok::<_, Error>(())
-        };
-        monitor.take(encode(message, sequence, &mut [0; LONGEST]), give).unwrap();
+        monitor.take(encode(message, sequence, &mut [0; LONGEST]), |report| reports.push(report)).unwrap();
     }
     (reports, monitor.finish())
 }
@@ -303,14 +299,11 @@ impl Linked {
         self.sent += 1;
         self.damaged += u64::from(bytes != whole);
         let mut requests = Vec::new();
-        let taken = self.monitor.take(&bytes, |report| {
-            match report {
-                Report::Request(request) => requests.push(request),
-                Report::LostEvents(lost) => self.lost += lost,
-                Report::Output(Output::Event(event)) => self.arrived.push(event.frame),
-                _ => {}
-            }
-            Ok::<(), Error>(())
+        let taken = self.monitor.take(&bytes, |report| match report {
+            Report::Request(request) => requests.push(request),
+            Report::LostEvents(lost) => self.lost += lost,
+            Report::Output(Output::Event(event)) => self.arrived.push(event.frame),
+            _ => {}
         });
         assert!(taken.unwrap());
         self.request(&requests);
@@ -387,7 +380,8 @@ fn requests_that_were_lost_are_repeated_but_not_for_ever() {
     let mut wanted = Wanted::default();
     wanted.kept_events = true;
     telemetry.wanted = wanted;
-    assert_eq!(reports(OutputOptions::default(), &[Message::Telemetry(telemetry)]).0, [Report::Telemetry(telemetry)]);
+    let (found, _) = reports(OutputOptions::default(), &[Message::Telemetry(telemetry)]);
+    assert_eq!(found, [Report::Telemetry(telemetry, None)]);
 }
 
 #[test]
@@ -543,7 +537,6 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
                 assert_possible(output);
                 outputs += 1;
             }
-            Ok::<(), Error>(())
         });
         assert!(taken.is_ok(), "round {round}");
         refused += monitor.refused();

@@ -3,7 +3,7 @@
 use std::time::{Duration, SystemTime};
 
 use wstac_core::paper::trigger::InterruptedSample;
-use wstac_core::wire::{FrameTime, LONGEST, encode};
+use wstac_core::wire::{FrameTime, LONGEST, Telemetry, encode};
 
 use super::tests::hello;
 use super::*;
@@ -32,7 +32,6 @@ impl Live {
             if let Report::Output(output) = report {
                 outputs.push(output);
             }
-            Ok::<_, Error>(())
         };
         self.monitor.take(encode(message, self.sequence, &mut [0; LONGEST]), give).unwrap();
         self.sequence += 1;
@@ -81,7 +80,7 @@ fn times_are_this_machines_once_the_clocks_are_matched() {
     let since = stamp.time.duration_since(SystemTime::UNIX_EPOCH + Duration::from_secs(1_700_000_000)).unwrap();
     assert_eq!(since.as_nanos(), u128::from(record.time_ns.unwrap()));
     assert!((Duration::from_millis(1)..Duration::from_millis(2)).contains(&stamp.within), "{stamp:?}");
-    let found = live.monitor.clock_match().unwrap();
+    let found = live.monitor.board.own_clock.matched().unwrap();
     assert!((found.offset_s - 80.0).abs() < 1e-6, "{found:?}");
     assert_eq!(live.end().clock, StreamClock::Board);
     // The camera is slower than agreed on: frames between two states have times between them.

@@ -270,7 +270,7 @@ impl Recorder {
         let time = match event {
             SourceEvent::Frame(frame) => self.time.place(frame.timestamp).0,
             SourceEvent::Taxels(frame) => self.time.place(frame.timestamp).0,
-            SourceEvent::Lost { .. } | SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => self.now(),
+            _ => self.now(),
         };
         turn.wait(time, matches!(event, SourceEvent::End))
     }
@@ -304,7 +304,7 @@ impl Recorder {
                 self.time.frames = self.time.frames.saturating_add(*frames);
                 self.lost(*frames, reason.name());
             }
-            SourceEvent::Taxels(_) | SourceEvent::Fault(_) | SourceEvent::Waiting | SourceEvent::End => {}
+            _ => {}
         }
     }
 

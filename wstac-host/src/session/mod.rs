@@ -25,8 +25,8 @@ use crate::config::Config;
 use crate::error::Error;
 use crate::model_file::ModelFile;
 use crate::output::{Output, OutputOptions};
-use crate::source::open::{OpenOptions, open};
-use crate::source::{Lag, Source, SourceEvent, StreamInfo, config_of};
+use crate::source::open::{OpenOptions, SourceKind, open};
+use crate::source::{Lag, Source, SourceEvent, StreamInfo, board_refusal, config_of};
 use crate::texture::Textures;
 
 /// Reads a source through the core: an iterator of typed outputs.
@@ -125,7 +125,7 @@ impl Session {
         Self::builder(Pushed(info))
     }
 
-    /// Opens a file, a folder of pictures or standard input, with the default options.
+    /// Opens a file, a folder of pictures, standard input or a board, with the default options.
     ///
     /// [`open()`] has all options. It also opens cameras and scenes, if the program passes the kinds of `wstac-linux`
     /// and `wstac-scene`.
@@ -133,7 +133,11 @@ impl Session {
     /// # Errors
     /// The source cannot be opened, or its configuration does not fit it.
     pub fn open(name: impl AsRef<OsStr>) -> Result<Self, Error> {
-        Self::builder(open(name, &OpenOptions::default(), &[])?).build()
+        let kinds: &[&dyn SourceKind] = &[
+            #[cfg(feature = "board")]
+            &crate::monitor::line::Boards,
+        ];
+        Self::builder(open(name, &OpenOptions::default(), kinds)?).build()
     }
 
     /// Returns what all frames of the source have in common.
@@ -215,6 +219,9 @@ impl Session {
     /// # Errors
     /// The observer returns an error.
     pub fn finish<O: Observer>(&mut self, observer: &mut O) -> Result<(), O::Error> {
+        if !self.is_over && self.source.stop() {
+            while self.step(observer)? == Step::GoesOn {}
+        }
         if std::mem::replace(&mut self.is_over, true) {
             return Ok(());
         }
@@ -356,13 +363,17 @@ impl SessionBuilder {
     /// Builds the session.
     ///
     /// # Errors
-    /// The source's own configuration or a model cannot be used, or layout, format and configuration do not fit each
-    /// other.
+    /// The source's own configuration or a model cannot be used, layout, format and configuration do not fit each
+    /// other, or a board is given more than outputs.
     pub fn build(self) -> Result<Session, Error> {
-        let Self { source, info, config, models, textures, options, baseline } = self;
+        let Self { mut source, info, config, models, textures, options, baseline } = self;
+        source.request(options);
         let info = info.as_ref().unwrap_or_else(|| source.info());
         let config = config_of(info, config)?;
         let textures = textures.map_or_else(|| Textures::new(&models), Ok)?;
+        if info.is_board && (!textures.names().is_empty() || baseline.is_some()) {
+            return Err(board_refusal(info));
+        }
         let mut processor = Processor::new(info, &config, options)?.with_textures(textures);
         if let Some((mut source, seconds)) = baseline {
             processor.gather_baseline(&mut source, seconds)?;

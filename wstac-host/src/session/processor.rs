@@ -18,6 +18,8 @@ use super::sums::FrameSums;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
 use crate::frame_clock::FrameClock;
+#[cfg(feature = "board")]
+use crate::output::Report;
 use crate::output::{
     Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
     MotionReport, Output, OutputOptions, ReadoutUsed, RecordTimes, SlipReport, StreamSummary, TactileEvent,
@@ -238,11 +240,16 @@ impl Processor {
     pub fn process<E>(
         &mut self,
         event: &SourceEvent<'_>,
-        emit: impl FnMut(Output) -> Result<(), E>,
+        mut emit: impl FnMut(Output) -> Result<(), E>,
     ) -> Result<bool, E> {
         let frame = self.pipeline.next_frame();
         match event {
             SourceEvent::Waiting => {}
+            #[cfg(feature = "board")]
+            SourceEvent::Report(report) => {
+                let Report::Output(output) = report else { return Ok(true) };
+                return emit(output.clone()).map(|()| !matches!(output, Output::End(_)));
+            }
             SourceEvent::Fault(fault) => {
                 let Doubts { uneven, fast, .. } = &mut self.answers.doubts;
                 match fault.kind {
@@ -449,6 +456,8 @@ impl Processor {
                     is_doubted = (is_doubted || fault.kind == FaultKind::Uneven) && fault.kind != FaultKind::Even;
                     continue;
                 }
+                #[cfg(feature = "board")]
+                SourceEvent::Report(_) => continue,
                 SourceEvent::Waiting => continue,
                 SourceEvent::End => {
                     let message = format_args!("ends before the baseline from {from_s} s on is complete");

@@ -144,7 +144,8 @@ impl Config {
     /// what is not used.
     pub fn notes(&self, info: &StreamInfo) -> impl Iterator<Item = Cow<'static, str>> {
         let stated = self.layout_note(info).into_iter().chain(self.readout_note(info)).chain(self.doubts());
-        stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned))
+        let notes = stated.map(Cow::Borrowed).chain(self.rate_note(info).map(Cow::Owned));
+        notes.filter(|_| !info.is_board)
     }
 
     /// Returns the parameters of motion by arrival times for the frames of a source, whatever the law is.

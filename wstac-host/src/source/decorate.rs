@@ -4,6 +4,7 @@ mod rate_watch;
 
 use super::{Source, SourceEvent, StreamInfo};
 use crate::error::Error;
+use crate::output::OutputOptions;
 
 pub use rate_watch::RateWatch;
 
@@ -45,6 +46,14 @@ impl<S: Source> Source for Limited<S> {
                 event
             }
         })
+    }
+
+    fn request(&mut self, outputs: OutputOptions) {
+        self.source.request(outputs);
+    }
+
+    fn stop(&mut self) -> bool {
+        self.source.stop()
     }
 }
 

@@ -48,11 +48,14 @@ pub use wstac_core::touch::motion::{ReadoutTime, RowOrder};
 use crate::camera::CameraState;
 use crate::config::Config;
 use crate::error::{Error, ErrorKind};
+use crate::output::OutputOptions;
+#[cfg(feature = "board")]
+use crate::output::Report;
 
 pub use self::crop::Crop;
 pub use self::spacing::PushedTimes;
 pub use crate::frame_clock::{Stamp, StreamClock};
-pub use crate::reasons::{FaultKind, LossCounts, LossReason};
+pub use crate::reasons::{Fault, FaultKind, LossCounts, LossReason, Remedy};
 
 /// The part of a rate by which another one may differ without being reported.
 pub(crate) const RATE_OFF: f64 = 0.02;
@@ -85,6 +88,9 @@ pub struct StreamInfo {
     pub is_simulated: bool,
     /// Whether it gives taxel sums instead of bytes.
     pub taxels_only: bool,
+    /// Whether it is a board, which finds its outputs itself: it gives no frames, and their size and rate are unknown
+    /// here.
+    pub is_board: bool,
     /// The part of its frames that is known; `None` if all is. The rest is black, and no taxel may be there.
     pub crop: Option<Crop>,
     /// One line for a person: the source and its frames.
@@ -138,69 +144,6 @@ pub struct Lag {
     pub skipped: u64,
     /// The time from the driver's timestamp of the last frame to the moment when it was handed out.
     pub latency: Option<Duration>,
-}
-
-/// A fault of a source that continues after it.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Fault {
-    /// Its kind.
-    pub kind: FaultKind,
-    /// The fault in words for people, without the remedy.
-    pub message: String,
-    /// The action of the source; `None` if it needs no words.
-    pub remedy: Option<Remedy>,
-}
-
-/// The action of a source after a fault.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[non_exhaustive]
-pub enum Remedy {
-    /// It waits for the same camera.
-    AwaitCamera,
-    /// It waits for the signal of its input.
-    AwaitSignal,
-    /// It starts the camera again and again until that works.
-    Retry,
-}
-
-impl Remedy {
-    const ALL: [Self; 3] = [Self::AwaitCamera, Self::AwaitSignal, Self::Retry];
-}
-
-impl fmt::Display for Remedy {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::AwaitCamera => "waiting for the same camera, Ctrl-C ends",
-            Self::AwaitSignal => "waiting for it",
-            Self::Retry => "tried again until it starts",
-        })
-    }
-}
-
-impl Fault {
-    /// Creates a fault without a remedy.
-    pub fn new(kind: FaultKind, message: impl Into<String>) -> Self {
-        Self { kind, message: message.into(), remedy: None }
-    }
-
-    /// Creates a fault from the text of a recorded one, which [`Display`](fmt::Display) made.
-    pub fn from_text(kind: FaultKind, text: &str) -> Self {
-        for remedy in Remedy::ALL {
-            let message = text.strip_suffix(&remedy.to_string()).and_then(|text| text.strip_suffix("; "));
-            if let Some(message) = message {
-                return Self { kind, message: message.to_owned(), remedy: Some(remedy) };
-            }
-        }
-        Self::new(kind, text)
-    }
-}
-
-/// Writes the message, then the remedy. The kind is not part of the text.
-impl fmt::Display for Fault {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.message)?;
-        self.remedy.map_or(Ok(()), |remedy| write!(f, "; {remedy}"))
-    }
 }
 
 /// A frame of a source.
@@ -292,6 +235,9 @@ pub enum SourceEvent<'a> {
     },
     /// A fault occurred. Frames may follow.
     Fault(Fault),
+    /// A board has found something, or says something. A session hands its outputs on.
+    #[cfg(feature = "board")]
+    Report(Report),
     /// No event yet: a live source's wait ended without a frame. Ask again.
     Waiting,
     /// No more frames.
@@ -349,6 +295,17 @@ pub trait Source: Send {
     /// # Errors
     /// The source cannot be read any further. What was read before stays valid.
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error>;
+
+    /// Asks a board for these outputs, before its first event. Other sources ignore it: a session finds them.
+    fn request(&mut self, outputs: OutputOptions) {
+        let _ = outputs;
+    }
+
+    /// Ends a board before it ends itself: the events that it still has follow, the last with an
+    /// [`Output::End`](crate::output::Output::End). Returns false for other sources, which are just not read any more.
+    fn stop(&mut self) -> bool {
+        false
+    }
 }
 
 /// A box of a source is one, and so is a reference to one.
@@ -359,6 +316,14 @@ impl<P: DerefMut<Target: Source> + Send> Source for P {
 
     fn next_event(&mut self) -> Result<SourceEvent<'_>, Error> {
         (**self).next_event()
+    }
+
+    fn request(&mut self, outputs: OutputOptions) {
+        (**self).request(outputs);
+    }
+
+    fn stop(&mut self) -> bool {
+        (**self).stop()
     }
 }
 
@@ -386,6 +351,7 @@ impl StreamInfo {
             row_order: RowOrder::Down,
             is_simulated: false,
             taxels_only: false,
+            is_board: false,
             crop: None,
             about,
             camera: None,
@@ -402,13 +368,21 @@ impl StreamInfo {
 /// Returns the configuration for a source: the one that is given, else the source's own, else the default.
 ///
 /// # Errors
-/// The source's own configuration cannot be used. The error names the source.
+/// The source's own configuration cannot be used, or one is given for a board. The error names the source.
 pub fn config_of(info: &StreamInfo, given: Option<Config>) -> Result<Config, Error> {
     match (given, &info.recorded) {
+        (Some(_), _) if info.is_board => Err(board_refusal(info)),
         (Some(given), _) => Ok(given),
         (None, Some(own)) => Config::parse(&own.configuration).map_err(|error| error.about(&info.about)),
         (None, None) => Ok(Config::default()),
     }
+}
+
+/// Returns the error of an order that only a source of frames can follow.
+pub(crate) fn board_refusal(info: &StreamInfo) -> Error {
+    let message = "is a board, which finds its events itself: it takes no configuration, model, baseline or recording \
+                   here; wstac board changes its settings";
+    Error::new(ErrorKind::Unsupported, &info.about, message)
 }
 
 #[cfg(test)]
@@ -416,18 +390,6 @@ mod tests {
     use super::*;
     use wstac_core::layout::Layout;
 
-    #[test]
-    fn faults_survive_a_recording() {
-        let remedies = Remedy::ALL.into_iter().map(Some).chain([None]);
-        for remedy in remedies {
-            let fault = Fault { remedy, ..Fault::new(FaultKind::Disconnected, "no frame; check the cable") };
-            assert_eq!(Fault::from_text(FaultKind::Disconnected, &fault.to_string()), fault);
-        }
-        let fault = Fault { remedy: Some(Remedy::AwaitSignal), ..Fault::new(FaultKind::NoSignal, "no signal") };
-        assert_eq!(fault.to_string(), "no signal; waiting for it");
-        let other = "no signal; waiting for it, of a newer program";
-        assert_eq!(Fault::from_text(FaultKind::NoSignal, other), Fault::new(FaultKind::NoSignal, other));
-    }
     #[test]
     fn numbers_from_outside_are_sums_or_refused() {
         let gray = Any::new(PixelFormat::Gray, YcbcrEncoding::default(), YcbcrMethod::Exact);

@@ -67,6 +67,10 @@ pub struct OpenOptions {
     #[cfg_attr(feature = "clap", arg(long = "control", value_name = "NAME=VALUE", value_parser = option_text::control))]
     pub controls: Vec<ControlSetting>,
 
+    /// Bits per second of a board's serial device; 115200 by default.
+    #[cfg_attr(feature = "clap", arg(skip))]
+    pub baud: Option<u32>,
+
     /// The choice of frames of a camera that are handed out if the program is slower.
     #[cfg_attr(feature = "clap", arg(skip))]
     pub delivery: FramePolicy,

@@ -321,7 +321,7 @@ impl PushedTimes {
             }
             SourceEvent::Lost { frames, .. } => self.spacing.lose(*frames),
             SourceEvent::End => self.spacing.finish(),
-            SourceEvent::Fault(_) | SourceEvent::Waiting => {}
+            _ => {}
         }
         let event = self.spacing.placed(event);
         let before: VecDeque<SourceEvent<'a>> = std::mem::take(&mut self.spacing.ready);

@@ -8,6 +8,8 @@ use wstac_host::session::Processor;
 /// The light of a run, and whether it had events.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct NoEvent {
+    /// Whether it is a board, of which the light is not known.
+    pub(super) is_board: bool,
     /// Whether there was an event, or a sample that is not complete.
     is_answered: bool,
     /// Whether a frame was seen, and whether the baseline was complete.
@@ -27,7 +29,10 @@ impl NoEvent {
     pub(super) fn output(&mut self, output: &Output) {
         self.is_answered |= match output {
             Output::Event(_) | Output::Interrupted(_) => true,
-            Output::End(summary) => summary.incomplete.is_some(),
+            Output::End(summary) => {
+                let is_known = !self.is_board || (summary.frames > 0 && !summary.baseline_complete);
+                summary.incomplete.is_some() || !is_known
+            }
             _ => false,
         };
     }

@@ -15,15 +15,14 @@ use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
 use super::super::source_arguments::{doubts_of_textures, models_of};
 use super::Arguments;
-use super::board::OpenBoard;
 use super::no_event::NoEvent;
 use super::range::Range;
 use wstac_core::params::LONGEST_FILLED_GAP;
 use wstac_core::reason::Reason;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
-use wstac_host::monitor::line::BoardLine;
-use wstac_host::monitor::port::{Port, port_of};
+use wstac_host::monitor::port::port_of;
+use wstac_host::monitor::{Report, telemetry};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::plural::counted;
 use wstac_host::session::{Observer, Processor, Session, Step};
@@ -46,23 +45,13 @@ pub(super) struct Run<'a> {
     pub(super) interrupted: &'a AtomicBool,
 }
 
-/// A sensor that is ready for reading.
-pub(super) enum Opened<'a> {
-    Frames(Box<Reading<'a>>),
-    /// A board, which finds its events itself.
-    Board(Box<OpenBoard<'a>>),
-}
-
 impl<'a> Run<'a> {
     /// Opens a sensor.
     ///
     /// # Errors
     /// Returns an error if the source, the configuration or a model cannot be used.
-    pub(super) fn open(self, sensor: &NamedSource) -> Result<Opened<'a>, Stop> {
-        match port_of(&sensor.source) {
-            Some(port) => self.open_board(sensor, port).map(|board| Opened::Board(Box::new(board))),
-            None => self.open_frames(sensor).map(|frames| Opened::Frames(Box::new(frames))),
-        }
+    pub(super) fn open(self, sensor: &NamedSource) -> Result<Reading<'a>, Stop> {
+        if port_of(&sensor.source).is_some() { self.open_board(sensor) } else { self.open_frames(sensor) }
     }
 
     fn records(self, sensor: &NamedSource) -> Records<'a> {
@@ -79,8 +68,8 @@ impl<'a> Run<'a> {
         OutputOptions { features, samples, motion, ..OutputOptions::default() }
     }
 
-    fn open_board(self, sensor: &NamedSource, port: &OsStr) -> Result<OpenBoard<'a>, Stop> {
-        let Self { arguments, interrupted, .. } = self;
+    fn open_board(self, sensor: &NamedSource) -> Result<Reading<'a>, Stop> {
+        let arguments = self.arguments;
         let Arguments { frames, since, until, save_raw, baseline_at, .. } = arguments;
         let has_times = since.is_some() || until.is_some() || baseline_at.is_some();
         if frames.is_some() || has_times || save_raw.is_some() {
@@ -89,14 +78,37 @@ impl<'a> Run<'a> {
             return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message).into());
         }
         let has_files = arguments.config.is_some() || !arguments.models.is_empty();
-        arguments.options.expect_no_frames(&sensor.source, has_files)?;
-        let line = BoardLine::new(Port::open(port, arguments.baud)?, self.wanted());
+        let board = arguments.options.open_board(&sensor.source, arguments.baud, has_files)?;
+        let session = Session::builder(board).outputs(self.wanted()).build()?;
         finishing(self.ending());
-        Ok(OpenBoard { line, records: self.records(sensor), has_status: arguments.status, interrupted })
+        let hint = "no model was given: wstac board --model builtin sends one to firmware with the feature models";
+        Ok(self.reading(session, self.records(sensor), Some(hint)))
+    }
+
+    fn reading(self, session: Session, records: Records<'a>, hint: Option<&'static str>) -> Reading<'a> {
+        let Self { arguments, interrupted, .. } = self;
+        let mut no_event = NoEvent::default();
+        no_event.is_board = session.info().is_board;
+        let printer = Printer {
+            records,
+            raw: None,
+            range: Range::new(arguments.since, arguments.until),
+            outputs: VecDeque::new(),
+            losses: LossReport::default(),
+            no_event,
+            uneven: None,
+            unreliable: 0,
+            hint,
+            has_status: arguments.status,
+            lost_events: 0,
+            read_ns: 0,
+            printed_ns: 0,
+        };
+        Reading { session, printer, interrupted, ended: None }
     }
 
     fn open_frames(self, sensor: &NamedSource) -> Result<Reading<'a>, Stop> {
-        let Self { arguments, given, interrupted, .. } = self;
+        let Self { arguments, given, .. } = self;
         let records = self.records(sensor);
         if arguments.baseline_at.is_some() && !can_be_read_again(&sensor.source) {
             let message = "can be read only once, expected a file, a folder or a scene with --baseline-at";
@@ -135,12 +147,9 @@ impl<'a> Run<'a> {
             return Err(Error::new(ErrorKind::Unsupported, &info.about, message).into());
         }
         let raw = arguments.save_raw.as_deref().map(RawFile::create).transpose()?;
-        let range = Range::new(arguments.since, arguments.until);
-        let (losses, no_event, outputs) = Default::default();
-        let (uneven, unreliable, read_ns, printed_ns) = Default::default();
-        let printer =
-            Printer { records, raw, range, outputs, losses, no_event, uneven, unreliable, hint, read_ns, printed_ns };
-        Ok(Reading { session, printer, interrupted, ended: None })
+        let mut reading = self.reading(session, records, hint);
+        reading.printer.raw = raw;
+        Ok(reading)
     }
 
     /// Reads all sensors, after all of them were opened. Each continues to its own end if others fail.
@@ -218,26 +227,7 @@ impl<'a> Run<'a> {
     }
 }
 
-impl Opened<'_> {
-    /// Reads until the source ends or fails, or a signal requests the end. The end
-    /// record is always written.
-    ///
-    /// # Errors
-    /// Returns the error of the source, or of writing.
-    pub(super) fn read(self) -> Result<(), Stop> {
-        let mut reading = match self {
-            Self::Frames(reading) => *reading,
-            Self::Board(board) => return board.read(),
-        };
-        loop {
-            if let Some(ended) = reading.go_on() {
-                return ended;
-            }
-        }
-    }
-}
-
-/// A source of frames that is ready for reading, or is being read.
+/// A source that is ready for reading, or is being read.
 pub(super) struct Reading<'a> {
     session: Session,
     printer: Printer<'a>,
@@ -247,6 +237,18 @@ pub(super) struct Reading<'a> {
 }
 
 impl Reading<'_> {
+    /// Reads until the source ends or fails, or a signal requests the end. The end record is always written.
+    ///
+    /// # Errors
+    /// Returns the error of the source, or of writing.
+    pub(super) fn read(mut self) -> Result<(), Stop> {
+        loop {
+            if let Some(ended) = self.go_on() {
+                return ended;
+            }
+        }
+    }
+
     /// Returns the time of what it does next: of the output that it prints, or up to which it has read. No output that
     /// follows is about an earlier frame, apart from answers about a touch that is over.
     fn next_ns(&self) -> u64 {
@@ -333,6 +335,9 @@ struct Printer<'a> {
     unreliable: u64,
     /// The note for the first slide without a texture because there is no model.
     hint: Option<&'static str>,
+    /// Whether the state of a board is reported, and the number of its events that were lost.
+    has_status: bool,
+    lost_events: u64,
     /// The time of the last frame that was read, in nanoseconds.
     read_ns: u64,
     /// The latest time of what was printed.
@@ -344,7 +349,8 @@ impl Printer<'_> {
     fn print_next(&mut self, processor: &Processor) -> Result<bool, Stop> {
         let Some(output) = self.outputs.pop_front() else { return Ok(false) };
         if let Some((output, time_s)) = self.range.select(output, processor) {
-            self.records.write_at(&output, time_s)?;
+            // The rate of a board is not known here, and its records have their own times.
+            self.records.write_at(&output, time_s.filter(|_| !self.no_event.is_board))?;
         }
         Ok(true)
     }
@@ -363,6 +369,15 @@ impl Observer for Printer<'_> {
             }
             SourceEvent::Fault(fault) if matches!(fault.kind, FaultKind::Uneven | FaultKind::Spacing) => {
                 self.uneven = Some(fault.to_string());
+            }
+            SourceEvent::Report(Report::Note(text)) => self.records.note(text),
+            SourceEvent::Report(Report::LostEvents(lost)) => {
+                self.lost_events += lost;
+                let (lost, all) = (counted(*lost, "event"), self.lost_events);
+                self.records.note(format_args!("{lost} lost, {all} since the start"));
+            }
+            SourceEvent::Report(Report::Telemetry(state, clock)) if self.has_status => {
+                self.records.note(format_args!("the board: {}", telemetry::in_words(state, *clock)));
             }
             _ => {}
         }
@@ -400,7 +415,7 @@ impl Observer for Printer<'_> {
 }
 
 /// Returns whether an event has a speed, but no texture because there is no model.
-pub(super) fn lacks_model(output: &Output) -> bool {
+fn lacks_model(output: &Output) -> bool {
     matches!(output, Output::Event(event) if event.speed.is_ok() && event.texture == Err(NoTexture::NoModel))
 }
 

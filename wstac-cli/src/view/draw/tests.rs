@@ -11,26 +11,24 @@ use super::colors::{LIT, WARNING};
 use super::*;
 use crate::open;
 use crate::view::state::About;
-use crate::view::{BoardView, FramesView, ViewedSensor, locked};
+use crate::view::{SourceView, locked};
 use wstac_core::wire::{Fault, LONGEST, Message, Telemetry, encode};
 use wstac_host::config::Config;
-use wstac_host::monitor::line::BoardLine;
-use wstac_host::monitor::port::Port;
 use wstac_host::output::OutputOptions;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::station::Station;
 use wstac_host::texture::Textures;
 
-/// Returns a scene with small frames.
-fn scene(name: &str) -> FramesView {
-    let source = open(name, &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() }).unwrap();
+/// Returns a board, or a scene with small frames.
+fn view(name: impl AsRef<std::ffi::OsStr>, size: Option<(u32, u32)>) -> SourceView {
+    let source = open(name, &OpenOptions { size, ..OpenOptions::default() }).unwrap();
     let info = source.info().clone();
     let station = Station::new(source, info, Config::default(), Textures::default(), OutputOptions::LIVE);
-    FramesView::new(station.unwrap(), false)
+    SourceView::new(station.unwrap(), size.is_none())
 }
 
 /// Reads so many times, or to the end.
-fn play(sensor: &mut impl ViewedSensor, state: &Mutex<State>, steps: u32) {
+fn play(sensor: &mut SourceView, state: &Mutex<State>, steps: u32) {
     for _ in 0..steps {
         locked(state).wants_picture = true;
         if !sensor.step(state).unwrap() {
@@ -41,7 +39,7 @@ fn play(sensor: &mut impl ViewedSensor, state: &Mutex<State>, steps: u32) {
 
 /// Returns the state after this many items of a scene.
 fn after(name: &str, items: u32) -> State {
-    let mut frames = scene(name);
+    let mut frames = view(name, Some((320, 180)));
     let state = Mutex::new(frames.state());
     play(&mut frames, &state, items);
     state.into_inner().unwrap()
@@ -167,7 +165,7 @@ fn a_trace_above_its_threshold_looks_otherwise() {
 
 #[test]
 fn re_zero_gathers_a_new_baseline() {
-    let mut frames = scene("scene:Saw3@150");
+    let mut frames = view("scene:Saw3@150", Some((320, 180)));
     let state = Mutex::new(frames.state());
     play(&mut frames, &state, 50);
     assert_eq!(locked(&state).doing.0, About::Event);
@@ -221,7 +219,7 @@ fn a_board_is_shown_by_its_messages() {
     }
     let file = std::env::temp_dir().join(format!("wstac-view-board-{}", std::process::id()));
     fs::write(&file, bytes).unwrap();
-    let mut board = BoardView::new(BoardLine::new(Port::open(&file, None).unwrap(), OutputOptions::LIVE));
+    let mut board = view(&file, None);
     let state = Mutex::new(board.state());
     play(&mut board, &state, 100);
     fs::remove_file(&file).unwrap();

@@ -137,6 +137,8 @@ impl<S: Source> Source for RateWatch<S> {
                 Ok(SourceEvent::Fault(fault))
             }
             Ok(SourceEvent::Taxels(frame)) => Ok(SourceEvent::Taxels(frame)),
+            #[cfg(feature = "board")]
+            Ok(SourceEvent::Report(report)) => Ok(SourceEvent::Report(report)),
             Ok(SourceEvent::Waiting) => Ok(SourceEvent::Waiting),
             Ok(SourceEvent::End) => Ok(SourceEvent::End),
             Err(error) => Err(error),

@@ -5,9 +5,10 @@ use std::sync::Mutex;
 use std::time::Duration;
 
 use super::state::{About, State};
-use super::{ViewedSensor, locked};
+use super::{board, locked};
 use wstac_host::camera::modes::fps;
 use wstac_host::error::Error;
+use wstac_host::monitor::Report;
 use wstac_host::output::Output;
 use wstac_host::picture::{Picture, Sampler};
 use wstac_host::session::{Observer, Phase};
@@ -17,12 +18,14 @@ use wstac_host::station::{Station, Turn};
 /// The number of frames over which a camera's rate is measured.
 const MEASURED: usize = 60;
 
-/// A source of frames.
-pub(crate) struct FramesView {
+/// A source of frames, or a board.
+pub(crate) struct SourceView {
     station: Station,
-    /// Whether it is a camera, which is read while the screen is paused.
+    /// Whether it is a camera or a board, which is read while the screen is paused.
     live: bool,
     found: TurnObserver,
+    /// The number of the frame behind the last one of a board with features.
+    next: u64,
 }
 
 /// The frames and outputs of a turn of the station.
@@ -33,6 +36,7 @@ struct TurnObserver {
     wants_picture: bool,
     picture: Option<Picture>,
     outputs: Vec<Output>,
+    report: Option<Report>,
     lag: Lag,
     lost: u64,
     /// Whether a frame has come or was lost.
@@ -55,6 +59,10 @@ impl Observer for TurnObserver {
             }
             SourceEvent::Taxels(frame) => self.times.extend(frame.timestamp),
             SourceEvent::Lost { frames, .. } => self.lost = *frames,
+            SourceEvent::Report(report) => {
+                self.report = Some(report.clone());
+                return Ok(());
+            }
             _ => return Ok(()),
         }
         self.has_frame = true;
@@ -67,15 +75,18 @@ impl Observer for TurnObserver {
     }
 }
 
-impl FramesView {
-    /// Creates the sensor of a station that gives features and motion. A `live` one is a camera.
+impl SourceView {
+    /// Creates the sensor of a station that gives features and motion. A `live` one is a camera or a board.
     pub(crate) fn new(station: Station, live: bool) -> Self {
         let sampler = (!station.info().taxels_only).then(|| Sampler::new(station.info()));
-        Self { station, live, found: TurnObserver { sampler, ..TurnObserver::default() } }
+        Self { station, live, found: TurnObserver { sampler, ..TurnObserver::default() }, next: 0 }
     }
 
     /// Takes the facts of the trigger.
     fn look(&self, state: &mut State) {
+        if self.station.info().is_board {
+            return;
+        }
         let processor = self.station.processor();
         state.frame = processor.pipeline().next_frame();
         state.thresholds = processor.thresholds();
@@ -85,11 +96,13 @@ impl FramesView {
             Phase::Watching => (About::Note, "watching".to_owned()),
         };
     }
-}
 
-impl ViewedSensor for FramesView {
-    fn state(&self) -> State {
+    /// Returns the state before the first frame.
+    pub(super) fn state(&self) -> State {
         let info = self.station.info();
+        if info.is_board {
+            return board::state(info);
+        }
         let mut state = State::new(info.about.clone(), self.live, format!("{} fps, nominal", fps(info.rate)));
         state.layout = Some(*self.station.processor().geometry().layout());
         self.look(&mut state);
@@ -97,8 +110,12 @@ impl ViewedSensor for FramesView {
         state
     }
 
-    fn step(&mut self, state: &Mutex<State>) -> Result<bool, Error> {
-        let Self { station, live, found } = self;
+    /// Reads or waits once, and brings the state up to date. Returns whether there is more to read.
+    ///
+    /// # Errors
+    /// The sensor cannot be read any further.
+    pub(super) fn step(&mut self, state: &Mutex<State>) -> Result<bool, Error> {
+        let Self { station, live, found, next } = self;
         {
             let mut state = locked(state);
             found.wants_picture |= std::mem::take(&mut state.wants_picture);
@@ -112,6 +129,9 @@ impl ViewedSensor for FramesView {
         if lost > 0 {
             state.dropped = state.dropped.saturating_add(lost);
             state.add_gaps(station.processor().pipeline().next_frame() - before);
+        }
+        if let Some(report) = found.report.take() {
+            board::take(&report, station.info(), next, &mut state);
         }
         found.outputs.drain(..).for_each(|output| state.take(&output));
         if std::mem::take(&mut found.has_frame) {
@@ -133,7 +153,11 @@ impl ViewedSensor for FramesView {
         Ok(turn? != Turn::Over)
     }
 
-    fn rezero(&mut self, state: &mut State) {
+    /// Gathers a new baseline, or says why not.
+    pub(super) fn rezero(&mut self, state: &mut State) {
+        if self.station.info().is_board {
+            return state.say(About::Note, "a board gathers its baseline when it starts".to_owned());
+        }
         self.station.rezero();
         // Keeping an output does not fail.
         let _ = self.station.deliver(&mut self.found);
