@@ -126,13 +126,13 @@ impl BoardLine {
                 self.requests.extend(self.monitor.requests());
                 Some(format!("{name} is back"))
             }
-            Got::Ended => match self.monitor.foreign() {
-                Some(foreign) => return Err(Error::new(ErrorKind::Data, name, foreign.in_words())),
-                None => {
-                    self.stop();
-                    None
+            Got::Ended => {
+                if let Some(foreign) = self.monitor.foreign() {
+                    return Err(Error::new(ErrorKind::Data, name, foreign.in_words()));
                 }
-            },
+                self.stop();
+                None
+            }
         };
         self.reports.extend(note.map(Report::Note));
         Ok(())

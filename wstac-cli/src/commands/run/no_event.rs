@@ -12,12 +12,10 @@ pub(super) struct NoEvent {
     pub(super) is_board: bool,
     /// Whether there was an event, or a sample that is not complete.
     is_answered: bool,
-    /// Whether a frame was seen, and whether the baseline was complete.
-    frames: bool,
+    /// Whether the baseline was complete.
     baseline: bool,
-    /// The smallest light of the brightest taxel, and the largest, as fractions of full scale.
-    least: f32,
-    most: f32,
+    /// The smallest light of the brightest taxel, and the largest, as fractions of full scale; `None` before a frame.
+    light: Option<[f32; 2]>,
 }
 
 /// Light above this fraction of full scale counts as saturated.
@@ -41,19 +39,18 @@ impl NoEvent {
     pub(super) fn processed(&mut self, processor: &Processor) {
         let Some(taxels) = processor.taxels() else { return };
         let brightest = taxels.into_iter().fold(0.0, f32::max);
-        self.least = if self.frames { self.least.min(brightest) } else { brightest };
-        self.most = self.most.max(brightest);
-        self.frames = true;
+        let [least, most] = self.light.unwrap_or([brightest; 2]);
+        self.light = Some([least.min(brightest), most.max(brightest)]);
         self.baseline |= processor.pipeline().baseline().is_some();
     }
 
     /// Returns the reason why there was no event, or `None` if there was one.
     pub(super) fn reason(self) -> Option<Reason> {
-        (!self.is_answered).then_some(match self {
-            Self { baseline: false, .. } => Reason::TooShort,
-            Self { most, .. } if most < DARK => Reason::Dark,
-            Self { least, .. } if least > SATURATED => Reason::Saturated,
-            Self { most, .. } => Reason::Quiet(most),
+        (!self.is_answered).then_some(match self.light {
+            Some([_, most]) if self.baseline && most < DARK => Reason::Dark,
+            Some([least, _]) if self.baseline && least > SATURATED => Reason::Saturated,
+            Some([_, most]) if self.baseline => Reason::Quiet(most),
+            _ => Reason::TooShort,
         })
     }
 }
