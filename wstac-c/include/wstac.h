@@ -170,7 +170,8 @@ typedef struct WstacEvent {
   const char *why_no_speed;
   /// Why there is no direction; null if there is one.
   const char *why_no_direction;
-  /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048. Null with the option at_once.
+  /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048. Null with the option at_once,
+  /// and of a board whose sample has not arrived.
   const int16_t (*sample)[10];
   /// Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
   const char *contact;
@@ -248,7 +249,8 @@ typedef struct WstacEnd {
   /// Frames of that sample that had arrived; 0 if there is none.
   uint32_t incomplete_frames;
   /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share.
-  /// "frames": the source states no times, so frames are counted from 0. Null in records of other kinds.
+  /// "board": times of a board in that clock. "frames": the source states no times, so frames are counted from 0.
+  /// Null in records of other kinds.
   const char *clock;
 } WstacEnd;
 
@@ -291,8 +293,8 @@ typedef struct WstacRecord {
   /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
   /// other kinds.
   double strength;
-  /// The 25 taxel sums that the features are made of, row by row; 0 if no camera frame of them arrived, and in
-  /// records of other kinds.
+  /// The 25 taxel sums that the features are made of, row by row; 0 if no camera frame of them arrived, of a
+  /// board, and in records of other kinds.
   uint32_t taxel_sums[25];
 } WstacRecord;
 

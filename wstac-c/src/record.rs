@@ -91,7 +91,8 @@ pub struct WstacEvent {
     pub why_no_speed: *const c_char,
     /// Why there is no direction; null if there is one.
     pub why_no_direction: *const c_char,
-    /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048. Null with the option at_once.
+    /// The sample: 70 frames of ten features each, natural logarithms in units of 1/2048. Null with the option at_once,
+    /// and of a board whose sample has not arrived.
     pub sample: *const [i16; 10],
     /// Kind of the touch: "slide", "press", "poke" or "unclear"; null by a law of durations.
     pub contact: *const c_char,
@@ -155,7 +156,8 @@ pub struct WstacEnd {
     /// Frames of that sample that had arrived; 0 if there is none.
     pub incomplete_frames: u32,
     /// Clock of all times in nanoseconds. "driver": the monotonic clock, which all cameras of a machine share.
-    /// "frames": the source states no times, so frames are counted from 0. Null in records of other kinds.
+    /// "board": times of a board in that clock. "frames": the source states no times, so frames are counted from 0.
+    /// Null in records of other kinds.
     pub clock: *const c_char,
 }
 
@@ -199,8 +201,8 @@ pub struct WstacRecord {
     /// Most light of a frame since the onset of a slip, as a fraction of the press's brightest frame; NAN in records of
     /// other kinds.
     pub strength: f64,
-    /// The 25 taxel sums that the features are made of, row by row; 0 if no camera frame of them arrived, and in
-    /// records of other kinds.
+    /// The 25 taxel sums that the features are made of, row by row; 0 if no camera frame of them arrived, of a
+    /// board, and in records of other kinds.
     pub taxel_sums: [u32; 25],
 }
 

@@ -183,6 +183,8 @@ words! {
     Even = "even",
     /// Says at the end of a file how many of its frames are missing or came unevenly.
     Spacing = "spacing",
+    /// The line to a board says something: it is gone, it is back, events were lost.
+    Board = "board",
 }
 
 words! {

@@ -169,7 +169,7 @@ impl Gathered {
                     frames.sums.extend([0; TAXELS]);
                     frames.stamps.push(features.stamp.map(|stamp| stamp.time));
                 }
-                (self.last_frame, self.count) = (features.frame, features.frame + 1);
+                (self.last_frame, self.count) = (features.frame, features.frame.saturating_add(1));
             }
             Report::LostEvents(lost) => {
                 let message = format!("{} lost", counted(*lost, "event"));

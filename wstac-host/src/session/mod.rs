@@ -16,7 +16,6 @@ mod stream_config;
 mod sums;
 
 use std::collections::VecDeque;
-use std::convert::Infallible;
 use std::ffi::OsStr;
 
 pub use self::processor::{Phase, Processor};
@@ -28,8 +27,12 @@ use crate::output::{Output, OutputOptions};
 use crate::source::open::{OpenOptions, SourceKind, open};
 use crate::source::{Lag, Source, SourceEvent, StreamInfo, board_refusal, config_of};
 use crate::texture::Textures;
+#[cfg(feature = "board")]
+use crate::{output::FaultReport, output::Report, plural::counted, source::Fault, source::FaultKind};
 
 /// Reads a source through the core: an iterator of typed outputs.
+///
+/// What a board's line says, such as a cable that is unplugged, comes as [`Output::Fault`].
 ///
 /// It owns its source, configuration and models, and may go to another thread. The last output of a source that does
 /// not fail is [`Output::End`]. If the source fails, the outputs up to then and an [`Output::End`] come first, and the
@@ -37,8 +40,8 @@ use crate::texture::Textures;
 pub struct Session {
     source: Box<dyn Source>,
     processor: Processor,
-    /// Outputs that have not been handed out yet.
-    waiting: VecDeque<Output>,
+    /// What has not been handed out yet.
+    queue: Queue,
     /// The source's error, which is handed out after them.
     error: Option<Error>,
     is_over: bool,
@@ -125,7 +128,8 @@ impl Session {
         Self::builder(Pushed(info))
     }
 
-    /// Opens a file, a folder of pictures, standard input or a board, with the default options.
+    /// Opens a file, a folder of pictures, standard input or, with the feature `board`, a board, with the default
+    /// options.
     ///
     /// [`open()`] has all options. It also opens cameras and scenes, if the program passes the kinds of `wstac-linux`
     /// and `wstac-scene`.
@@ -167,7 +171,7 @@ impl Session {
 
     /// Returns how many outputs wait for [`Session::poll`].
     pub fn waiting(&self) -> usize {
-        self.waiting.len()
+        self.queue.outputs.len()
     }
 
     /// Takes an event that the program has, as if it came from the source. [`Session::poll`] returns its outputs.
@@ -177,13 +181,14 @@ impl Session {
         if self.is_over {
             return;
         }
-        let waiting = &mut self.waiting;
-        let emit = |output| {
-            waiting.push_back(output);
-            Ok::<(), Infallible>(())
+        let mut queue = std::mem::take(&mut self.queue);
+        let goes_on = if matches!(event, SourceEvent::End) {
+            self.finish(&mut queue).map(|()| false)
+        } else {
+            self.processor.process(event, |output| queue.output(output))
         };
-        let Ok(goes_on) = self.processor.process(event, emit);
-        self.is_over = !goes_on;
+        self.is_over = !matches!(goes_on, Ok(true));
+        (self.queue, self.error) = (queue, goes_on.err());
     }
 
     /// Takes the next event of the source: hands it to `observer`, then every output that follows from it.
@@ -237,7 +242,7 @@ impl Session {
     /// The source has failed. The error comes after all outputs.
     pub fn poll(&mut self) -> Result<Poll, Error> {
         loop {
-            if let Some(output) = self.waiting.pop_front() {
+            if let Some(output) = self.queue.outputs.pop_front() {
                 return Ok(Poll::Output(output));
             }
             if let Some(error) = self.error.take() {
@@ -246,10 +251,10 @@ impl Session {
             if self.is_over {
                 return Ok(Poll::Over);
             }
-            let mut queue = Queue { outputs: std::mem::take(&mut self.waiting), was_waiting: false };
+            let mut queue = std::mem::take(&mut self.queue);
             self.error = self.step(&mut queue).err();
-            self.waiting = queue.outputs;
-            if queue.was_waiting && self.waiting.is_empty() {
+            self.queue = queue;
+            if self.queue.was_waiting && self.queue.outputs.is_empty() {
                 return Ok(Poll::Waiting);
             }
         }
@@ -282,9 +287,14 @@ pub enum Poll {
 }
 
 /// Keeps the outputs of a step.
+#[derive(Default)]
 struct Queue {
     outputs: VecDeque<Output>,
+    /// Whether the step read nothing that must have outputs.
     was_waiting: bool,
+    /// The frames of a board so far.
+    #[cfg(feature = "board")]
+    frames: u64,
 }
 
 impl Observer for Queue {
@@ -292,6 +302,23 @@ impl Observer for Queue {
 
     fn source_event(&mut self, event: &SourceEvent<'_>) -> Result<(), Error> {
         self.was_waiting = matches!(event, SourceEvent::Waiting);
+        #[cfg(feature = "board")]
+        if let SourceEvent::Report(report) = event {
+            self.was_waiting = true;
+            // Whoever iterates has no other way to hear of them.
+            let message = match report {
+                Report::Note(text) => Some(text.clone()),
+                Report::LostEvents(lost) => Some(format!("{} lost", counted(*lost, "event"))),
+                _ => None,
+            };
+            if let Report::Progress(stream) = report {
+                self.frames = stream.frames;
+            }
+            self.outputs.extend(message.map(|message| {
+                let fault = Fault::new(FaultKind::Board, message);
+                Output::Fault(FaultReport { frame: self.frames, time_ns: None, stamp: None, fault })
+            }));
+        }
         Ok(())
     }
 
@@ -378,7 +405,7 @@ impl SessionBuilder {
         if let Some((mut source, seconds)) = baseline {
             processor.gather_baseline(&mut source, seconds)?;
         }
-        let (waiting, lag) = (VecDeque::new(), Lag::default());
-        Ok(Session { source, processor, waiting, error: None, is_over: false, lag })
+        let (queue, lag) = (Queue::default(), Lag::default());
+        Ok(Session { source, processor, queue, error: None, is_over: false, lag })
     }
 }

@@ -24,6 +24,8 @@ use crate::output::{
     Answering, ContactEndReport, EarlyTexture, Elapsed, FaultReport, FrameFeatures, InterruptedReport, LostFrames,
     MotionReport, Output, OutputOptions, ReadoutUsed, RecordTimes, SlipReport, StreamSummary, TactileEvent,
 };
+#[cfg(feature = "board")]
+use crate::source::board_refusal;
 use crate::source::{FaultKind, LossCounts, LossReason, Source, SourceEvent, StreamInfo};
 use crate::texture::Textures;
 
@@ -240,7 +242,7 @@ impl Processor {
     pub fn process<E>(
         &mut self,
         event: &SourceEvent<'_>,
-        mut emit: impl FnMut(Output) -> Result<(), E>,
+        emit: impl FnMut(Output) -> Result<(), E>,
     ) -> Result<bool, E> {
         let frame = self.pipeline.next_frame();
         match event {
@@ -248,6 +250,7 @@ impl Processor {
             #[cfg(feature = "board")]
             SourceEvent::Report(report) => {
                 let Report::Output(output) = report else { return Ok(true) };
+                let mut emit = emit;
                 return emit(output.clone()).map(|()| !matches!(output, Output::End(_)));
             }
             SourceEvent::Fault(fault) => {
@@ -457,7 +460,7 @@ impl Processor {
                     continue;
                 }
                 #[cfg(feature = "board")]
-                SourceEvent::Report(_) => continue,
+                SourceEvent::Report(_) => return Err(board_refusal(source.info())),
                 SourceEvent::Waiting => continue,
                 SourceEvent::End => {
                     let message = format_args!("ends before the baseline from {from_s} s on is complete");

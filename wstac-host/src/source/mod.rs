@@ -303,6 +303,8 @@ pub trait Source: Send {
 
     /// Ends a board before it ends itself: the events that it still has follow, the last with an
     /// [`Output::End`](crate::output::Output::End). Returns false for other sources, which are just not read any more.
+    /// After it, [`next_event`](Self::next_event) does not fail. A source that wraps another hands it on, and
+    /// [`request`](Self::request) too.
     fn stop(&mut self) -> bool {
         false
     }

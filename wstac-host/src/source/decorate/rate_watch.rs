@@ -6,6 +6,7 @@ use std::time::Duration;
 use wstac_core::rate::FrameRate;
 
 use crate::error::Error;
+use crate::output::OutputOptions;
 use crate::source::{Fault, FaultKind, Frame, LossReason, RATE_OFF, Source, SourceEvent, StreamInfo};
 
 /// The shortest span of a measurement, in time and in frames.
@@ -150,6 +151,14 @@ impl<S: Source> Source for RateWatch<S> {
         }));
         self.ready.push_back(event);
         self.copy.event(&mut self.ready)
+    }
+
+    fn request(&mut self, outputs: OutputOptions) {
+        self.source.request(outputs);
+    }
+
+    fn stop(&mut self) -> bool {
+        self.source.stop()
     }
 }
 
