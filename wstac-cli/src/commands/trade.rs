@@ -106,7 +106,7 @@ const BASE: &str = "base.toml";
 
 const HELP: &str = "\
 Terms of a budget, between commas:
-  M0<90000         instructions per frame on M0 (M0+), M3, M4F or M7; k
+  M0<150000        instructions per frame on M0 (M0+), M3, M4F or M7; k
                    and M are thousands and millions
   M4F.event<200k   instructions per event: speed, direction and texture
   flash<64K        bytes of the whole firmware with its model, on the
