@@ -12,7 +12,7 @@ use super::source_arguments::SourceArguments;
 use super::{calibrate, record};
 use crate::open;
 use wstac_host::error::{Error, ErrorKind};
-use wstac_host::output::{Output, OutputOptions};
+use wstac_host::output::{Output, OutputOptions, ReadoutUsed};
 use wstac_host::record::{labels, plan};
 use wstac_host::session::Processor;
 use wstac_host::source::open::OpenOptions;
@@ -254,7 +254,7 @@ impl Characterized {
             let dark = light.dark().iter().sum::<f64>() / light.dark().len() as f64;
             self.slides.push(MeasuredSlide { slide, frames, noise: light.mean_noise(), dark });
         }
-        self.readout_ms = config.sensor.readout.map(|readout| readout.ms().into());
+        self.readout_ms = ReadoutUsed::of(config.sensor.readout).ms();
         let sensors = &mut self.report.sensors;
         sensors.extend(info.sensor().filter(|sensor| !sensors.contains(sensor)));
         self.names.push(name);
