@@ -89,6 +89,8 @@ pub(super) struct Arguments {
     pub(super) motion: bool,
 
     /// Also print the sample of every event, 10 × 70 numbers (JSON only)
+    ///
+    /// Events come after 70 frames then, and a slow flat block may be two.
     #[arg(long)]
     pub(super) samples: bool,
 
