@@ -118,7 +118,6 @@ typedef struct WstacOptions {
   /// Give speed and direction of every frame as a record while something slides.
   WstacBool motion;
   /// Give an event as soon as its answers are certain, without a sample, instead of after 70 frames.
-  /// Otherwise a slow flat block may be two events.
   WstacBool at_once;
   /// The sensor to read of a recording of several. Null: the recording has one.
   const char *sensor;

@@ -51,7 +51,6 @@ pub struct WstacOptions {
     /// Give speed and direction of every frame as a record while something slides.
     pub motion: WstacBool,
     /// Give an event as soon as its answers are certain, without a sample, instead of after 70 frames.
-    /// Otherwise a slow flat block may be two events.
     pub at_once: WstacBool,
     /// The sensor to read of a recording of several. Null: the recording has one.
     pub sensor: *const c_char,

@@ -437,9 +437,9 @@ def open(
     such as {"gain": 3}. `motion` gives a `Motion` of every frame while something slides, among the records. With
     `path_samples`, events have the samples that models of the path take (`Event.path_sample`). With `at_once`, an
     event comes as soon as its answers are certain, without a sample; `path_samples` and models over time wait for
-    it. Otherwise it comes after 70 frames, and a slow flat block may be two events. `every` hands out all frames of
-    a camera, even if the program is slower. `sensor` is the name of one sensor of a recording of several. With
-    `paced`, a file or scene is read at the rate of its frames. Raises `Error` if the source cannot be used.
+    it. Otherwise it comes after 70 frames. `every` hands out all frames of a camera, even if the program is slower.
+    `sensor` is the name of one sensor of a recording of several. With `paced`, a file or scene is read at the rate
+    of its frames. Raises `Error` if the source cannot be used.
 
     >>> import wstac
     >>> with wstac.open("scene:Saw3@150,180deg", model="builtin") as stream:

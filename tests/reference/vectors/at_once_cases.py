@@ -20,13 +20,15 @@ BEFORE, BEHIND = 26, 80
 LEAST_LIGHT = 40
 ROD = Touch(mm_s=100.0, deg=33.0, outline="block", fade=1.4)
 FLAT = Touch(mm_s=20.0, deg=8.0, outline="edge", fade=4.0)
+TURNING = Touch(outline="coin", turns=0.5)
+GLOW = 120
 
 Stream = list[list[int] | int | None]
 """Frames; a number is so many dark ones, and None is a lost one."""
 
 
 def touches() -> dict[str, list[tuple[int, Touch]]]:
-    """Every case: touches with the dark frames in front of each."""
+    """Every case: touches with the dark frames in front of each; below 0, so many frames that glow, and so does the touch."""
     return {
         "rod": [(BEFORE, replace(ROD, fade=6.0))],
         "ball-fast": [(BEFORE, replace(ROD, outline="ball", mm_s=320.0, fade=6.0, noise=60))],
@@ -39,7 +41,9 @@ def touches() -> dict[str, list[tuple[int, Touch]]]:
         # 80 mm from end to end, and 170 mm from stroke to stroke.
         "flat-block": [(BEFORE, FLAT), (64, FLAT)],
         "two-strokes": [(BEFORE, FLAT), (199, FLAT)],
-        "turning": [(BEFORE, Touch(outline="coin", turns=0.5))],
+        "glowing-block": [(BEFORE, FLAT), (-64, TURNING)],
+        "then-turning": [(BEFORE, FLAT), (64, TURNING)],
+        "turning": [(BEFORE, TURNING)],
         "two-velocities": [(BEFORE, Touch(outline="fingers", second=0.8))],
         "press": [(BEFORE, Touch(mm_s=0.0, outline="edge"))],
     }
@@ -50,6 +54,10 @@ def stream_of(name: str, parts: list[tuple[int, Touch]]) -> Stream:
     made: Stream = []
     for number, (dark, touch) in enumerate(parts):
         frames = sums_of(touch, SplitMix64(seed_of(f"at-once-{name}-{number}", SEED)))
+        if dark < 0:
+            made += [[DARK + GLOW] * TAXELS] * -dark
+            made += [frame if frame is None else [light + GLOW for light in frame] for frame in frames]
+            continue
         made.append(dark)
         for frame in frames:
             if frame is None or max(frame) > DARK + LEAST_LIGHT:

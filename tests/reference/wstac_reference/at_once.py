@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from .constants import NOMINAL_FPS, SAMPLE_FRAMES, SLOW_DARK_FRAMES
+from .constants import NOMINAL_FPS, SAMPLE_FRAMES, SLOW_DARK_FRAMES, UNIT
 from .trigger import ContactEnd, Sample, Trigger
 from .wave import WaveAnswer, light_of, measure_wave, span_of
 
@@ -16,6 +16,8 @@ AGREE, ALIKE = (2.0, 0.02, 1.2), (3.0, 0.03, 3.0)
 """Standard deviations, a fraction of the speed, and degrees: of two tries, and of a block's two ends."""
 LONGEST_MM, OF_END_MM = 120.0, 40.0
 """The longest block whose two ends are one touch, and the most path on which one end gives light."""
+GLOWS = 10 * 0.2 * UNIT
+"""How far ten features together are above those before its light if a flat block's middle glows."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,11 @@ def agrees(one: WaveAnswer, other: WaveAnswer, limits: tuple[float, float, float
     return is_as_fast and turned <= max(sds * one.deg_sd, degrees)
 
 
+def glows(first: Sample, features: Sequence[int] | None) -> bool:
+    """Whether something glows that was dark before a touch."""
+    return features is not None and sum(features) - sum(first.features[0]) > GLOWS
+
+
 class AtOnce:
     """Follows one stream of feature frames whose trigger gives one event per touch."""
 
@@ -52,15 +59,17 @@ class AtOnce:
         self.trigger, self.fps, self.readout_ms = trigger, fps, readout_ms
         self.limits = Limits()
         self.sums: list[list[int] | None] = []
+        self.features: list[Sequence[int] | None] = []
         self.frame: int | None = None
         self.tried = 0
         """The frames of this sample at the last try."""
         self.is_over = False
         """Whether the touch had ended at that try: its light stays as it is."""
         self.found: WaveAnswer | None = None
-        self.before: tuple[Sample, WaveAnswer] | None = None
+        self.before: tuple[Sample, WaveAnswer, bool] | None = None
         self.answered: tuple[Sample, WaveAnswer] | None = None
-        """The touches of the sample before and of this one, if they were answered by a velocity."""
+        """The touches of the sample before and of this one, if they were answered by a velocity; of the sample before
+        whether its light lasted too long for that of one end."""
         self.same: dict[int, int] = {}
         """The samples of other ends, each with that of the touch that was answered."""
         self.slow: int | None = None
@@ -69,11 +78,13 @@ class AtOnce:
     def lose(self, count: int) -> list[Answered]:
         """Takes note of lost frames in front of the next one."""
         self.sums += [None] * count
+        self.features += [None] * count
         return [answer for sample in self.trigger.gap(count) if (answer := self.try_(sample)) is not None]
 
     def take(self, features: Sequence[int], sums: list[int]) -> Answered | None:
         """Takes the next frame, and returns the answer that it brings."""
         self.sums.append(sums)
+        self.features.append(features)
         sample = self.trigger.frame(features) or self.trigger.under_way()
         return None if sample is None else self.try_(sample)
 
@@ -105,7 +116,7 @@ class AtOnce:
             is_certain = is_certain or agrees(before, wave, self.limits.agree)
         if not is_whole and not (has_velocity and is_certain):
             return None
-        if self.before is not None and has_velocity and self.is_other_end(*self.before, sample, wave):
+        if self.before is not None and self.is_other_end(*self.before, sample, wave):
             self.same[sample.frame], self.answered = self.before[0].frame, None
             return None
         if not has_velocity and self.is_slow_light(sample):
@@ -117,19 +128,24 @@ class AtOnce:
             self.trigger.answer()
         return Answered(sample.frame + frames - 1, sample.frame, frames, wave)
 
-    def one_end(self) -> tuple[Sample, WaveAnswer] | None:
-        """The last touch, if it was an edge of which only one end has passed."""
+    def one_end(self) -> tuple[Sample, WaveAnswer, bool] | None:
+        """The last touch, if it was an edge, and either only one end has passed or something glows."""
         if self.answered is None:
             return None
         sample, wave = self.answered
         ends = [end.frame for end in self.trigger.contact_ends if end.event_frame == sample.frame]
-        lasted = [(end - sample.touch_frame) / self.fps * wave.mm_s for end in ends]
-        return None if any(mm > OF_END_MM for mm in lasted) else self.answered
+        passed = [end for end in ends if (end - sample.touch_frame) / self.fps * wave.mm_s > OF_END_MM]
+        if not all(glows(sample, self.features[end + 4]) for end in passed):
+            return None
+        return sample, wave, bool(passed)
 
-    def is_other_end(self, first: Sample, of_first: WaveAnswer, sample: Sample, wave: WaveAnswer) -> bool:
-        """Whether this is the light of the other end of what slid before."""
-        mm = (sample.touch_frame - first.touch_frame) / self.fps * of_first.mm_s
-        return mm <= LONGEST_MM and agrees(of_first, wave, self.limits.alike)
+    def is_other_end(self, first: Sample, of_first: WaveAnswer, has_passed: bool, sample: Sample, wave: WaveAnswer) -> bool:
+        """Whether this is the light of the other end of what slid before, or of its middle."""
+        if (sample.touch_frame - first.touch_frame) / self.fps * of_first.mm_s > LONGEST_MM:
+            return False
+        if wave.why is not None:
+            return glows(first, sample.features[0])
+        return not has_passed and agrees(of_first, wave, self.limits.alike)
 
     def is_slow_light(self, sample: Sample) -> bool:
         """Whether this light follows that of an event without a reliable answer too soon for another touch."""

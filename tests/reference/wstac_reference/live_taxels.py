@@ -14,7 +14,7 @@ from .wave import COLUMN, PLACES, RISE, ROW, Motion, Refused, measure_wave, velo
 
 LONGEST_GAP = 7
 DARK = 3
-SETTLED, HIGHER, STEPS, OLD = 3, 4, 6, 6
+SETTLED, HIGHER, STEPS, OLD = 2.5, 8, 6, 6
 """An edge is settled, looked for at most, and tells nothing any more after so many frames."""
 GLOW, ALIKE = 0.75, (0.03, 0.01)
 CONTINUED, FADED, BEFORE, MOST_TRIES = 16, 0.004, 8, 4
@@ -45,7 +45,9 @@ def front_of(times: np.ndarray, peaks: np.ndarray, has_glowed: bool) -> tuple[np
     dome = min(along, across, key=abs) if along * across > 0 else 0.0
     grown = 4 * np.polyfit(ROW * down + COLUMN * right, peaks, 1)[0] / peaks.mean()
     bend = along - across - grown / 2
-    is_even = off < (OFF * (slowness + 0.3)) ** 2 and abs(bend) < CURVED[0]
+    # A dome is no error of a plane.
+    by_dome = float(np.mean((dome * slowness / 4 * (ROW**2 + COLUMN**2 - 4)) ** 2))
+    is_even = off - by_dome < (OFF * (slowness + 0.3)) ** 2 and abs(bend) < CURVED[0]
     is_even = is_even and not (has_glowed and off >= (OFF_AFTER_GLOW * slowness) ** 2)
     is_even = is_even and abs(both) < CURVED[1] and abs(across - dome) < CURVED[2] and abs(grown) < GROWN
     return (plane[1:], off, bend) if is_even else None

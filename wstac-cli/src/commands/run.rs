@@ -90,7 +90,7 @@ pub(super) struct Arguments {
 
     /// Also print the sample of every event, 10 × 70 numbers (JSON only)
     ///
-    /// Events come after 70 frames then, and a slow flat block may be two.
+    /// Events come after 70 frames then.
     #[arg(long)]
     pub(super) samples: bool,
 

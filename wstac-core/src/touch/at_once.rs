@@ -1,8 +1,9 @@
 //! Answers before samples are complete: as soon as the motion of a touch is certain, or the touch has ended (SPEC §9).
 
+use crate::features::Features;
 use crate::law::{Answer, EventLaw};
 use crate::paper::trigger::{ContactEnd, Event};
-use crate::params::SLOW_DARK_FRAMES;
+use crate::params::{FEATURE_ONE, FEATURES, SLOW_DARK_FRAMES};
 use crate::pipeline::Update;
 use crate::reason::Reason;
 use crate::touch::motion::{MotionConfig, Velocity};
@@ -18,6 +19,8 @@ const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
 /// The longest block whose two ends are one touch, and the most path on which one end gives light.
 const LONGEST_MM: f32 = 120.0;
 const OF_END_MM: f32 = 40.0;
+/// What slides glows if ten features together are so far above those before its light: each 0.2.
+const GLOWS: i32 = FEATURES as i32 * FEATURE_ONE / 5;
 /// A velocity that is not reliable tells an end of a block if it is of at most so many mm per frame, with at most this
 /// deviation as a fraction of it.
 const SLOW: [f32; 2] = [1.0, 0.01];
@@ -93,6 +96,20 @@ struct Answered {
     frame: u32,
     touch_frame: u32,
     velocity: Velocity,
+    /// The sum of ten features in the first frame of its sample.
+    dark: i32,
+    /// Whether its light lasted longer than that of one end: then only a glow is that of the same touch.
+    has_passed: bool,
+}
+
+impl Answered {
+    fn glows(&self, features: &Features) -> bool {
+        sum(features) - self.dark > GLOWS
+    }
+}
+
+fn sum(features: &Features) -> i32 {
+    features.iter().map(|&feature| i32::from(feature)).sum()
 }
 
 impl AtOnce {
@@ -147,11 +164,13 @@ impl AtOnce {
             return false;
         }
         let touch_frame = touch.touch_frame.unwrap_or(touch.frame) as u32;
-        if let Some((slide, velocity)) = self.slide.zip(answer.velocity())
-            && self.path_mm(slide, touch_frame) <= LONGEST_MM
-            && agree(slide.velocity, velocity, ALIKE)
-        {
-            return self.goes_on(frame, slide.frame);
+        let first = touch.sample.frame(0);
+        if let Some(slide) = self.slide.filter(|slide| self.path_mm(*slide, touch_frame) <= LONGEST_MM) {
+            let is_other_end = |of| !slide.has_passed && agree(slide.velocity, of, ALIKE);
+            let is_within = found.is_none() && first.is_some_and(|features| slide.glows(features));
+            if is_within || answer.velocity().is_some_and(is_other_end) {
+                return self.goes_on(frame, slide.frame);
+            }
         }
         if let Some([first, end]) = self.slow
             && found.is_none()
@@ -166,7 +185,8 @@ impl AtOnce {
             found.is_none() && of.mm_s * self.seconds_per_frame <= SLOW[0] && of.mm_s_sd <= SLOW[1] * of.mm_s
         };
         let edge = answer.velocity().filter(|of| answer.basis == Some(Basis::Edge) || is_slow(of));
-        self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity });
+        let dark = first.map_or(0, sum);
+        self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity, dark, has_passed: false });
         true
     }
 
@@ -177,7 +197,8 @@ impl AtOnce {
     #[inline(never)]
     pub fn end(&mut self, update: &Update<'_>) -> Option<ContactEnd> {
         let now = update.number()?;
-        let before = update.contact_end().and_then(|end| self.take_end(end));
+        let features = update.frame().map(|frame| frame.features);
+        let before = update.contact_end().and_then(|end| self.take_end(end, features.as_ref()));
         if before.is_some() || self.ended.is_none_or(|end| self.may_go_on(end, now, update.is_captured())) {
             return before;
         }
@@ -186,7 +207,7 @@ impl AtOnce {
 
     /// Takes the end of light that the end of a stream brought, if it did. Returns the ends of touches that are left.
     pub fn finish(&mut self, end: Option<ContactEnd>) -> [Option<ContactEnd>; 2] {
-        [end.and_then(|end| self.take_end(end)), self.last_end()]
+        [end.and_then(|end| self.take_end(end, None)), self.last_end()]
     }
 
     /// Returns the end of a touch of which more light might have come. From here on, such light is another touch.
@@ -219,13 +240,15 @@ impl AtOnce {
         false
     }
 
-    /// Takes an end of light as that of the event that was answered. Returns the end of another event's touch.
-    fn take_end(&mut self, end: ContactEnd) -> Option<ContactEnd> {
-        // Both ends have passed if light lasts longer.
+    /// Takes an end of light as that of the event that was answered, and the features by which it was known. Returns
+    /// the end of another event's touch.
+    fn take_end(&mut self, end: ContactEnd, features: Option<&Features>) -> Option<ContactEnd> {
+        // Both ends have passed if light lasts longer, unless a flat block's middle glows.
         let of_end = end.event_frame as u32;
         let slide = self.newest.filter(|slide| slide.frame == of_end);
-        if slide.is_some_and(|slide| self.path_mm(slide, end.frame as u32) > OF_END_MM) {
-            self.newest = None;
+        if let Some(slide) = slide.filter(|slide| self.path_mm(*slide, end.frame as u32) > OF_END_MM) {
+            let glows = features.is_some_and(|features| slide.glows(features));
+            self.newest = glows.then_some(Answered { has_passed: true, ..slide });
         }
         let other_end = self.other_end.filter(|other| other[0] == of_end);
         if other_end.is_some() {

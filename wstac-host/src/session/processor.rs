@@ -574,8 +574,7 @@ impl Answers {
 
     /// Returns the answer about a touch, if it is time.
     fn answer(&mut self, touch: &Event<'_>) -> Option<Answer> {
-        let at_once = (!self.waits()).then_some(&mut self.at_once);
-        answer(touch, &self.law, at_once, self.slip.as_ref(), |answer| *answer)
+        answer(touch, &self.law, Some(&mut self.at_once), self.slip.as_ref(), |answer| *answer)
     }
 
     /// Returns the event of a whole sample, if it is one of its own.

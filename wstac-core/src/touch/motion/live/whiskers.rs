@@ -19,8 +19,8 @@ const OLDEST: u32 = 1000 * PARTS;
 /// An edge is where light exceeds this part of its peak, in 256ths.
 const LEVEL: i32 = 102;
 /// Age of an edge after which only a peak of this many times the light counts: ridges of a texture are none.
-const SETTLED: u32 = 3 * PARTS;
-const HIGHER: u32 = 4;
+const SETTLED: u32 = 5 * PARTS / 2;
+const HIGHER: u32 = 8;
 const MOST_LIGHT: u32 = u16::MAX as u32;
 /// Frames in which an edge is looked for.
 const STEPS: usize = 7;
@@ -39,8 +39,10 @@ const AGAIN: u32 = 6;
 const FAINT: u32 = 4;
 /// Times that a wave is asked in a touch.
 const MOST_TRIES: u8 = 4;
-/// Largest root mean square distance from the plane of edges, as a part of the slowness and 0.3 frames.
+/// Largest root mean square distance from the plane of edges and a dome, as a part of the slowness and 0.3 frames.
 const OFF: [f32; 2] = [0.18, 0.3];
+/// Mean square distance that a dome has from the plane, for curvatures of 1 over half of the sensor and a slowness of 1.
+const OF_DOME: f32 = 0.35;
 /// Largest curvatures of the plane over half of the sensor, as parts of the slowness: along less across, where light
 /// that grows along the motion by a fraction counts as half of it; of both mixed; and across less what is curved alike
 /// along.
@@ -313,10 +315,6 @@ impl EdgePlane {
         if slowness <= 0.0 {
             return None;
         }
-        let most = OFF[0] * (slowness + OFF[1]);
-        if self.off >= most * most {
-            return None;
-        }
         let [down, right] = self.slope.map(|part| part / slowness);
         let [light, along_x, along_y, ..] = sums(peaks).map(|sum| sum as f32);
         let grown = along_y * down + along_x * right;
@@ -326,9 +324,12 @@ impl EdgePlane {
         let twisted = 2.0 * (rows - columns) * down * right + mixed * (right * right - down * down);
         let grown = 2.0 * grown / light;
         let bent = along - across - 0.5 * grown;
-        let is_even = bent.abs() < CURVED[0]
+        let (round, most) = (dome(along, across), OFF[0] * (slowness + OFF[1]));
+        let by_dome = round * slowness;
+        let is_even = self.off - OF_DOME * by_dome * by_dome < most * most
+            && bent.abs() < CURVED[0]
             && twisted.abs() < CURVED[1]
-            && (across - dome(along, across)).abs() < CURVED[2]
+            && (across - round).abs() < CURVED[2]
             && grown.abs() < GROWN;
         is_even.then_some([self.off, slowness, bent])
     }
@@ -349,4 +350,23 @@ fn edge(recent: &[&[u16; TAXELS]; STEPS - 1], taxel: usize, dark: u16, lost: u8,
         (after, at) = (before, back);
     }
     (STEPS as u16 - 1) * PARTS as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whiskers_of_a_dome_are_on_a_plane_and_those_of_a_bent_edge_are_not() {
+        // An edge of 6 frames per pitch to the right, with curvatures along and across over half of the sensor.
+        let is_even = |[along, across]: [f32; 2]| {
+            let times = core::array::from_fn(|taxel| {
+                let [x, y] = place_of(taxel).map(|place| place as f32);
+                (PARTS as f32 * (6.0 * x + 1.5 * (along * x * x + across * y * y))) as i32 - 6400
+            });
+            EdgePlane::new(&times).is_even(&[1000; TAXELS]).is_some()
+        };
+        assert!(is_even([0.0, 0.0]) && is_even([0.4, 0.4]) && is_even([-0.4, -0.45]));
+        assert!(!is_even([0.0, 0.4]) && !is_even([0.4, 0.0]) && !is_even([0.4, -0.4]));
+    }
 }
