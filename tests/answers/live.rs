@@ -10,6 +10,7 @@ use wstac_core::taxels::FrameGeometry;
 use wstac_core::touch::motion::{LiveWave, MotionConfig, Readout, ReadoutTime, RowOrder, Velocity};
 use wstac_core::touch::taxel_ring::TaxelRing;
 use wstac_scene::rng::Rng;
+use wstac_scene::specimen::Specimen;
 use wstac_scene::{Rest, Scene, SceneConfig, SimulatedFrame, Slide, Truth};
 
 use crate::objects::scenes::{self, Drawn, Fault, draw};
@@ -29,6 +30,8 @@ const LATEST: f64 = 2.0;
 const OBJECT_SPEEDS: [f64; 2] = [30.0, 300.0];
 /// Off by more than this fraction or these degrees is wrong.
 const WRONG: [f64; 2] = [0.1, 10.0];
+/// Frames after the leading edge has crossed in which a first velocity is in time.
+const IN_TIME: f64 = 3.0;
 /// Fraction of lost frames.
 const LOST: f64 = 0.05;
 /// Frames after the last touch in which a velocity may still be said.
@@ -45,6 +48,8 @@ struct Said {
 /// The live answers during a touch.
 struct Followed {
     speed_mm_s: f64,
+    /// The specimen as in the paper.
+    specimen: String,
     said: Vec<Said>,
     /// Velocities that were said while nothing slid.
     wrong: usize,
@@ -158,13 +163,14 @@ fn follow(kind: Kind, number: u64) -> Followed {
     let end = truth.end_s * 30.0;
     let Some(slide) = truth.touch.slide() else {
         let wrong = velocities.iter().flatten().count();
-        return Followed { speed_mm_s: 0.0, said: Vec::new(), wrong };
+        return Followed { speed_mm_s: 0.0, specimen: String::new(), said: Vec::new(), wrong };
     };
     let path = path(slide, truth.start, velocities.len(), 30.0);
     let (sine, cosine) = slide.direction_deg.to_radians().sin_cos();
     let crossed = path.iter().position(|[path, _]| *path >= SPAN_MM * (sine.abs() + cosine.abs()));
     let crossed = crossed.unwrap_or(path.len());
-    let mut followed = Followed { speed_mm_s: slide.speed_mm_s, said: Vec::new(), wrong: 0 };
+    let specimen = Specimen { length_mm: Specimen::ALL[0].length_mm, ..slide.specimen }.to_string();
+    let mut followed = Followed { speed_mm_s: slide.speed_mm_s, specimen, said: Vec::new(), wrong: 0 };
     for (frame, velocity) in velocities.into_iter().enumerate() {
         let Some(velocity) = velocity else { continue };
         let [_, speed] = path[frame];
@@ -385,7 +391,7 @@ fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
     // The goals are of all speeds.
     for (number, (name, slides)) in rows.iter().enumerate() {
         let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
-        let in_time = first.iter().filter(|said| said.delay <= 3.0).count();
+        let in_time = first.iter().filter(|said| said.delay <= IN_TIME).count();
         let wrong = first.iter().filter(|said| said.errors[0] > 0.1).count();
         let [soon, most] = SLIDES_GOALS.map(|goal| (number == 0).then_some(goal));
         let _ = writeln!(
@@ -411,6 +417,14 @@ pub(crate) fn tables(page: &mut String) {
     let mut rows = vec![within(10.0, 600.0)];
     rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
     first(page, "speed", &rows);
+    let by_specimen = Specimen::ALL.map(|specimen| {
+        let name = specimen.to_string();
+        let own: Vec<&Followed> = slides.iter().filter(|slide| slide.specimen == name).collect();
+        let first = || own.iter().filter_map(|slide| slide.said.first());
+        let in_time = first().filter(|said| said.delay <= IN_TIME).count();
+        format!("{name} {}/{}", share(in_time, own.len()), share(first().count(), own.len()))
+    });
+    let _ = writeln!(page, "By specimen, in time/answered, %: {}.\n", by_specimen.join(", "));
     let wrong = |touches: &[Followed]| touches.iter().map(|touch| touch.wrong).sum::<usize>();
     let still = [(Kind::Press, "presses"), (Kind::Poke, "pokes"), (Kind::Hold, "holds")].map(|(kind, name)| {
         let touches = each(OTHERS, |number| follow(kind, number));

@@ -31,7 +31,7 @@ const OF_TEXTURE: u64 = 50;
 /// The first sensor of textures. No other part of the project uses it or those behind it.
 const FIRST_SENSOR: u32 = 95_000;
 /// Speeds of slow blocks in mm/s, and slides at each.
-const SLOW: [f64; 11] = [5.0, 6.0, 8.0, 10.0, 11.0, 12.0, 14.0, 16.0, 18.0, 20.0, 25.0];
+const SLOW: [f64; 12] = [5.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0, 20.0, 25.0, 30.0, 40.0, 50.0];
 const BLOCKS: u64 = 40;
 /// A block of 60 mm at 150 mm/s should have speed, direction and texture within this time after the first touch.
 const GOAL_S: f64 = 0.6;
