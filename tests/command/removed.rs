@@ -166,7 +166,7 @@ fn sources() -> Vec<(String, PathBuf, String)> {
     let endings = ["rs", "py", "h", "toml"].map(|end| format!("wstac*.{end}"));
     let mut git = Command::new("git");
     let listed = git.arg("ls-files").args(endings).current_dir(root()).output().unwrap();
-    // What answers for removed names has them itself.
+    // The file with the answers has the removed names itself.
     let listed = printed(&listed);
     let files = listed.lines().filter(|file| *file != "wstac-cli/src/commands/removed.rs");
     let package = |file: &str| file.split('/').next().unwrap().replace('-', "_");

@@ -22,7 +22,7 @@ REST = {
     "wstac": ("lib/udev/rules.d/70-wstac.rules", "share/man", "share/bash-completion", "share/fish", "share/zsh"),
     "wstac-node": ("share/wstac-node/wstac_msgs", "share/wstac-node/wstac_ros", "share/doc/wstac-node/NETWORK.md", "share/doc/wstac-node/ROS.md"),
 }
-TEXTS = {"wstac": ("LICENSE-MIT", "LICENSE-APACHE", "README.md"), "wstac-node": ("LICENSE-MIT", "LICENSE-APACHE")}
+TEXTS = {"wstac": ("LICENSE-MIT", "LICENSE-APACHE", "README.md", "wstac-host/examples/board.bin"), "wstac-node": ("LICENSE-MIT", "LICENSE-APACHE")}
 
 
 def program(machine: str, name: str = "wstac") -> Path:

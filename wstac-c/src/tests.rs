@@ -87,7 +87,7 @@ fn a_board_is_a_source() {
     let mut sensor = SensorSession::open(board.as_ref(), &options).ok().unwrap();
     let mut next = || sensor.next().ok().map(|(record, _)| record);
     assert!(std::iter::from_fn(&mut next).any(|record| record.kind == WstacKind::Event));
-    // What is pending comes before the end, whose frames are those that the board has sent.
+    // Records that wait come before the end, whose frames are those that the board has sent.
     sensor.finish().ok().unwrap();
     let last = std::iter::from_fn(|| sensor.next().ok().map(|(record, _)| record)).last().unwrap();
     assert!(last.kind == WstacKind::End && last.end.baseline_complete && last.frame >= 105, "{}", last.frame);

@@ -2,6 +2,8 @@
 
 mod event;
 
+#[cfg(feature = "board")]
+use std::borrow::Cow;
 use std::fmt;
 
 use wstac_core::features::Features;
@@ -19,6 +21,8 @@ pub use self::event::{Paths, TactileEvent, TouchTime};
 use crate::frame_clock::ClockMatch;
 use crate::frame_clock::FrameClock;
 pub use crate::frame_clock::{Elapsed, Stamp, StreamClock};
+#[cfg(feature = "board")]
+use crate::plural::counted;
 use crate::reasons::{Fault, LossCounts, LossReason};
 use crate::texture::Texture;
 
@@ -396,6 +400,18 @@ pub enum Report {
     /// The state of the board's stream so far, when it has changed. A
     /// [`BoardLine`](crate::monitor::line::BoardLine) gives it.
     Progress(StreamSummary),
+}
+
+#[cfg(feature = "board")]
+impl Report {
+    /// Returns what people are told: a note, or that events were lost.
+    pub fn message(&self) -> Option<Cow<'_, str>> {
+        match self {
+            Self::Note(text) => Some(text.into()),
+            Self::LostEvents(lost) => Some(format!("{} lost", counted(*lost, "event")).into()),
+            _ => None,
+        }
+    }
 }
 
 /// The state of a stream at its end.

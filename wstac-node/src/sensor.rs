@@ -11,7 +11,6 @@ use wstac_host::error::Error;
 use wstac_host::model_file::ModelFile;
 use wstac_host::monitor::{Report, port::port_of};
 use wstac_host::output::{FrameFeatures, Output, OutputOptions, ReadoutUsed, StreamSummary};
-use wstac_host::plural::counted;
 use wstac_host::session::Observer;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{SourceEvent, config_of};
@@ -111,15 +110,14 @@ impl PublishingObserver<'_> {
             counts.lost.store(stream.dropped, Ordering::Relaxed);
         };
         self.stamp = SystemTime::now();
+        if let Some(message) = report.message() {
+            note(format_args!("{name}: {message}"));
+        }
         match report {
             Report::Output(Output::End(stream)) | Report::Progress(stream) => count(stream),
-            Report::Note(text) => note(format_args!("{name}: {text}")),
-            Report::LostEvents(lost) => {
-                counts.lost_events.fetch_add(*lost, Ordering::Relaxed);
-                note(format_args!("{name}: {} lost", counted(*lost, "event")));
-            }
+            Report::LostEvents(lost) => _ = counts.lost_events.fetch_add(*lost, Ordering::Relaxed),
             // The clock of the board is used, and the rest of its state is for wstac run --status.
-            Report::Output(_) | Report::Telemetry(..) | Report::Request(_) => {}
+            Report::Output(_) | Report::Note(_) | Report::Telemetry(..) | Report::Request(_) => {}
         }
     }
 }

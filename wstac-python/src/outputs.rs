@@ -12,7 +12,6 @@ use wstac_host::error::Error;
 use wstac_host::json::{JsonLine, within_ms};
 use wstac_host::monitor::Report;
 use wstac_host::output::{Output, Paths, SampleFrames};
-use wstac_host::plural::counted;
 use wstac_host::record::Recorder;
 use wstac_host::session::{Observer, Poll, Processor, Session};
 use wstac_host::source::SourceEvent;
@@ -48,7 +47,7 @@ pub(crate) struct Gathered {
     pub(crate) outputs: Vec<Found>,
     /// The camera frames, if they are asked for.
     pub(crate) frames: Option<Frames>,
-    /// What a board's line says to people.
+    /// Notes of a board's line.
     pub(crate) notes: Vec<String>,
     /// The recording of what is pushed, if there is one.
     pub(crate) recorder: Option<Recorder>,
@@ -171,8 +170,8 @@ impl Gathered {
                 }
                 (self.last_frame, self.count) = (features.frame, features.frame.saturating_add(1));
             }
-            Report::LostEvents(lost) => {
-                let message = format!("{} lost", counted(*lost, "event"));
+            Report::LostEvents(_) => {
+                let message = report.message().unwrap_or_default().into_owned();
                 self.outputs.push(Found::Fault(self.count, "lost_events", message));
             }
             Report::Note(note) => {

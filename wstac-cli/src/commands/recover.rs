@@ -65,11 +65,11 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     if is_same(old, new) {
         return Err(Error::new(ErrorKind::Usage, new.display(), "is the recording itself, expected a new file").into());
     }
+    let size = old.metadata().map_err(|error| Error::io(old.display(), error))?.len();
     let outputs = Outputs::new(arguments.force).reading([old]);
     // An existing file of the new name stays until there is a better one.
     let file = outputs.create(new)?;
     // A large file takes its time.
-    let size = old.metadata().map_or(0, |there| there.len());
     note(format_args!("reading {:.1} MB", size as f64 / 1e6));
     let found = recover(old, file.file.file()?, new)?;
     file.commit()?;

@@ -3,7 +3,6 @@
 use super::state::{About, State};
 use wstac_host::monitor::{Report, telemetry};
 use wstac_host::output::Output;
-use wstac_host::plural::counted;
 use wstac_host::source::StreamInfo;
 
 /// Returns the state before the first report.
@@ -23,8 +22,9 @@ pub(super) fn take(report: &Report, info: &StreamInfo, next: &mut u64, state: &m
             state.add_gaps(frame.frame.checked_sub(*next).filter(|_| *next > 0).unwrap_or(0));
             *next = frame.frame.saturating_add(1);
         }
-        Report::LostEvents(lost) => state.say(About::Trouble, format!("{} lost", counted(*lost, "event"))),
-        Report::Note(text) => state.say(About::Trouble, text.clone()),
+        Report::LostEvents(_) | Report::Note(_) => {
+            state.say(About::Trouble, report.message().unwrap_or_default().into())
+        }
         Report::Telemetry(found, clock) => {
             state.about = format!("{}: {}", about(info), telemetry::in_words(found, *clock));
         }

@@ -545,3 +545,24 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
     // Both happen often, so that something was tested.
     assert!(outputs > 20_000 && refused > 5_000, "{outputs} {refused}");
 }
+
+#[test]
+fn a_board_is_refused_what_only_frames_take() {
+    use crate::source::open::{OpenOptions, open};
+    let (sent, default) = (concat!(env!("CARGO_MANIFEST_DIR"), "/examples/board.bin"), OpenOptions::default());
+    let open = |name, options| open(name, &options, &[&line::Boards]);
+    let refused = |name, options| open(name, options).map(|_| ()).unwrap_err().to_string();
+    let size = OpenOptions { size: Some((640, 480)), ..default.clone() };
+    assert!(
+        refused(sent, size)
+            .ends_with("board.bin: is a board, whose firmware sets the camera up; leave options of a camera out")
+    );
+    let baud = OpenOptions { baud: Some(9600), ..default.clone() };
+    assert_eq!(refused("a.y4m", baud), "a.y4m: is no board; leave --baud out");
+    let board = || crate::session::Session::builder(open(sent, default.clone()).unwrap());
+    let models = [crate::model_file::ModelFile::open("builtin".as_ref()).unwrap()];
+    for builder in [board().config(crate::config::Config::default()), board().models(models)] {
+        let error = builder.build().unwrap_err().to_string();
+        assert!(error.contains("is a board, which finds its events itself"), "{error}");
+    }
+}

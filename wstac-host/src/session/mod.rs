@@ -28,11 +28,11 @@ use crate::source::open::{OpenOptions, SourceKind, open};
 use crate::source::{Lag, Source, SourceEvent, StreamInfo, board_refusal, config_of};
 use crate::texture::Textures;
 #[cfg(feature = "board")]
-use crate::{output::FaultReport, output::Report, plural::counted, source::Fault, source::FaultKind};
+use crate::{output::FaultReport, output::Report, source::Fault, source::FaultKind};
 
 /// Reads a source through the core: an iterator of typed outputs.
 ///
-/// What a board's line says, such as a cable that is unplugged, comes as [`Output::Fault`].
+/// Notes of a board's line, such as that the cable is unplugged, are [`Output::Fault`]s.
 ///
 /// It owns its source, configuration and models, and may go to another thread. The last output of a source that does
 /// not fail is [`Output::End`]. If the source fails, the outputs up to then and an [`Output::End`] come first, and the
@@ -40,7 +40,7 @@ use crate::{output::FaultReport, output::Report, plural::counted, source::Fault,
 pub struct Session {
     source: Box<dyn Source>,
     processor: Processor,
-    /// What has not been handed out yet.
+    /// The outputs that have not been handed out yet.
     queue: Queue,
     /// The source's error, which is handed out after them.
     error: Option<Error>,
@@ -306,15 +306,10 @@ impl Observer for Queue {
         if let SourceEvent::Report(report) = event {
             self.was_waiting = true;
             // Whoever iterates has no other way to hear of them.
-            let message = match report {
-                Report::Note(text) => Some(text.clone()),
-                Report::LostEvents(lost) => Some(format!("{} lost", counted(*lost, "event"))),
-                _ => None,
-            };
             if let Report::Progress(stream) = report {
                 self.frames = stream.frames;
             }
-            self.outputs.extend(message.map(|message| {
+            self.outputs.extend(report.message().map(|message| {
                 let fault = Fault::new(FaultKind::Board, message);
                 Output::Fault(FaultReport { frame: self.frames, time_ns: None, stamp: None, fault })
             }));

@@ -113,7 +113,8 @@ pub trait SourceKind: Sync {
 /// Opens a source by its name.
 ///
 /// The name is one of `kinds`, a Y4M file, a named pipe, a recording, a video, a folder of PNGs or JPEGs, or `-`. `-`
-/// stands for Y4M on standard input. Videos are decoded by ffmpeg, if the machine has it.
+/// stands for Y4M on standard input. Videos are decoded by ffmpeg, if the machine has it. Boards are of the kind
+/// `monitor::line::Boards`.
 ///
 /// Files are recognized by their first bytes or by their names. A name need not be UTF-8.
 ///
