@@ -2,8 +2,6 @@
 
 mod event;
 
-#[cfg(feature = "board")]
-use std::borrow::Cow;
 use std::fmt;
 
 use wstac_core::features::Features;
@@ -21,8 +19,6 @@ pub use self::event::{Paths, TactileEvent, TouchTime};
 use crate::frame_clock::ClockMatch;
 use crate::frame_clock::FrameClock;
 pub use crate::frame_clock::{Elapsed, Stamp, StreamClock};
-#[cfg(feature = "board")]
-use crate::plural::counted;
 use crate::reasons::{Fault, LossCounts, LossReason};
 use crate::texture::Texture;
 
@@ -405,10 +401,10 @@ pub enum Report {
 #[cfg(feature = "board")]
 impl Report {
     /// Returns what people are told: a note, or that events were lost.
-    pub fn message(&self) -> Option<Cow<'_, str>> {
+    pub fn message(&self) -> Option<std::borrow::Cow<'_, str>> {
         match self {
             Self::Note(text) => Some(text.into()),
-            Self::LostEvents(lost) => Some(format!("{} lost", counted(*lost, "event")).into()),
+            Self::LostEvents(lost) => Some(format!("{} lost", crate::plural::counted(*lost, "event")).into()),
             _ => None,
         }
     }

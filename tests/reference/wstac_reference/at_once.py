@@ -66,10 +66,9 @@ class AtOnce:
         self.is_over = False
         """Whether the touch had ended at that try: its light stays as it is."""
         self.found: WaveAnswer | None = None
-        self.before: tuple[Sample, WaveAnswer, bool] | None = None
+        self.before: tuple[Sample, WaveAnswer] | None = None
         self.answered: tuple[Sample, WaveAnswer] | None = None
-        """The touches of the sample before and of this one, if they were answered by a velocity; of the sample before
-        whether its light lasted too long for that of one end."""
+        """The touches of the sample before and of this one, if they were answered by a velocity."""
         self.same: dict[int, int] = {}
         """The samples of other ends, each with that of the touch that was answered."""
         self.slow: int | None = None
@@ -128,24 +127,21 @@ class AtOnce:
             self.trigger.answer()
         return Answered(sample.frame + frames - 1, sample.frame, frames, wave)
 
-    def one_end(self) -> tuple[Sample, WaveAnswer, bool] | None:
-        """The last touch, if it was an edge, and either only one end has passed or something glows."""
+    def one_end(self) -> tuple[Sample, WaveAnswer] | None:
+        """The last touch, if it was an edge of which only one end has passed, or something glows."""
         if self.answered is None:
             return None
         sample, wave = self.answered
         ends = [end.frame for end in self.trigger.contact_ends if end.event_frame == sample.frame]
         passed = [end for end in ends if (end - sample.touch_frame) / self.fps * wave.mm_s > OF_END_MM]
-        if not all(glows(sample, self.features[end + 4]) for end in passed):
-            return None
-        return sample, wave, bool(passed)
+        return self.answered if all(glows(sample, self.features[end + 4]) for end in passed) else None
 
-    def is_other_end(self, first: Sample, of_first: WaveAnswer, has_passed: bool, sample: Sample, wave: WaveAnswer) -> bool:
+    def is_other_end(self, first: Sample, of_first: WaveAnswer, sample: Sample, wave: WaveAnswer) -> bool:
         """Whether this is the light of the other end of what slid before, or of its middle."""
         if (sample.touch_frame - first.touch_frame) / self.fps * of_first.mm_s > LONGEST_MM:
             return False
-        if wave.why is not None:
-            return glows(first, sample.features[0])
-        return not has_passed and agrees(of_first, wave, self.limits.alike)
+        is_alike = wave.why is None and agrees(of_first, wave, self.limits.alike)
+        return is_alike or (wave.why is not None and glows(first, sample.features[0]))
 
     def is_slow_light(self, sample: Sample) -> bool:
         """Whether this light follows that of an event without a reliable answer too soon for another touch."""

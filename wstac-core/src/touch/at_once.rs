@@ -98,8 +98,6 @@ struct Answered {
     velocity: Velocity,
     /// The sum of ten features in the first frame of its sample.
     dark: i32,
-    /// Whether its light lasted longer than that of one end: then only a glow is that of the same touch.
-    has_passed: bool,
 }
 
 impl Answered {
@@ -165,12 +163,12 @@ impl AtOnce {
         }
         let touch_frame = touch.touch_frame.unwrap_or(touch.frame) as u32;
         let first = touch.sample.frame(0);
-        if let Some(slide) = self.slide.filter(|slide| self.path_mm(*slide, touch_frame) <= LONGEST_MM) {
-            let is_other_end = |of| !slide.has_passed && agree(slide.velocity, of, ALIKE);
-            let is_within = found.is_none() && first.is_some_and(|features| slide.glows(features));
-            if is_within || answer.velocity().is_some_and(is_other_end) {
-                return self.goes_on(frame, slide.frame);
-            }
+        if let Some(slide) = self.slide
+            && self.path_mm(slide, touch_frame) <= LONGEST_MM
+            && (answer.velocity().is_some_and(|of| agree(slide.velocity, of, ALIKE))
+                || found.is_none() && first.is_some_and(|features| slide.glows(features)))
+        {
+            return self.goes_on(frame, slide.frame);
         }
         if let Some([first, end]) = self.slow
             && found.is_none()
@@ -185,8 +183,7 @@ impl AtOnce {
             found.is_none() && of.mm_s * self.seconds_per_frame <= SLOW[0] && of.mm_s_sd <= SLOW[1] * of.mm_s
         };
         let edge = answer.velocity().filter(|of| answer.basis == Some(Basis::Edge) || is_slow(of));
-        let dark = first.map_or(0, sum);
-        self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity, dark, has_passed: false });
+        self.newest = edge.map(|velocity| Answered { frame, touch_frame, velocity, dark: first.map_or(0, sum) });
         true
     }
 
@@ -246,9 +243,10 @@ impl AtOnce {
         // Both ends have passed if light lasts longer, unless a flat block's middle glows.
         let of_end = end.event_frame as u32;
         let slide = self.newest.filter(|slide| slide.frame == of_end);
-        if let Some(slide) = slide.filter(|slide| self.path_mm(*slide, end.frame as u32) > OF_END_MM) {
-            let glows = features.is_some_and(|features| slide.glows(features));
-            self.newest = glows.then_some(Answered { has_passed: true, ..slide });
+        if slide.is_some_and(|slide| {
+            self.path_mm(slide, end.frame as u32) > OF_END_MM && !features.is_some_and(|features| slide.glows(features))
+        }) {
+            self.newest = None;
         }
         let other_end = self.other_end.filter(|other| other[0] == of_end);
         if other_end.is_some() {

@@ -41,7 +41,7 @@ const FAINT: u32 = 4;
 const MOST_TRIES: u8 = 4;
 /// Largest root mean square distance from the plane of edges and a dome, as a part of the slowness and 0.3 frames.
 const OFF: [f32; 2] = [0.18, 0.3];
-/// Mean square distance that a dome has from the plane, for curvatures of 1 over half of the sensor and a slowness of 1.
+/// Mean square distance of a dome from the plane, for curvatures of 1 over half of the sensor and a slowness of 1.
 const OF_DOME: f32 = 0.35;
 /// Largest curvatures of the plane over half of the sensor, as parts of the slowness: along less across, where light
 /// that grows along the motion by a fraction counts as half of it; of both mixed; and across less what is curved alike
