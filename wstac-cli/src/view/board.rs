@@ -23,7 +23,7 @@ pub(super) fn take(report: &Report, info: &StreamInfo, next: &mut u64, state: &m
             *next = frame.frame.saturating_add(1);
         }
         Report::LostEvents(_) | Report::Note(_) => {
-            state.say(About::Trouble, report.message().unwrap_or_default().into())
+            state.say(About::Trouble, report.message().unwrap_or_default().into());
         }
         Report::Telemetry(found, clock) => {
             state.about = format!("{}: {}", about(info), telemetry::in_words(found, *clock));
