@@ -195,7 +195,7 @@ def same_everywhere(at: Path, *wstac: str | Path) -> None:
     at.mkdir()
     options = ("--json", "--features", "--motion", "--model", "builtin:path-svm")
     records = run(*wstac, "run", "scene:Saw3@150,90deg", *options)
-    records += run(*wstac, "run", Path(wstac[-1]).parent.parent / "board.bin", "--json")
+    records += run(*wstac, "run", Path(wstac[-1]).parent / "board.bin", "--json")
     records += run(*wstac, "run", "scene:Tri3@45,30deg", "--json", "--samples", "--model", "builtin:taxel-path-boosted")
     (at / "run.json").write_text(records, encoding="utf-8")
     run(*wstac, "scene", "render", "Sin2@120", "-o", at / "clip.y4m", quiet=True)
