@@ -42,7 +42,10 @@ fn a_slow_flat_block_is_one_event() {
         let toml = format!(
             "fidelity = \"taxel\"\nseed = {number}\n[[touch]]\nkind = \"slide\"\n{slide}[light]\nunit = {number}\n"
         );
-        let found = records(&["run", &folder.scene("block.toml", toml), "--json"]);
+        let scene = folder.scene("block.toml", toml);
+        let [found, of_samples] =
+            [&[][..], &["--samples"]].map(|more| records(&[&["run", &scene, "--json"], more].concat()));
+        assert_eq!(of_samples.len(), found.len());
         let of = |kind: &str| found.iter().filter(|record| record["kind"] == kind).collect::<Vec<_>>();
         let ([event], [end]) = (&of("event")[..], &of("contact_end")[..]) else { panic!("{found:?}") };
         assert_eq!((&event["reliable"], &end["event_frame"]), (&json!(false), &event["frame"]));

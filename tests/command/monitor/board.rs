@@ -170,8 +170,7 @@ impl Board<'_> {
 
     /// Returns whether there is an answer.
     fn event(&mut self, event: &Event<'_>) -> bool {
-        // Whole samples are events of their own, as those of a host are.
-        let at_once = self.is_at_once.then_some(&mut self.at_once);
+        let at_once = Some(&mut self.at_once);
         let Some(answer) = answer(event, &self.law, at_once, Some(&self.slip), |answer| *answer) else { return false };
         if let Some(end) = self.at_once.last_end() {
             self.sent.push(&Message::ContactEnd(end));

@@ -20,7 +20,9 @@ BEFORE, BEHIND = 26, 80
 LEAST_LIGHT = 40
 ROD = Touch(mm_s=100.0, deg=33.0, outline="block", fade=1.4)
 FLAT = Touch(mm_s=20.0, deg=8.0, outline="edge", fade=4.0)
-TURNING = Touch(outline="coin", turns=0.5)
+TURNING, PRESS = Touch(outline="coin", turns=0.5), Touch(mm_s=0.0, outline="edge")
+# Its light lasts longer than that of one end.
+FAST = Touch(mm_s=50.0, deg=8.0, outline="edge", fade=6.0)
 GLOW = 120
 
 Stream = list[list[int] | int | None]
@@ -43,9 +45,14 @@ def touches() -> dict[str, list[tuple[int, Touch]]]:
         "two-strokes": [(BEFORE, FLAT), (199, FLAT)],
         "glowing-block": [(BEFORE, FLAT), (-64, TURNING)],
         "then-turning": [(BEFORE, FLAT), (64, TURNING)],
+        # 105 mm from end to end.
+        "glowing-middle": [(BEFORE, FLAT), (-20, TURNING), (25, FLAT)],
+        "press-in-a-glow": [(BEFORE, FLAT), (-64, PRESS)],
+        "long-light": [(BEFORE, FAST), (10, TURNING)],
+        "long-light-glows": [(BEFORE, FAST), (-10, TURNING)],
         "turning": [(BEFORE, TURNING)],
         "two-velocities": [(BEFORE, Touch(outline="fingers", second=0.8))],
-        "press": [(BEFORE, Touch(mm_s=0.0, outline="edge"))],
+        "press": [(BEFORE, PRESS)],
     }
 
 

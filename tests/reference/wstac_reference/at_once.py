@@ -116,7 +116,10 @@ class AtOnce:
         if not is_whole and not (has_velocity and is_certain):
             return None
         if self.before is not None and self.is_other_end(*self.before, sample, wave):
-            self.same[sample.frame], self.answered = self.before[0].frame, None
+            first = self.before[0]
+            self.same[sample.frame] = self.same.get(first.frame, first.frame)
+            # The other end may follow the middle.
+            self.answered = None if has_velocity else self.before
             return None
         if not has_velocity and self.is_slow_light(sample):
             self.same[sample.frame], self.answered = self.slow, None
@@ -134,14 +137,17 @@ class AtOnce:
         sample, wave = self.answered
         ends = [end.frame for end in self.trigger.contact_ends if end.event_frame == sample.frame]
         passed = [end for end in ends if (end - sample.touch_frame) / self.fps * wave.mm_s > OF_END_MM]
-        return self.answered if all(glows(sample, self.features[end + 4]) for end in passed) else None
+        # Its end is known in the last frame of its sample, or in the fifth dark one.
+        known = [max(end + 4, sample.frame + SAMPLE_FRAMES - 1) for end in passed]
+        return self.answered if all(glows(sample, self.features[frame]) for frame in known) else None
 
     def is_other_end(self, first: Sample, of_first: WaveAnswer, sample: Sample, wave: WaveAnswer) -> bool:
         """Whether this is the light of the other end of what slid before, or of its middle."""
         if (sample.touch_frame - first.touch_frame) / self.fps * of_first.mm_s > LONGEST_MM:
             return False
-        is_alike = wave.why is None and agrees(of_first, wave, self.limits.alike)
-        return is_alike or (wave.why is not None and glows(first, sample.features[0]))
+        if wave.why in (None, "press", "poke"):
+            return wave.why is None and agrees(of_first, wave, self.limits.alike)
+        return glows(first, sample.features[0])
 
     def is_slow_light(self, sample: Sample) -> bool:
         """Whether this light follows that of an event without a reliable answer too soon for another touch."""

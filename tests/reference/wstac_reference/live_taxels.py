@@ -18,7 +18,7 @@ SETTLED, HIGHER, STEPS, OLD = 2.5, 8, 6, 6
 """An edge is settled, looked for at most, and tells nothing any more after so many frames."""
 GLOW, ALIKE = 0.75, (0.03, 0.01)
 CONTINUED, FADED, BEFORE, MOST_TRIES = 16, 0.004, 8, 4
-OFF, GROWN, CURVED = 0.18, 0.12, (0.12, 0.13, 0.2)
+OFF, GROWN, CURVED, ROUND = 0.18, 0.12, (0.12, 0.13, 0.2), 0.6
 STABLE, DIFFERS, LEAST = 0.04, 0.1, 0.3
 CHANGES, OFF_AFTER_GLOW, UNEVEN = (0.08, 0.03), 0.06, (0.012, 0.11)
 MONOMIALS = np.column_stack([np.ones(TAXELS), ROW, COLUMN, ROW**2, COLUMN**2, ROW * COLUMN])
@@ -50,6 +50,7 @@ def front_of(times: np.ndarray, peaks: np.ndarray, has_glowed: bool) -> tuple[np
     is_even = off - by_dome < (OFF * (slowness + 0.3)) ** 2 and abs(bend) < CURVED[0]
     is_even = is_even and not (has_glowed and off >= (OFF_AFTER_GLOW * slowness) ** 2)
     is_even = is_even and abs(both) < CURVED[1] and abs(across - dome) < CURVED[2] and abs(grown) < GROWN
+    is_even = is_even and abs(dome) < ROUND
     return (plane[1:], off, bend) if is_even else None
 
 

@@ -163,18 +163,20 @@ impl AtOnce {
         }
         let touch_frame = touch.touch_frame.unwrap_or(touch.frame) as u32;
         let first = touch.sample.frame(0);
-        if let Some(slide) = self.slide
-            && self.path_mm(slide, touch_frame) <= LONGEST_MM
-            && (answer.velocity().is_some_and(|of| agree(slide.velocity, of, ALIKE))
-                || found.is_none() && first.is_some_and(|features| slide.glows(features)))
-        {
-            return self.goes_on(frame, slide.frame);
+        if let Some(slide) = self.slide.filter(|slide| self.path_mm(*slide, touch_frame) <= LONGEST_MM) {
+            if answer.velocity().is_some_and(|of| agree(slide.velocity, of, ALIKE)) {
+                return self.goes_on(frame, slide.frame, None);
+            }
+            // It may be the middle, or the other end that is cut off.
+            if !answer.reliable && first.is_some_and(|features| slide.glows(features)) {
+                return self.goes_on(frame, slide.frame, Some(slide));
+            }
         }
         if let Some([first, end]) = self.slow
             && found.is_none()
             && touch_frame.wrapping_sub(end) < u32::from(SLOW_DARK_FRAMES)
         {
-            return self.goes_on(frame, first);
+            return self.goes_on(frame, first, None);
         }
         // A held part that slipped has no other end to wait for.
         self.slow = (!answer.reliable && answer.doubt != Some(Reason::Slips)).then_some([frame, frame]);
@@ -231,9 +233,9 @@ impl AtOnce {
         end
     }
 
-    /// Takes note that a sample has light of the touch of an event before. Returns false.
-    fn goes_on(&mut self, frame: u32, event: u32) -> bool {
-        (self.newest, self.slide, self.other_end) = (None, None, Some([frame, event]));
+    /// Takes note that a sample has light of the touch of an event before, of which `more` may come. Returns false.
+    fn goes_on(&mut self, frame: u32, event: u32, more: Option<Answered>) -> bool {
+        (self.newest, self.slide, self.other_end) = (more, None, Some([frame, event]));
         false
     }
 

@@ -43,6 +43,8 @@ const MOST_TRIES: u8 = 4;
 const OFF: [f32; 2] = [0.18, 0.3];
 /// Mean square distance of a dome from the plane, for curvatures of 1 over half of the sensor and a slowness of 1.
 const OF_DOME: f32 = 0.35;
+/// Largest curvature of a dome: light that spreads from a place has a greater one.
+const ROUND: f32 = 0.6;
 /// Largest curvatures of the plane over half of the sensor, as parts of the slowness: along less across, where light
 /// that grows along the motion by a fraction counts as half of it; of both mixed; and across less what is curved alike
 /// along.
@@ -329,6 +331,7 @@ impl EdgePlane {
         let is_even = self.off - OF_DOME * by_dome * by_dome < most * most
             && bent.abs() < CURVED[0]
             && twisted.abs() < CURVED[1]
+            && round.abs() < ROUND
             && (across - round).abs() < CURVED[2]
             && grown.abs() < GROWN;
         is_even.then_some([self.off, slowness, bent])
@@ -367,6 +370,6 @@ mod tests {
             EdgePlane::new(&times).is_even(&[1000; TAXELS]).is_some()
         };
         assert!(is_even([0.0, 0.0]) && is_even([0.4, 0.4]) && is_even([-0.4, -0.45]));
-        assert!(!is_even([0.0, 0.4]) && !is_even([0.4, 0.0]) && !is_even([0.4, -0.4]));
+        assert!(!is_even([0.7, 0.7]) && !is_even([0.0, 0.4]) && !is_even([0.4, 0.0]) && !is_even([0.4, -0.4]));
     }
 }
