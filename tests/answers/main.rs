@@ -121,6 +121,11 @@ pub(crate) fn judged(count: usize, of: usize, is_missed: bool) -> String {
     format!("{} ({low:.1}…{high:.1})", bold(is_missed, format!("{percent:.1}")))
 }
 
+/// Returns a share as [`interval`] does, bold if it is below a goal in percent.
+pub(crate) fn at_least(count: usize, of: usize, goal: f64) -> String {
+    judged(count, of, 100.0 * (count as f64) < goal * of as f64)
+}
+
 /// Returns the median and the 95th percentile of errors.
 pub(crate) fn percentiles(errors: &[f64], unit: f64) -> String {
     let at = |fraction| percentile(errors.to_vec(), fraction).map(|value| format!("{:.2}", unit * value));

@@ -22,7 +22,8 @@ int main(int argc, char **argv)
             break;
         /* A part was pressed on and held, and moves now. */
         if (record.kind == WSTAC_KIND_SLIP) {
-            printf("frame %.0f: slip since frame %.0f\n", (double)record.frame, (double)record.onset_frame);
+            double frame = (double)record.frame, onset = (double)record.onset_frame;
+            printf("frame %.0f: slip since frame %.0f, %.0f frames ago\n", frame, onset, frame - onset);
             stop();
         }
         if (record.kind == WSTAC_KIND_FAULT)

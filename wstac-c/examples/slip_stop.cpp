@@ -14,7 +14,8 @@ int main(int argc, char **argv)
     wstac::Sensor sensor = wstac::Sensor::open(argv[1]);
     const bool is_read = sensor && sensor.each([](const WstacRecord &record) noexcept {
         if (record.kind == WSTAC_KIND_SLIP) {
-            std::printf("frame %.0f: slip since frame %.0f\n", double(record.frame), double(record.onset_frame));
+            const double frame = double(record.frame), onset = double(record.onset_frame);
+            std::printf("frame %.0f: slip since frame %.0f, %.0f frames ago\n", frame, onset, frame - onset);
             stop();
         }
         return true;

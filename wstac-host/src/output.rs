@@ -314,7 +314,7 @@ impl SlipReport {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct EarlyTexture {
-    /// The number of the first frame of the sample: the frame of the event to come.
+    /// The number of the first frame of the sample: the frame of the event to come, unless it is light of one before.
     pub frame: u64,
     /// The time of that frame in nanoseconds ([`StreamSummary::clock`]); `None` from a board whose clock is not
     /// known yet.

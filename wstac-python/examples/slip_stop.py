@@ -13,7 +13,8 @@ def stop() -> None:
 for record in wstac.open(sys.argv[1]).records():
     # A part was pressed on and held, and moves now.
     if isinstance(record, wstac.Slip):
-        print(f"frame {record.frame}: slip since frame {record.onset_frame}")
+        ago = record.frame - record.onset_frame
+        print(f"frame {record.frame}: slip since frame {record.onset_frame}, {ago} frames ago")
         stop()
     elif isinstance(record, wstac.Fault):
         print(f"frame {record.frame}: {record.message}", file=sys.stderr)

@@ -328,7 +328,7 @@ class _Row:
 
 @dataclass(frozen=True)
 class ContactEnd(_Row):
-    """The end of the touch of an event: its light has left. A law of durations gives none.
+    """The end of the touch of an event: its light has left, and no more can follow. A law of durations gives none.
 
     >>> import wstac
     >>> [end] = wstac.simulate("Saw3@150,90deg", frames=False).contact_ends

@@ -17,7 +17,8 @@ fn main() -> Result<(), Error> {
         match output? {
             // A part was pressed on and held, and moves now.
             Output::Slip(slip) => {
-                println!("frame {}: slip since frame {}", slip.frame, slip.onset_frame);
+                let (frame, onset) = (slip.frame, slip.onset_frame);
+                println!("frame {frame}: slip since frame {onset}, {} frames ago", frame - onset);
                 stop();
             }
             Output::Fault(report) => eprintln!("frame {}: {}", report.frame, report.fault),

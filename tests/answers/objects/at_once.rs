@@ -22,7 +22,7 @@ use super::{
     Answered, Fault, FrameGeometry, Gray, JUDGE, Kind, Layout, MotionConfig, Pipeline, ROWS, Readout, SLIDES, SPEEDS,
     Scene, SimulatedFrame, Tally, TriggerConfig, answer, each, percentile,
 };
-use crate::{interval, share};
+use crate::{at_least, bold, interval, share};
 
 /// Faults of the mix that are hardest.
 const HARD: [Fault; 5] = [Fault::None, Fault::Noise, Fault::Lost, Fault::Rate(15), Fault::UnknownReadout];
@@ -113,7 +113,8 @@ pub(crate) fn blocks(page: &mut String) {
     for (name, block) in [("flat", Specimen::ALL[0]), ("Saw4", Specimen::block(Pattern::Saw, 4.0))] {
         let count =
             |mm_s| each(BLOCKS, |number| events_of_block(block, mm_s, number)).iter().filter(|of| **of > 1).count();
-        let parts = SLOW.map(|mm_s| share(count(mm_s), BLOCKS as usize)).join("/");
+        let part = |count| bold(count > 0, share(count, BLOCKS as usize));
+        let parts = SLOW.map(|mm_s| part(count(mm_s))).join("/");
         let _ = write!(page, "{} {name} {parts} %", if name == "flat" { "" } else { "," });
     }
     page.push_str(".\n\n");
@@ -143,7 +144,7 @@ pub(crate) fn section(page: &mut String) {
         "\nBlocks of 60 mm with the ten textures, at 150 mm/s in any direction, {OF_TEXTURE} of each: {} % have speed, direction and \
          texture within {GOAL_S} s of the first touch (goal: all), {} % before the whole sample, after {:.2} s (median) and {:.2} s \
          (p95); {} % of these textures are right.\n",
-        interval(within(GOAL_S), count as usize),
+        at_least(within(GOAL_S), count as usize, 100.0),
         interval(found.len(), count as usize),
         second(0.5),
         second(0.95),

@@ -23,7 +23,7 @@ use wstac_train::dataset::path::{PathSlide, RandomSlides};
 use super::{FIRST_SENSOR, Said, is_right, said};
 use crate::objects::scenes::{self, Fault, Kind};
 use crate::touches::each;
-use crate::{interval, share};
+use crate::{at_least, interval, share};
 
 /// The models of the table, of ten sums and of 25 taxels.
 const MODELS: [&str; 2] = ["path-svm", "taxel-path-svm"];
@@ -53,6 +53,8 @@ struct Condition {
     posed: bool,
     /// Whether gains were calibrated.
     calibrated: bool,
+    /// Whether slides go along a row or a column, half a pitch or one in a frame: all whiskers see the same places.
+    in_step: bool,
 }
 
 const USUAL: Condition = Condition {
@@ -66,6 +68,7 @@ const USUAL: Condition = Condition {
     gains: 1.0,
     posed: false,
     calibrated: false,
+    in_step: false,
 };
 
 const GAINS: Condition = Condition { gains: 3.0, ..USUAL };
@@ -74,7 +77,7 @@ const CALIBRATED: Condition = Condition { calibrated: true, ..USUAL };
 const LOST: Condition = Condition { lost: (0.05, 1), ..USUAL };
 
 /// Conditions with their names, and the goal of right answers in percent.
-const CONDITIONS: [(&str, Condition, Option<f64>); 20] = [
+const CONDITIONS: [(&str, Condition, Option<f64>); 21] = [
     ("no fault", USUAL, Some(98.0)),
     ("60 frames per second", Condition { fps: 60, speeds: ALL, ..USUAL }, Some(98.0)),
     ("readout of up to 33 ms, known", Condition { readout_ms: 33.0, ..USUAL }, Some(98.0)),
@@ -107,6 +110,7 @@ const CONDITIONS: [(&str, Condition, Option<f64>); 20] = [
         Condition { gains: 3.0, readout_ms: 33.0, ..CALIBRATED },
         Some(98.0),
     ),
+    ("60 or 120 mm/s along a row or a column", Condition { in_step: true, ..USUAL }, Some(98.0)),
 ];
 
 /// Objects. Blocks have one of the ten textures, all others none.
@@ -190,8 +194,13 @@ impl Condition {
             ..RandomSlides::default()
         };
         let of = |number: u64| {
-            let (slide, sensor, mut script) = slides.drawn(number as u32);
+            let (mut slide, sensor, mut script) = slides.drawn(number as u32);
             let mut rng = Rng::new(seed, 3_000_000_000 + number);
+            if self.in_step {
+                (slide.speed_mm_s, slide.direction_deg) =
+                    (60.0 * (1 + rng.below(2)) as f64, 90.0 * rng.below(4) as f64);
+                script.touches = vec![Touch::Slide(slide)];
+            }
             let layout = self.alter(&mut script, &mut rng)?;
             let correction = if self.calibrated { Some(calibrated_gains(&script, layout, &mut rng)?) } else { None };
             let mut run = 0;
@@ -234,9 +243,9 @@ pub(crate) fn section() -> String {
         let [sums, taxels] = models.each_ref().map(|model| said(model, &slides));
         let right = |all: &[Option<Said>]| all.iter().filter(|said| is_right(said.as_ref())).count();
         let wrong = taxels.iter().flatten().filter(|said| said.known && !said.right).count();
+        let judged = |right, of| at_least(right, of, goal.unwrap_or(0.0));
         let (count, goal) = (slides.len(), goal.map_or(String::new(), |goal| format!(" ≥{goal}")));
-        let (sums, taxels, wrong) =
-            (share(right(&sums), count), interval(right(&taxels), count), interval(wrong, count));
+        let (sums, taxels, wrong) = (share(right(&sums), count), judged(right(&taxels), count), interval(wrong, count));
         let refused = condition.slides - count as u64;
         let is_said = condition.posed || refused > 0;
         let name = if is_said { format!("{name}; {refused} refused") } else { name.into() };
