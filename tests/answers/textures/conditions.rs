@@ -266,7 +266,6 @@ pub(crate) fn section() -> String {
 }
 
 const ABOUT: &str = "Right answers in percent, and wrong names of `taxel-path-svm` (goal: ≤1), under conditions that no model was trained in: of 600 slides each, 150 with oblique cameras.
-A weak whisker has 15 % of its light.
 Slides move at most 5 mm per frame if the row does not say otherwise.
 Oblique cameras are those of `ci/long poses` after `wstac calibrate`, and gains are measured by `--gains` with three slides, where calibration is not refused:";
 
