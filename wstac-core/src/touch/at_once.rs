@@ -101,11 +101,13 @@ struct Answered {
 }
 
 impl Answered {
-    fn glows(&self, features: &Features) -> bool {
-        sum(features) - self.dark > GLOWS
+    fn glows(&self, features: Option<&Features>) -> bool {
+        features.is_some_and(|features| sum(features) - self.dark > GLOWS)
     }
 }
 
+// Its loop is unrolled where it is inlined.
+#[inline(never)]
 fn sum(features: &Features) -> i32 {
     features.iter().map(|&feature| i32::from(feature)).sum()
 }
@@ -168,7 +170,7 @@ impl AtOnce {
                 return self.goes_on(frame, slide.frame, None);
             }
             // It may be the middle, or the other end that is cut off.
-            if !answer.reliable && first.is_some_and(|features| slide.glows(features)) {
+            if !answer.reliable && slide.glows(first) {
                 return self.goes_on(frame, slide.frame, Some(slide));
             }
         }
@@ -245,9 +247,7 @@ impl AtOnce {
         // Both ends have passed if light lasts longer, unless a flat block's middle glows.
         let of_end = end.event_frame as u32;
         let slide = self.newest.filter(|slide| slide.frame == of_end);
-        if slide.is_some_and(|slide| {
-            self.path_mm(slide, end.frame as u32) > OF_END_MM && !features.is_some_and(|features| slide.glows(features))
-        }) {
+        if slide.is_some_and(|slide| self.path_mm(slide, end.frame as u32) > OF_END_MM && !slide.glows(features)) {
             self.newest = None;
         }
         let other_end = self.other_end.filter(|other| other[0] == of_end);

@@ -314,7 +314,9 @@ impl EdgePlane {
     #[inline(never)]
     fn is_even(&self, peaks: &[i32; TAXELS]) -> Option<[f32; 3]> {
         let slowness = length(self.slope);
-        if slowness <= 0.0 {
+        let most = OFF[0] * (slowness + OFF[1]);
+        // The roundest dome would not be enough: a core without floating point has no time for the rest.
+        if slowness <= 0.0 || self.off >= most * most + OF_DOME * ROUND * ROUND * slowness * slowness {
             return None;
         }
         let [down, right] = self.slope.map(|part| part / slowness);
@@ -326,9 +328,8 @@ impl EdgePlane {
         let twisted = 2.0 * (rows - columns) * down * right + mixed * (right * right - down * down);
         let grown = 2.0 * grown / light;
         let bent = along - across - 0.5 * grown;
-        let (round, most) = (dome(along, across), OFF[0] * (slowness + OFF[1]));
-        let by_dome = round * slowness;
-        let is_even = self.off - OF_DOME * by_dome * by_dome < most * most
+        let round = dome(along, across);
+        let is_even = self.off - OF_DOME * round * round * slowness * slowness < most * most
             && bent.abs() < CURVED[0]
             && twisted.abs() < CURVED[1]
             && round.abs() < ROUND
