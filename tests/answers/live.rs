@@ -55,6 +55,12 @@ struct Followed {
     wrong: usize,
 }
 
+impl Followed {
+    fn is_in_time(&self) -> bool {
+        self.said.first().is_some_and(|said| said.delay <= IN_TIME)
+    }
+}
+
 /// Returns the path in mm and the speed in mm/s at the end of each frame.
 fn path(slide: &Slide, start: f64, frames: usize, fps: f64) -> Vec<[f64; 2]> {
     const STEPS: u32 = 50;
@@ -391,7 +397,7 @@ fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
     // The goals are of all speeds.
     for (number, (name, slides)) in rows.iter().enumerate() {
         let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
-        let in_time = first.iter().filter(|said| said.delay <= IN_TIME).count();
+        let in_time = slides.iter().filter(|slide| slide.is_in_time()).count();
         let wrong = first.iter().filter(|said| said.errors[0] > 0.1).count();
         let [soon, most] = SLIDES_GOALS.map(|goal| (number == 0).then_some(goal));
         let _ = writeln!(
@@ -420,9 +426,8 @@ pub(crate) fn tables(page: &mut String) {
     let by_specimen = Specimen::ALL.map(|specimen| {
         let name = specimen.to_string();
         let own: Vec<&Followed> = slides.iter().filter(|slide| slide.specimen == name).collect();
-        let first = || own.iter().filter_map(|slide| slide.said.first());
-        let in_time = first().filter(|said| said.delay <= IN_TIME).count();
-        format!("{name} {}/{}", share(in_time, own.len()), share(first().count(), own.len()))
+        let of = |is: fn(&Followed) -> bool| share(own.iter().filter(|slide| is(slide)).count(), own.len());
+        format!("{name} {}/{}", of(Followed::is_in_time), of(|slide| !slide.said.is_empty()))
     });
     let _ = writeln!(page, "By specimen, in time/answered, %: {}.\n", by_specimen.join(", "));
     let wrong = |touches: &[Followed]| touches.iter().map(|touch| touch.wrong).sum::<usize>();

@@ -23,7 +23,11 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
     let done = run(&["characterize", &folder.path("none.mp4"), "-o", output]);
     says(&done, 1, &["none.mp4"]);
     assert!(!said(&done).contains("do not touch") && !folder.0.join("out").exists(), "{}", said(&done));
-    let table = good(&["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()]);
+    let with_plan = ["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()];
+    let other = folder.written("other.csv", "recording,speed,direction\nFla0-80mm_s-0deg-3,80,0\n");
+    refused(&[&with_plan[..], &["--truth", &other]].concat(), &["other.csv: no slide", "found \"Fla0-80mm_s-0deg-3\""]);
+    assert!(!folder.0.join("out").exists());
+    let table = good(&with_plan);
     assert!(table.contains("8 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 0"), "{table}");
     let scene = fs::read_to_string(folder.0.join("out/scene.toml")).unwrap();
     let number = |key: &str| -> f64 {
@@ -51,7 +55,6 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
         &["9 slides: 8 reliable; reliable, but off by more than 10 % or 10°: 1", "120"],
     );
     assert_eq!(fs::metadata(&recording).unwrap().modified().unwrap(), before);
-    let with_plan = ["characterize", &source, "-o", output, "--plan", plan.to_str().unwrap()];
     good(&with_plan);
     for (text, says) in
         [("specimens = []\n", "plan.toml"), ("specimens = [\"Fla0\"]\n", "is another plan than that of --plan")]
@@ -65,7 +68,10 @@ fn a_sensor_is_characterized_and_becomes_a_scene() {
         ("recording,speed,direction\na,-1,0\n", "line 2: wrong number (found \"-1\", expected a speed in mm/s above 0"),
         ("recording,speed,direction\na,1,up\n", "line 2: wrong number (found \"up\", expected a direction in degrees"),
         ("recording,speed,direction\na,1,0\na,1,0\n", "line 3: recording \"a\" is there twice"),
-        ("recording,speed,direction\na,1,0\n", "no recording has this name (found \"a\""),
+        (
+            "recording,speed,direction\na,1,0\n",
+            "no slide of the plan and no recording has this name (found \"a\", expected one such as \"",
+        ),
     ] {
         folder.file("arm.csv", text);
         refused(&["characterize", &source, "-o", output, "--truth", truth], &[says]);

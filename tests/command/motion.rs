@@ -37,19 +37,23 @@ fn a_held_part_that_slips_is_reported_by_hosts_and_boards() {
 #[test]
 fn a_slow_flat_block_is_one_event() {
     let folder = Folder::new("slow-block");
-    for (number, direction) in [(3, 33), (7, 57)] {
-        let slide = format!("specimen = \"Fla0\"\nspeed = 11\ndirection = {direction}\n");
+    for (number, direction, speed) in [(3, 33, 11_u64), (7, 57, 11), (5, 90, 33)] {
+        let slide = format!("specimen = \"Fla0\"\nspeed = {speed}\ndirection = {direction}\nlength = 105\n");
         let toml = format!(
             "fidelity = \"taxel\"\nseed = {number}\n[[touch]]\nkind = \"slide\"\n{slide}[light]\nunit = {number}\n"
         );
         let scene = folder.scene("block.toml", toml);
         let [found, of_samples] =
             [&[][..], &["--samples"]].map(|more| records(&[&["run", &scene, "--json"], more].concat()));
-        assert_eq!(of_samples.len(), found.len());
-        let of = |kind: &str| found.iter().filter(|record| record["kind"] == kind).collect::<Vec<_>>();
-        let ([event], [end]) = (&of("event")[..], &of("contact_end")[..]) else { panic!("{found:?}") };
-        assert_eq!((&event["reliable"], &end["event_frame"]), (&json!(false), &event["frame"]));
-        assert!(end["frame"].as_u64() > event["frame"].as_u64().map(|frame| frame + 300), "{end}");
+        let [first, second] = [&found, &of_samples].map(|found| {
+            let of = |kind: &str| found.iter().filter(|record| record["kind"] == kind).collect::<Vec<_>>();
+            let ([event], [end]) = (&of("event")[..], &of("contact_end")[..]) else { panic!("{found:?}") };
+            assert_eq!((&event["reliable"], &end["event_frame"]), (&json!(speed == 33), &event["frame"]));
+            (event["frame"].as_u64().unwrap(), end["frame"].as_u64().unwrap())
+        });
+        // From the first light to the last, and no frame more.
+        let least = 30 * 105 / speed;
+        assert!(first.1 > first.0 + least && first == second, "{speed} mm/s: {first:?}, {second:?}");
     }
 }
 

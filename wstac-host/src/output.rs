@@ -400,7 +400,7 @@ pub enum Report {
 
 #[cfg(feature = "board")]
 impl Report {
-    /// Returns what people are told: a note, or that events were lost.
+    /// Returns the note, or the number of lost events, in words.
     pub fn message(&self) -> Option<std::borrow::Cow<'_, str>> {
         match self {
             Self::Note(text) => Some(text.into()),

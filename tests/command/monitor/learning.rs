@@ -26,7 +26,7 @@ pub(super) enum Line {
 pub(super) fn learns(line: Line) -> impl FnMut(Request, &mut Sent) + Send + 'static {
     let (mut all, mut is_late) = (LearnedTextures::default(), false);
     if line == Line::Full {
-        all.names = ["a", "b", "c", "d", "e", "f", "g", "h"].map(TextureName::new);
+        all.names = ["a", "b", "c", "d", "e", "f", "g", "h", "i", "j"].map(TextureName::new);
     }
     move |request, sent| match request {
         // A board tells its textures when a frame has ended, and its settings at once.

@@ -117,7 +117,7 @@ class AtOnce:
             return None
         if self.before is not None and self.is_other_end(*self.before, sample, wave):
             first = self.before[0]
-            self.same[sample.frame] = self.same.get(first.frame, first.frame)
+            self.same[sample.frame] = first.frame
             # The other end may follow the middle.
             self.answered = None if has_velocity else self.before
             return None

@@ -104,7 +104,7 @@ Learning:
   builtin:taxel-embedding, and the feature learn. Slide the texture over
   the sensor five times, at any speed and in any direction. Each touch
   is reported, with the reason if it was not taken. Events of the
-  texture then have its name as class. The board keeps up to 8 textures.
+  texture then have its name as class. The board keeps up to 10 textures.
 
 Models:
   The board must have the feature models. The file is checked here, then

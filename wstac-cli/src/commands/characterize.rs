@@ -95,6 +95,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
     let given = arguments.plan.as_deref().map(plan_text).transpose()?;
+    if let Some(path) = &arguments.truth {
+        check_names(path, &truth, folder, given.as_deref())?;
+    }
     if config.exists() {
         keep_plan(given.as_deref(), &plan)?;
     } else {
@@ -116,14 +119,6 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let mut found = Characterized::default();
     for file in find(&[folder.to_owned()])? {
         found.read(&file, &truth)?;
-    }
-    if let Some(name) = truth.keys().find(|name| !found.names.contains(name)) {
-        let file = arguments.truth.as_deref().unwrap_or(folder).display();
-        let message = format_args!(
-            "no recording has this name (found {name:?}, expected the name of a file in {}, without .mcap)",
-            folder.display()
-        );
-        return Err(Error::new(ErrorKind::Data, file, message).into());
     }
     let measured = found.measured();
     let overlay = fs::read(config.with_extension("png")).ok();
@@ -149,6 +144,36 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
 fn plan_text(path: &Path) -> Result<String, Error> {
     plan::read(path)?;
     file_text(path)
+}
+
+/// Refuses a truth about a slide that is neither planned nor recorded, before a person waits.
+fn check_names(
+    path: &Path,
+    truth: &BTreeMap<String, SlideTruth>,
+    folder: &Path,
+    given: Option<&str>,
+) -> Result<(), Error> {
+    let kept = folder.join("plan.toml");
+    let planned = if kept.exists() {
+        plan::read(&kept)?
+    } else {
+        plan::parse(given.unwrap_or(PLAN)).map_err(|message| Error::new(ErrorKind::Config, kept.display(), message))?
+    };
+    // There may be no recording yet.
+    let mut names: Vec<String> =
+        find(&[folder.to_owned()]).unwrap_or_default().iter().map(|file| name_of(file)).collect();
+    names.extend(planned.into_iter().map(|slide| slide.name));
+    let Some(name) = truth.keys().find(|name| !names.contains(name)) else { return Ok(()) };
+    let message = format_args!(
+        "no slide of the plan and no recording has this name (found {name:?}, expected one such as {:?})",
+        names[0]
+    );
+    Err(Error::new(ErrorKind::Data, path.display(), message))
+}
+
+/// Returns the name of a recording, without its ending.
+fn name_of(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// Writes the plan to the folder, unless it is there.
@@ -200,7 +225,6 @@ fn read_truth(path: &Path) -> Result<BTreeMap<String, SlideTruth>, Error> {
 /// The answers and the light of a sensor's recordings.
 #[derive(Default)]
 struct Characterized {
-    names: Vec<String>,
     info: Option<StreamInfo>,
     readout_ms: Option<f64>,
     report: AnswerReport,
@@ -210,7 +234,7 @@ struct Characterized {
 impl Characterized {
     /// Reads a recording of one slide.
     fn read(&mut self, file: &Path, truth: &BTreeMap<String, SlideTruth>) -> Result<(), Error> {
-        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let name = name_of(file);
         let mut source = open(file, &OpenOptions::default())?;
         let info = source.info().clone();
         let config = config_of(&info, None)?;
@@ -257,7 +281,6 @@ impl Characterized {
         self.readout_ms = ReadoutUsed::of(config.sensor.readout).ms();
         let sensors = &mut self.report.sensors;
         sensors.extend(info.sensor().filter(|sensor| !sensors.contains(sensor)));
-        self.names.push(name);
         self.info.get_or_insert(info);
         Ok(())
     }

@@ -16,14 +16,14 @@ fn about(info: &StreamInfo) -> &str {
 
 /// Takes a report, but not its output. `next` is the number of the frame behind the last one with features.
 pub(super) fn take(report: &Report, info: &StreamInfo, next: &mut u64, state: &mut State) {
+    if let Some(message) = report.message() {
+        state.say(About::Trouble, message.into());
+    }
     match report {
         Report::Output(Output::Features(frame)) => {
             // Frames without features; fewer if the board has started again.
             state.add_gaps(frame.frame.checked_sub(*next).filter(|_| *next > 0).unwrap_or(0));
             *next = frame.frame.saturating_add(1);
-        }
-        Report::LostEvents(_) | Report::Note(_) => {
-            state.say(About::Trouble, report.message().unwrap_or_default().into());
         }
         Report::Telemetry(found, clock) => {
             state.about = format!("{}: {}", about(info), telemetry::in_words(found, *clock));
@@ -34,6 +34,6 @@ pub(super) fn take(report: &Report, info: &StreamInfo, next: &mut u64, state: &m
             state.doing =
                 if stream.baseline_complete { (About::Note, "watching".into()) } else { (About::Trouble, doing) };
         }
-        Report::Output(_) | Report::Request(_) => {}
+        Report::Output(_) | Report::Request(_) | Report::LostEvents(_) | Report::Note(_) => {}
     }
 }

@@ -19,7 +19,7 @@ const ALIKE: [f32; 3] = [3.0, 0.03, 3.0];
 /// The longest block whose two ends are one touch, and the most path on which one end gives light.
 const LONGEST_MM: f32 = 120.0;
 const OF_END_MM: f32 = 40.0;
-/// What slides glows if ten features together are so far above those before its light: each 0.2.
+/// The middle of a block glows if ten features together exceed those before its light by so much: 0.2 each.
 const GLOWS: i32 = FEATURES as i32 * FEATURE_ONE / 5;
 /// A velocity that is not reliable tells an end of a block if it is of at most so many mm per frame, with at most this
 /// deviation as a fraction of it.
@@ -106,8 +106,6 @@ impl Answered {
     }
 }
 
-// Its loop is unrolled where it is inlined.
-#[inline(never)]
 fn sum(features: &Features) -> i32 {
     features.iter().map(|&feature| i32::from(feature)).sum()
 }
@@ -167,18 +165,20 @@ impl AtOnce {
         let first = touch.sample.frame(0);
         if let Some(slide) = self.slide.filter(|slide| self.path_mm(*slide, touch_frame) <= LONGEST_MM) {
             if answer.velocity().is_some_and(|of| agree(slide.velocity, of, ALIKE)) {
-                return self.goes_on(frame, slide.frame, None);
+                return self.goes_on(frame, slide.frame);
             }
             // It may be the middle, or the other end that is cut off.
             if !answer.reliable && slide.glows(first) {
-                return self.goes_on(frame, slide.frame, Some(slide));
+                self.goes_on(frame, slide.frame);
+                self.newest = Some(slide);
+                return false;
             }
         }
         if let Some([first, end]) = self.slow
             && found.is_none()
             && touch_frame.wrapping_sub(end) < u32::from(SLOW_DARK_FRAMES)
         {
-            return self.goes_on(frame, first, None);
+            return self.goes_on(frame, first);
         }
         // A held part that slipped has no other end to wait for.
         self.slow = (!answer.reliable && answer.doubt != Some(Reason::Slips)).then_some([frame, frame]);
@@ -198,8 +198,10 @@ impl AtOnce {
     #[inline(never)]
     pub fn end(&mut self, update: &Update<'_>) -> Option<ContactEnd> {
         let now = update.number()?;
-        let features = update.frame().map(|frame| frame.features);
-        let before = update.contact_end().and_then(|end| self.take_end(end, features.as_ref()));
+        let before = update.contact_end().and_then(|end| {
+            let features = update.frame().map(|frame| frame.features);
+            self.take_end(end, features.as_ref())
+        });
         if before.is_some() || self.ended.is_none_or(|end| self.may_go_on(end, now, update.is_captured())) {
             return before;
         }
@@ -235,9 +237,9 @@ impl AtOnce {
         end
     }
 
-    /// Takes note that a sample has light of the touch of an event before, of which `more` may come. Returns false.
-    fn goes_on(&mut self, frame: u32, event: u32, more: Option<Answered>) -> bool {
-        (self.newest, self.slide, self.other_end) = (more, None, Some([frame, event]));
+    /// Takes note that a sample has light of the touch of an event before. Returns false.
+    fn goes_on(&mut self, frame: u32, event: u32) -> bool {
+        (self.newest, self.slide, self.other_end) = (None, None, Some([frame, event]));
         false
     }
 

@@ -6,7 +6,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The most textures that a board keeps.
-pub const MOST_TEXTURES: usize = 8;
+pub const MOST_TEXTURES: usize = 10;
 /// The longest name of a texture that a board learns, in bytes.
 pub const LONGEST_TEXTURE_NAME: usize = 23;
 

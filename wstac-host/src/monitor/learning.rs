@@ -29,7 +29,8 @@ pub enum Learned {
 /// The news of a board while it learns.
 enum Heard {
     State(Learning),
-    All(LearnedTextures),
+    /// The texture that is being learned, and whether the asked one is among the learned ones.
+    All(Option<Learning>, bool),
 }
 
 impl SettableBoard {
@@ -104,21 +105,21 @@ impl SettableBoard {
             let Got::Bytes(1) = got else { continue };
             let found = self.push(byte[0], |message| match message {
                 Message::Learning(state) => Some(Heard::State(*state)),
-                Message::Textures(textures) => Some(Heard::All(*textures)),
+                Message::Textures(all) => Some(Heard::All(all.learning, all.names.contains(&Some(last.name)))),
                 _ => None,
             })?;
             match found {
                 Some(Heard::State(state)) if state.name == last.name => return Ok(Some(state)),
-                Some(Heard::All(LearnedTextures { learning: Some(state), .. })) if state.name == last.name => {
+                Some(Heard::All(Some(state), _)) if state.name == last.name => {
                     heard = Instant::now();
                     // A message about this slide was lost.
                     if state.slides > last.slides {
                         return Ok(Some(state));
                     }
                 }
-                Some(Heard::All(textures)) => {
+                Some(Heard::All(_, is_kept)) => {
                     // The last message was lost, or a reset has ended learning.
-                    if last.slides + 1 >= last.needed && textures.names.contains(&Some(last.name)) {
+                    if last.slides + 1 >= last.needed && is_kept {
                         let state = Learning::new(last.name, last.needed, last.needed, LearningStep::Learned);
                         return Ok(Some(state));
                     }

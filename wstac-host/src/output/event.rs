@@ -91,7 +91,7 @@ pub struct TactileEvent {
 pub struct Paths {
     /// Of ten sums; `None` for a touch that is no slide, and without a velocity.
     pub sums: Option<PathSample>,
-    /// Of 25 taxels; `None` like that.
+    /// Of 25 taxels; `None` like [`Self::sums`].
     pub taxels: Option<PathSample>,
     /// Light of 25 taxels over time, frame by frame
     /// ([`TaxelRing::numbers`](wstac_core::touch::taxel_ring::TaxelRing::numbers)); `None` behind a long gap.

@@ -53,7 +53,11 @@ pub fn read(path: &Path) -> Result<Vec<PlannedSlide>, Error> {
     parse(&text).map_err(|message| Error::new(ErrorKind::Config, path.display(), message))
 }
 
-fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
+/// Returns the slides of a plan's text.
+///
+/// # Errors
+/// A key is wrong. The message names the key, what was found and what was expected.
+pub fn parse(text: &str) -> Result<Vec<PlannedSlide>, String> {
     let file: PlanFile = crate::text_file::from_toml(text)?;
     let is_plain = |name: &String| {
         !name.is_empty() && name.chars().all(|letter| letter.is_alphanumeric() || ['_', '.'].contains(&letter))

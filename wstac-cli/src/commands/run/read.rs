@@ -371,10 +371,10 @@ impl Observer for Printer<'_> {
                 self.uneven = Some(fault.to_string());
             }
             SourceEvent::Report(Report::Note(text)) => self.records.note(text),
-            SourceEvent::Report(Report::LostEvents(lost)) => {
+            SourceEvent::Report(report @ Report::LostEvents(lost)) => {
                 self.lost_events += lost;
-                let (lost, all) = (counted(*lost, "event"), self.lost_events);
-                self.records.note(format_args!("{lost} lost, {all} since the start"));
+                let (message, all) = (report.message().unwrap_or_default(), self.lost_events);
+                self.records.note(format_args!("{message}, {all} since the start"));
             }
             SourceEvent::Report(Report::Telemetry(state, clock)) if self.has_status => {
                 self.records.note(format_args!("the board: {}", telemetry::in_words(state, *clock)));

@@ -315,8 +315,7 @@ impl EdgePlane {
     fn is_even(&self, peaks: &[i32; TAXELS]) -> Option<[f32; 3]> {
         let slowness = length(self.slope);
         let most = OFF[0] * (slowness + OFF[1]);
-        // The roundest dome would not be enough: a core without floating point has no time for the rest.
-        if slowness <= 0.0 || self.off >= most * most + OF_DOME * ROUND * ROUND * slowness * slowness {
+        if slowness <= 0.0 {
             return None;
         }
         let [down, right] = self.slope.map(|part| part / slowness);
