@@ -263,10 +263,11 @@ pub(crate) fn section() -> String {
 /// Returns the table of learning.
 pub(crate) fn learning() -> String {
     let mut page = String::from(LEARNING);
-    for name in ["builtin:embedding", "builtin:taxel-embedding"] {
+    for (name, board) in
+        [("builtin:embedding", ""), ("builtin:taxel-embedding", ""), ("builtin:taxel-embedding", ", board")]
+    {
         let file = ModelFile::open(name.as_ref()).expect("a shipped model");
-        let _ = writeln!(page, "| `{name}` | {} |", Learned::of(&file, false).cells());
-        let _ = writeln!(page, "| a board with it | {} |", Learned::of(&file, true).cells());
+        let _ = writeln!(page, "| `{name}`{board} | {} |", Learned::of(&file, !board.is_empty()).cells());
     }
     page
 }

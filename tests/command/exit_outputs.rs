@@ -106,7 +106,7 @@ fn wrong_arguments_about_outputs_end_with_2() {
         ("record cam:a=scene:Saw3@150 cam:b=scene:Saw3@150 -o a.csv", "expected .mcap"),
         ("record a.mcap --force -o a.mcap", "is an input of the command"),
         ("recover a.mcap --force -o a.mcap", "is the recording itself"),
-        ("plot scene:Saw3@150 -o a.jsonl", "expected one of .svg"),
+        ("plot scene:Saw3@150 -o a.jsonl", "expected .svg"),
         ("scene render Saw3@150 -o a.svg", ".y4m, .raw or .mp4"),
         ("run scene:Saw3@150 -o a.txt --output-format csv", "its name ends in .txt, but --output-format csv is given"),
         ("run scene:Saw3@150 -o b.mcap --json", "its name ends in .mcap, expected .jsonl"),

@@ -253,16 +253,29 @@ fn a_budget_that_cannot_be_read_or_met_says_so() {
 }
 
 #[test]
-fn a_figure_s_file_is_what_its_name_says() {
+fn figures_are_svg_and_other_names_say_what_converts_them() {
     let folder = Folder::new("figures");
-    for (name, start) in [("a.svg", &b"<svg "[..]), ("a.png", b"\x89PNG\r\n"), ("a.pdf", b"%PDF-1.")] {
-        for arguments in [&["plot", "scene:Saw3@150"][..], &["trade", "--map", "kept"]] {
-            let path = folder.0.join(format!("{}-{name}", arguments[0])).to_str().unwrap().to_owned();
-            output(&[arguments, &["-o", &path]].concat());
-            let bytes = std::fs::read(&path).unwrap();
-            assert!(bytes.starts_with(start) && bytes.len() > 5000, "{path}: {} bytes", bytes.len());
+    for arguments in [&["plot", "scene:Saw3@150"][..], &["trade", "--map", "kept"]] {
+        let path = folder.path(&format!("{}.svg", arguments[0]));
+        output(&[arguments, &["-o", &path]].concat());
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert!(text.starts_with("<svg ") && text.len() > 5000, "{path}: {} bytes", text.len());
+    }
+    for arguments in [
+        &["plot", "scene:Saw3@150", "-o"][..],
+        &["trade", "--map", "kept", "-o"],
+        &["train", "-o", "a.wsm", "--confusion"],
+    ] {
+        for name in ["a.png", "a.PDF"] {
+            let path = folder.path(name);
+            ends(
+                &[arguments, &[&path]].concat(),
+                2,
+                &[&path, "expected .svg); help: rsvg-convert -f pdf", "plot_event"],
+            );
         }
     }
+    assert_eq!(folder.names(), ["plot.svg", "trade.svg"]);
 }
 
 #[test]

@@ -28,7 +28,7 @@ enum Test {
 }
 
 /// The starts of the rows that the tests of names do not or not wholly ask for, and the tests that do.
-const ELSEWHERE: [(&str, &str, &str); 10] = [
+const ELSEWHERE: [(&str, &str, &str); 11] = [
     ("`wstac-node --ros`", "node/check.py", "def check_removed"),
     ("`wstac-node --zenoh`", "node/check.py", "def check_removed"),
     ("`wstac view left=", "view/check.py", "def check_removed"),
@@ -38,6 +38,7 @@ const ELSEWHERE: [(&str, &str, &str); 10] = [
     ("panels ", "command/removed.rs", "fn a_map_of_before_is_refused_and_a_page_has_one_table_and_one_panel"),
     ("the curve of ", "../wstac-plot/src/tests.rs", "fn a_law_of_durations_says_when_a_taxel_is_lit"),
     ("FILE.npz.part", "command/signals.rs", "fn every_other_command_ends_at_once_and_leaves_nothing"),
+    ("FILE.png ", "command/program.rs", "fn figures_are_svg_and_other_names_say_what_converts_them"),
     ("the default estimator ", "command/removed.rs", "fn the_default_estimator_is_the_wave"),
 ];
 

@@ -11,7 +11,6 @@ import numpy as np
 
 # Pixels, the side of a whisker in them, and of 30 frames per second every second one.
 WIDTH, HEIGHT, SIDE, EVERY = 512, 288, 26, 2
-FONT = Path(__file__).resolve().parents[2] / "wstac-plot/font/Arimo-Regular.ttf"
 COLORS = {
     "left": (0.45, 0.5, 0.55, 1),
     "right": (0.45, 0.5, 0.55, 1),
@@ -56,7 +55,7 @@ class Film:
     def write(self, file: Path, told: list[tuple[float, str]]) -> None:
         """Writes an animated WebP. `told` are texts from a time in s on."""
         ends = [start for start, _ in told[1:]] + [1e3]
-        style = f"drawtext=fontfile={FONT}:fontsize=19:fontcolor=0x1f2328:x=20:y=h-34"
+        style = f"drawtext=font=sans:fontsize=19:fontcolor=0x1f2328:x=20:y=h-34"
         texts = [
             f"{style}:text='{text}':enable='between(t,{start:.2f},{end - 0.01:.2f})'"
             for (start, text), end in zip(told, ends)

@@ -63,7 +63,6 @@ def of_wstac(root: Path, command: Path) -> Package:
         section = pages / f"man{page.suffix[1:]}"
         section.mkdir(exist_ok=True)
         run("gzip", "-9n", page.rename(section / page.name))
-    package.install(ROOT / "wstac-plot/font/OFL.txt", "usr/share/doc/wstac/licenses/font-arimo.txt")
     return package
 
 

@@ -3,8 +3,8 @@
 /// Makes the list of the names and contents of files in `models/path`, in `models`, and in `models/tradeoff`.
 macro_rules! models {
     ($($path:literal)* ; $($shipped:literal)* ; $($variant:literal)*) => {
-        /// The names and contents of the models.
-        pub(crate) const MODELS: &[(&str, &[u8])] = &[
+        /// The names and contents of the models. Of a constant, several parts of the program would have a copy each.
+        pub(crate) static MODELS: &[(&str, &[u8])] = &[
             $(($path, include_bytes!(concat!("../models/path/", $path, ".wsm"))),)*
             $(($shipped, include_bytes!(concat!("../models/", $shipped, ".wsm"))),)*
             $(($variant, include_bytes!(concat!("../models/tradeoff/", $variant, ".wsm")))),*

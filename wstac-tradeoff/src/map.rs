@@ -8,13 +8,13 @@ use wstac_core::frame::Stride;
 
 use super::candidate::{Candidate, NONE};
 use super::parameters::{AnswerLaw, Format, KERNELS, STRIDES, Setting, kernel_name};
-use super::prices::{Core, Prices};
+use super::prices::{Core, Prices, inflated};
 use super::row::{Found, Row};
 use super::statistics::Interval;
 use wstac_host::error::{Error, ErrorKind};
 
-/// The map that comes with the program.
-const KEPT: &str = include_str!("../data/map.csv");
+/// The map that comes with the program, compressed.
+const KEPT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/map.csv"));
 /// The name of the map in messages.
 const ABOUT: &str = "map.csv";
 
@@ -30,7 +30,7 @@ const MODEL: &str = "kind,weights,trees,depth,frames,bytes";
 /// # Errors
 /// This does not fail: a test reads it.
 pub fn kept() -> Result<Vec<Row>, Error> {
-    read(ABOUT, KEPT)
+    read(ABOUT, &inflated(ABOUT, KEPT)?)
 }
 
 /// Formats rows as a map.
@@ -209,7 +209,7 @@ mod tests {
     #[test]
     fn the_kept_map_reads_and_is_written_the_same() {
         let rows = kept().unwrap();
-        assert_eq!(write(&rows), KEPT);
+        assert_eq!(write(&rows), include_str!("../data/map.csv"));
     }
 
     #[test]

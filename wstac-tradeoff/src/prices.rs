@@ -1,6 +1,7 @@
 //! The cost of settings on boards, as counted on emulated cores: `wstac-tradeoff/data/prices.json`.
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
@@ -10,9 +11,16 @@ use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::{BUILT_IN, ModelFile};
 
 /// The prices that come with the program.
-const KEPT: &str = include_str!("../data/prices.json");
+const KEPT: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/prices.json"));
 /// The name of the prices in messages.
 const ABOUT: &str = "prices.json";
+
+/// Returns the text of a compressed file.
+pub(super) fn inflated(about: &str, bytes: &[u8]) -> Result<String, Error> {
+    let mut text = String::new();
+    let read = flate2::read::DeflateDecoder::new(bytes).read_to_string(&mut text);
+    read.map(|_| text).map_err(|error| Error::io(about, error))
+}
 
 /// A processor core.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -148,7 +156,7 @@ impl Prices {
     /// # Errors
     /// This does not fail: a test reads them.
     pub fn kept() -> Result<Self, Error> {
-        Self::read(ABOUT, KEPT)
+        Self::read(ABOUT, &inflated(ABOUT, KEPT)?)
     }
 
     /// Reads prices; `about` names their file.

@@ -5,6 +5,7 @@ use std::ffi::OsString;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::slice;
 
 use super::files::Outputs;
 use super::output::{Stop, note};
@@ -95,9 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
     let given = arguments.plan.as_deref().map(plan_text).transpose()?;
-    if let Some(path) = &arguments.truth {
-        check_names(path, &truth, folder, given.as_deref())?;
-    }
+    check_names(arguments, &truth, &plan)?;
     if config.exists() {
         keep_plan(given.as_deref(), &plan)?;
     } else {
@@ -147,28 +146,21 @@ fn plan_text(path: &Path) -> Result<String, Error> {
 }
 
 /// Refuses a truth about a slide that is neither planned nor recorded, before a person waits.
-fn check_names(
-    path: &Path,
-    truth: &BTreeMap<String, SlideTruth>,
-    folder: &Path,
-    given: Option<&str>,
-) -> Result<(), Error> {
-    let kept = folder.join("plan.toml");
-    let planned = if kept.exists() {
-        plan::read(&kept)?
-    } else {
-        plan::parse(given.unwrap_or(PLAN)).map_err(|message| Error::new(ErrorKind::Config, kept.display(), message))?
+fn check_names(arguments: &Arguments, truth: &BTreeMap<String, SlideTruth>, kept: &Path) -> Result<(), Error> {
+    let planned = match [kept, arguments.plan.as_deref().unwrap_or(kept)].into_iter().find(|path| path.exists()) {
+        Some(path) => plan::read(path)?,
+        None => plan::parse(PLAN).map_err(|message| Error::new(ErrorKind::Config, kept.display(), message))?,
     };
     // There may be no recording yet.
-    let mut names: Vec<String> =
-        find(&[folder.to_owned()]).unwrap_or_default().iter().map(|file| name_of(file)).collect();
-    names.extend(planned.into_iter().map(|slide| slide.name));
-    let Some(name) = truth.keys().find(|name| !names.contains(name)) else { return Ok(()) };
-    let message = format_args!(
-        "no slide of the plan and no recording has this name (found {name:?}, expected one such as {:?})",
-        names[0]
-    );
-    Err(Error::new(ErrorKind::Data, path.display(), message))
+    let recorded = find(slice::from_ref(&arguments.output)).unwrap_or_default();
+    let has = |name: &&String| {
+        planned.iter().any(|slide| slide.name == **name) || recorded.iter().any(|file| name_of(file) == **name)
+    };
+    let Some(name) = truth.keys().find(|name| !has(name)) else { return Ok(()) };
+    let about = arguments.truth.as_deref().unwrap_or(kept).display();
+    let message = "no slide of the plan and no recording has this name";
+    let such = planned.first().map_or("", |slide| &slide.name);
+    Err(Error::new(ErrorKind::Data, about, format_args!("{message} (found {name:?}, expected one such as {such:?})")))
 }
 
 /// Returns the name of a recording, without its ending.

@@ -39,6 +39,17 @@ pub(super) fn check_ending(path: &Path, expected: &[&str]) -> Result<(), Error> 
     Err(Error::new(ErrorKind::Usage, path.display(), message))
 }
 
+/// Refuses the name of a figure that does not end in `.svg`. A name without an ending may be one.
+pub(super) fn check_figure(path: &Path) -> Result<(), Error> {
+    let Some(ending) = path.extension().filter(|_| !ends(path, "svg")) else { return Ok(()) };
+    let message = format_args!(
+        "figures are SVG (found .{}, expected .svg); help: rsvg-convert -f pdf or Inkscape converts them, and \
+         plot_event of Python draws events with matplotlib",
+        ending.display()
+    );
+    Err(Error::new(ErrorKind::Usage, path.display(), message))
+}
+
 /// Returns whether a name ends so, in upper or lower case.
 pub(super) fn ends(path: &Path, with: &str) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(with))

@@ -3,7 +3,7 @@
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-use super::files::Outputs;
+use super::files::{Outputs, check_figure};
 use super::output::{Stop, note};
 use super::source_arguments::{SourceArguments, models_of, open_models};
 use super::values::at_least;
@@ -11,7 +11,7 @@ use wstac_host::output::OutputOptions;
 use wstac_host::session::Processor;
 use wstac_host::source::FramePolicy;
 use wstac_host::texture::Textures;
-use wstac_plot::{Format, draw, find};
+use wstac_plot::{draw, find};
 
 /// Draw one event as a figure for a paper
 ///
@@ -24,9 +24,7 @@ pub(super) struct Arguments {
     source: OsString,
 
     /// Write the figure to this new file
-    ///
-    /// The ending of the name says what it is: SVG, PNG (300 dots per inch) or PDF.
-    #[arg(short, long, value_name = "FILE.svg|png|pdf")]
+    #[arg(short, long, value_name = "FILE.svg")]
     output: PathBuf,
 
     /// Which event, counted from 1
@@ -70,11 +68,11 @@ The figure:
 
 Examples:
   wstac plot scene:Saw3@150,90deg -o event.svg
-  wstac plot /dev/video0 --model builtin -o event.pdf
+  wstac plot /dev/video0 --model builtin -o event.svg
 ";
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
-    let format = Format::of(&arguments.output)?;
+    check_figure(&arguments.output)?;
     let outputs = Outputs::new(arguments.force).source(&arguments.source);
     let outputs = outputs.reading(&arguments.config).reading(&arguments.models);
     outputs.check([&arguments.output])?;
@@ -86,7 +84,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let wanted = OutputOptions { samples: true, ..OutputOptions::default() };
     let mut reading = Processor::new(&info, &config, wanted)?.with_textures(Textures::new(&files)?);
     let found = find(source.as_mut(), &info, &mut reading, &config, arguments.event)?;
-    outputs.write(&arguments.output, format.encode(&draw(&found))?)?;
+    outputs.write(&arguments.output, draw(&found))?;
     note(format_args!("{} has event {} of {}", arguments.output.display(), arguments.event, info.about));
     Ok(())
 }

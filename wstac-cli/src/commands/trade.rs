@@ -5,14 +5,13 @@ mod choose;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use super::files::Outputs;
+use super::files::{Outputs, check_figure, ends};
 use super::output::{Stop, note};
 use super::units;
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::text_file::{MOST_MAP_BYTES, file_text, file_text_of};
-use wstac_plot::Format;
 use wstac_tradeoff::budget::{Budget, By};
 use wstac_tradeoff::candidate::Candidate;
 use wstac_tradeoff::parameters::Setting;
@@ -33,7 +32,7 @@ pub(super) struct Arguments {
     /// Write the results to this folder
     ///
     /// They are trade.csv, trade.md, trade.svg, map.csv and base.toml. With --budget it is the configuration. With
-    /// --map the name can also be FILE.svg, FILE.png or FILE.pdf, for the figure alone.
+    /// --map the name can also be FILE.svg, for the figure alone.
     #[arg(short, value_name = "FOLDER")]
     output: Option<PathBuf>,
 
@@ -151,7 +150,7 @@ Examples:
       of all parts, in order, are the map (docs/MANY.md)
   wstac trade --quick --model my.wsm -o found
   wstac trade --budget 'frames<=40' --map found/map.csv -o early
-  wstac trade --map kept -o map.pdf
+  wstac trade --map kept -o map.svg
   Exit code: 0; 1 if nothing fits or a claim does not hold; 2 for a
   budget that cannot be read and for other wrong arguments.
 ";
@@ -170,7 +169,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return part(arguments, units, &config);
     }
     match figure {
-        Some((path, _)) => outputs(arguments).check([path])?,
+        Some(path) => outputs(arguments).check([path])?,
         None => check_new_all(arguments, &["trade.csv", "trade.md", "trade.svg", "map.csv", BASE])?,
     }
     let (prices, (_, base)) = (prices(arguments)?, base(arguments)?);
@@ -184,8 +183,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     };
     let text = table::pareto(&rows, &prices, arguments.core);
     let draw = || plot::draw(&rows, &models, &prices, arguments.core);
-    if let Some((path, format)) = figure {
-        outputs(arguments).write(path, format.encode(&draw())?)?;
+    if let Some(path) = figure {
+        outputs(arguments).write(path, draw())?;
     } else if let Some(folder) = &arguments.output {
         let outputs = write_map(arguments, folder, &rows, &base)?;
         write(&outputs, folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
@@ -238,15 +237,18 @@ fn refuse_sweep(arguments: &Arguments) {
 }
 
 /// Returns the file that the figure alone is written to, if the output is named like one.
-fn figure(arguments: &Arguments) -> Result<Option<(&Path, Format)>, Error> {
+fn figure(arguments: &Arguments) -> Result<Option<&Path>, Error> {
     let Some(path) = arguments.output.as_deref().filter(|path| !path.is_dir()) else { return Ok(None) };
-    let Some(format) = Format::by_ending(path) else { return Ok(None) };
+    if !["svg", "png", "pdf"].iter().any(|ending| ends(path, ending)) {
+        return Ok(None);
+    }
     if arguments.map.is_none() || arguments.budget.is_some() {
         let expected =
             "only the figure of a map is a file (found a figure's name, expected a folder, or --map without --budget)";
         return Err(Error::new(ErrorKind::Usage, path.display(), expected));
     }
-    Ok(Some((path, format)))
+    check_figure(path)?;
+    Ok(Some(path))
 }
 
 /// Refuses a path that is a file instead of a folder.

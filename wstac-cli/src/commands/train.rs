@@ -6,16 +6,15 @@ use std::path::{Path, PathBuf};
 use wstac_core::model::file::{Input, Task};
 
 use super::dataset::{not_a_source, pool, random, recorded};
-use super::files::{Outputs, check_ending, ends};
+use super::files::{Outputs, check_ending, check_figure, ends};
 use super::output::{Stop, note, stdout};
 use super::progress::while_working;
 use super::signals::{Ending, finishing};
 use super::values::{fraction, sample, task};
 use wstac_host::config::Config;
-use wstac_host::error::{Error, ErrorKind};
 use wstac_host::plural::counted;
 use wstac_host::visible::OneLine;
-use wstac_plot::{Confusion, Format};
+use wstac_plot::Confusion;
 use wstac_train::train::{TrainOptions, TrainedModel, TrainingSet, Trial, train, wilson};
 
 /// Train a texture model, test it, and write a model file
@@ -58,8 +57,8 @@ pub(super) struct Arguments {
 
     /// Draw the confusions to this new file; by default, beside OUT.wsm
     ///
-    /// The ending of the name says what it is: SVG, PNG (300 dots per inch) or PDF. The default is OUT.confusion.svg.
-    #[arg(long, value_name = "FILE.svg|png|pdf")]
+    /// The default is OUT.confusion.svg.
+    #[arg(long, value_name = "FILE.svg")]
     confusion: Option<PathBuf>,
 
     /// Print one JSON object instead of text
@@ -127,7 +126,7 @@ The answer:
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let output = &arguments.output;
     let confusion = arguments.confusion.clone().unwrap_or_else(|| output.with_extension("confusion.svg"));
-    let format = Format::of(&confusion)?;
+    check_figure(&confusion)?;
     let outputs = Outputs::new(arguments.force).reading(&arguments.sets).reading(&arguments.config);
     check_ending(output, &["wsm"])?;
     outputs.check([output, &confusion])?;
@@ -152,12 +151,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     // The model is there even if its figure cannot be drawn.
     outputs.write(output, &bytes)?;
     if let Some(trial) = &trained.trial {
-        let encoded = format.encode(&figure(trial, output));
-        let encoded = encoded.map_err(|error| {
-            let message = format_args!("the confusions cannot be drawn ({error}); {} is written", output.display());
-            Error::new(ErrorKind::Data, confusion.display(), message)
-        })?;
-        outputs.write(&confusion, encoded)?;
+        outputs.write(&confusion, figure(trial, output))?;
     }
     let mut out = std::io::BufWriter::new(stdout());
     if arguments.json {

@@ -198,10 +198,7 @@ impl AtOnce {
     #[inline(never)]
     pub fn end(&mut self, update: &Update<'_>) -> Option<ContactEnd> {
         let now = update.number()?;
-        let before = update.contact_end().and_then(|end| {
-            let features = update.frame().map(|frame| frame.features);
-            self.take_end(end, features.as_ref())
-        });
+        let before = update.contact_end().and_then(|end| self.take_end(end, Some(update)));
         if before.is_some() || self.ended.is_none_or(|end| self.may_go_on(end, now, update.is_captured())) {
             return before;
         }
@@ -243,13 +240,16 @@ impl AtOnce {
         false
     }
 
-    /// Takes an end of light as that of the event that was answered, and the features by which it was known. Returns
-    /// the end of another event's touch.
-    fn take_end(&mut self, end: ContactEnd, features: Option<&Features>) -> Option<ContactEnd> {
+    /// Takes an end of light as that of the event that was answered, and the update by which it was known. Returns the
+    /// end of another event's touch.
+    fn take_end(&mut self, end: ContactEnd, update: Option<&Update<'_>>) -> Option<ContactEnd> {
+        let features = update.and_then(Update::frame).map(|frame| frame.features);
         // Both ends have passed if light lasts longer, unless a flat block's middle glows.
         let of_end = end.event_frame as u32;
         let slide = self.newest.filter(|slide| slide.frame == of_end);
-        if slide.is_some_and(|slide| self.path_mm(slide, end.frame as u32) > OF_END_MM && !slide.glows(features)) {
+        if slide
+            .is_some_and(|slide| self.path_mm(slide, end.frame as u32) > OF_END_MM && !slide.glows(features.as_ref()))
+        {
             self.newest = None;
         }
         let other_end = self.other_end.filter(|other| other[0] == of_end);

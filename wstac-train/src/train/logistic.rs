@@ -181,7 +181,16 @@ impl Problem<'_> {
 /// times as long as this loop.
 fn add_scaled(sums: &mut [f64], factor: f64, numbers: &[f64]) {
     let count = sums.len().min(numbers.len());
+    let (sums, numbers) = (&mut sums[..count], &numbers[..count]);
     let mut at = 0;
+    while at + 4 <= count {
+        let (sums, numbers) = (&mut sums[at..at + 4], &numbers[at..at + 4]);
+        sums[0] += factor * numbers[0];
+        sums[1] += factor * numbers[1];
+        sums[2] += factor * numbers[2];
+        sums[3] += factor * numbers[3];
+        at += 4;
+    }
     while at < count {
         sums[at] += factor * numbers[at];
         at += 1;
