@@ -60,7 +60,7 @@ fn names_of_files_need_not_be_utf_8() {
         ("model inspect @.wsm", 0),
         ("model eval @.wsm @.slides.npz", 0),
         ("dataset --input path @.random.toml -o @.path.npz", 0),
-        ("train @.path.npz -o @.trained.wsm --confusion @.png", 0),
+        ("train @.path.npz -o @.trained.wsm --confusion @.svg", 0),
         ("model learn builtin:embedding @.path.npz -o @.learned.wsm", 0),
         ("model calibrate @.trained.wsm @.path.npz -o @.again.wsm", 0),
         ("plot @.y4m -o @.event.svg", 0),
@@ -79,7 +79,7 @@ fn names_of_files_need_not_be_utf_8() {
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
     for ending in
-        [".y4m", ".raw", ".mcap", ".npz", ".event.svg", ".forest.wsm", ".trained.wsm", ".png", ".calibrated.toml"]
+        [".y4m", ".raw", ".mcap", ".npz", ".event.svg", ".forest.wsm", ".trained.wsm", ".svg", ".calibrated.toml"]
     {
         let found = fs::metadata(folder.0.join(name(ending)));
         assert!(found.is_ok_and(|found| found.len() > 0), "{ending}");

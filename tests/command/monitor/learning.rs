@@ -120,8 +120,8 @@ fn what_cannot_be_learned_is_refused_with_the_reason() {
     let message = board.refused(&["--learn", "carpet"]);
     assert!(message.contains("has stopped learning: it has started again"), "{message}");
     let full = Board::that(learns(Line::Full));
-    let message = full.refused(&["--learn", "i"]);
-    assert!(message.contains("does not learn the texture: it has 8 learned textures, expected fewer"), "{message}");
+    let message = full.refused(&["--learn", "k"]);
+    assert!(message.contains("does not learn the texture: it has 10 learned textures, expected fewer"), "{message}");
     let long = "x".repeat(24);
     for bad in ["", long.as_str(), "a\u{7}"] {
         let done = full.run(&["--learn", bad]);

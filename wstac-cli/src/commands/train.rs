@@ -35,7 +35,7 @@ pub(super) struct Arguments {
     #[arg(short, long, value_name = "OUT.wsm")]
     output: PathBuf,
 
-    /// The sample that the model takes
+    /// The model's samples
     ///
     /// path and taxel-path hold for any speed, direction and length; frames and taxels hold for those that were
     /// trained.
