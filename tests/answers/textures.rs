@@ -107,8 +107,8 @@ struct Learned {
     right: [usize; 2],
     /// The part of the new textures' slides that is known, in percent.
     known: f64,
-    /// Slides of textures unlike the new ones, and of the ten specimens: called unknown, and all.
-    others: [[usize; 2]; 2],
+    /// Slides of textures unlike the new ones, and of the ten specimens: called unknown, named as a new one, and all.
+    others: [[usize; 3]; 2],
 }
 
 impl Learned {
@@ -138,11 +138,13 @@ impl Learned {
             all.accuracies.push(100.0 * right as f64 / count as f64);
             let known = said.iter().filter(|(_, known)| *known).count();
             all.known += 100.0 * known as f64 / count as f64 / f64::from(SENSORS);
-            for (specimens, [unknown, count]) in [unlike_new(), Specimen::ALL.to_vec()].into_iter().zip(&mut all.others)
+            for (specimens, [unknown, named, count]) in
+                [unlike_new(), Specimen::ALL.to_vec()].into_iter().zip(&mut all.others)
             {
                 let others = of_sensor(sensor, specimens, 88_600);
-                for (_, known) in others.iter().filter_map(|slide| sample(&model, slide).map(says)) {
+                for (name, known) in others.iter().filter_map(|slide| sample(&model, slide).map(says)) {
                     *unknown += usize::from(!known);
+                    *named += usize::from(name.is_some());
                     *count += 1;
                 }
             }
@@ -153,10 +155,11 @@ impl Learned {
     /// Returns the cells of a row.
     fn cells(&self) -> String {
         let worst = self.accuracies.iter().copied().fold(100.0, f64::min);
-        let [[unlike, of_unlike], [unknown, specimens]] = self.others;
-        let (unlike, specimens) = (at_least(unlike, of_unlike, 85.0), interval(unknown, specimens));
+        let [[unlike, _, of_unlike], [unknown, named, specimens]] = self.others;
+        let (unlike, unknown) = (at_least(unlike, of_unlike, 85.0), interval(unknown, specimens));
         let right = at_least(self.right[0], self.right[1], 97.0);
-        format!("{right} | {worst:.1} | {:.1} | {unlike} | {specimens}", self.known)
+        let named = interval(named, specimens);
+        format!("{right} | {worst:.1} | {:.1} | {unlike} | {unknown} | {named}", self.known)
     }
 }
 
@@ -295,8 +298,8 @@ const LEARNING: &str = "
 All slides of a model are of one of 12 unseen sensors.
 Unlike textures are unknown ones of another pattern, or a depth or a period at least 1.5 times outside each learned one.
 Nine of the ten specimens differ by 0.5 mm in depth and 1 mm in period from learned ones.
-A board decides with the same integers, beside the ten specimens of its model, which it knows.
+A board knows the ten specimens of its model, too.
 
-| base | accuracy (goal: 97), % | worst sensor, % | known, % | unlike textures unknown (goal: 85), % | specimens unknown, % |
-| --- | ---: | ---: | ---: | ---: | ---: |
+| base | accuracy (goal: 97), % | worst sensor, % | known, % | unlike textures unknown (goal: 85), % | specimens unknown, % | named as new, % |
+| --- | ---: | ---: | ---: | ---: | ---: | ---: |
 ";

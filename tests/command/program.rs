@@ -266,13 +266,9 @@ fn figures_are_svg_and_other_names_say_what_converts_them() {
         &["trade", "--map", "kept", "-o"],
         &["train", "-o", "a.wsm", "--confusion"],
     ] {
-        for name in ["a.png", "a.PDF"] {
+        for (name, help) in [("a.png", "with -f png"), ("a.PDF", "with -f pdf")] {
             let path = folder.path(name);
-            ends(
-                &[arguments, &[&path]].concat(),
-                2,
-                &[&path, "expected .svg); help: rsvg-convert -f pdf", "plot_event"],
-            );
+            ends(&[arguments, &[&path]].concat(), 2, &[&path, "expected .svg); help: rsvg-convert", help]);
         }
     }
     assert_eq!(folder.names(), ["plot.svg", "trade.svg"]);

@@ -55,7 +55,7 @@ class Film:
     def write(self, file: Path, told: list[tuple[float, str]]) -> None:
         """Writes an animated WebP. `told` are texts from a time in s on."""
         ends = [start for start, _ in told[1:]] + [1e3]
-        style = f"drawtext=font=sans:fontsize=19:fontcolor=0x1f2328:x=20:y=h-34"
+        style = f"drawtext=font=DejaVu Sans:fontsize=19:fontcolor=0x1f2328:x=20:y=h-34"
         texts = [
             f"{style}:text='{text}':enable='between(t,{start:.2f},{end - 0.01:.2f})'"
             for (start, text), end in zip(told, ends)

@@ -2,9 +2,9 @@
 //!
 //! A calibrated model has a projection in which slides of one texture lie close together, also of textures that it was
 //! not trained on. The center of a new texture is the mean of the places of its slides there ([`Center`]). A slide has
-//! the new texture if its place is near that center, and not much farther than the mean of the model's answer
-//! ([`nearest`]). How near is near enough is a number of each texture: one whose slides differ much does not widen what
-//! is known of others.
+//! the new texture if its place is near that center, and not much farther from it than from the mean of the model's
+//! answer ([`nearest`]). How near is near enough is a number of each texture: one whose slides differ much does not
+//! widen what is known of others.
 //!
 //! ```
 //! use wstac_core::learned::{Lesson, SLIDES, nearest};
@@ -120,8 +120,8 @@ impl Lesson {
 ///
 /// `centers` are those of all learned textures with any names of theirs. `rival` is the squared distance from the mean
 /// of the model's answer, if that is to be compared. A slide has the texture of the nearest center, if its squared
-/// distance is below 3/2 of the rival's, and not farther than the slides of that texture are: what somebody has taught
-/// is touched more often.
+/// distance is below 3/2 of the rival's, and it is not farther than the slides of that texture are. The factor favors
+/// learned textures, which are touched more often.
 pub fn nearest<'c, T>(
     place: &Place,
     rival: Option<u32>,
@@ -134,7 +134,7 @@ pub fn nearest<'c, T>(
             (best, distance, far) = (Some(name), other, center.far);
         }
     }
-    best.filter(|_| distance <= far && rival.is_none_or(|rival| distance < rival.saturating_add(rival / 2)))
+    best.filter(|_| distance <= far && rival.is_none_or(|rival| distance < rival.saturating_add(rival.div_ceil(2))))
 }
 
 #[cfg(test)]
@@ -196,6 +196,8 @@ mod tests {
         // Of two that are equally near it is the first, which is too far here.
         assert_eq!(of(&[15, 0], None), None);
         assert_eq!((of(&[9, 0], Some(55)), of(&[9, 0], Some(54))), (Some(0), None));
+        // 3/2 of 33 is 49.5.
+        assert_eq!((of(&[7, 0], Some(33)), of(&[7, 0], Some(32))), (Some(0), None));
         assert_eq!(nearest::<u8>(&at(&[0, 0]), None, []), None);
     }
 }

@@ -3,7 +3,7 @@
 /// Makes the list of the names and contents of files in `models/path`, in `models`, and in `models/tradeoff`.
 macro_rules! models {
     ($($path:literal)* ; $($shipped:literal)* ; $($variant:literal)*) => {
-        /// The names and contents of the models. Of a constant, several parts of the program would have a copy each.
+        /// The names and contents of the models: a static, as each part of the program has its own copy of a constant.
         pub(crate) static MODELS: &[(&str, &[u8])] = &[
             $(($path, include_bytes!(concat!("../models/path/", $path, ".wsm"))),)*
             $(($shipped, include_bytes!(concat!("../models/", $shipped, ".wsm"))),)*

@@ -96,10 +96,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
     let given = arguments.plan.as_deref().map(plan_text).transpose()?;
-    check_names(arguments, &truth, &plan)?;
-    if config.exists() {
+    if config.exists() || plan.exists() {
         keep_plan(given.as_deref(), &plan)?;
-    } else {
+    }
+    if let Some(path) = &arguments.truth {
+        check_names(path, &truth, arguments, &plan)?;
+    }
+    if !config.exists() {
         let options = arguments.options.clone();
         let begin = || {
             fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
@@ -146,21 +149,24 @@ fn plan_text(path: &Path) -> Result<String, Error> {
 }
 
 /// Refuses a truth about a slide that is neither planned nor recorded, before a person waits.
-fn check_names(arguments: &Arguments, truth: &BTreeMap<String, SlideTruth>, kept: &Path) -> Result<(), Error> {
-    let planned = match [kept, arguments.plan.as_deref().unwrap_or(kept)].into_iter().find(|path| path.exists()) {
+fn check_names(
+    path: &Path,
+    truth: &BTreeMap<String, SlideTruth>,
+    arguments: &Arguments,
+    kept: &Path,
+) -> Result<(), Error> {
+    let planned = match arguments.plan.as_deref().or(kept.exists().then_some(kept)) {
         Some(path) => plan::read(path)?,
         None => plan::parse(PLAN).map_err(|message| Error::new(ErrorKind::Config, kept.display(), message))?,
     };
     // There may be no recording yet.
     let recorded = find(slice::from_ref(&arguments.output)).unwrap_or_default();
-    let has = |name: &&String| {
-        planned.iter().any(|slide| slide.name == **name) || recorded.iter().any(|file| name_of(file) == **name)
-    };
-    let Some(name) = truth.keys().find(|name| !has(name)) else { return Ok(()) };
-    let about = arguments.truth.as_deref().unwrap_or(kept).display();
+    let is_planned = |name: &String| planned.iter().any(|slide| slide.name == *name);
+    let is_recorded = |name: &String| recorded.iter().any(|file| name_of(file) == *name);
+    let Some(name) = truth.keys().find(|name| !is_planned(name) && !is_recorded(name)) else { return Ok(()) };
     let message = "no slide of the plan and no recording has this name";
-    let such = planned.first().map_or("", |slide| &slide.name);
-    Err(Error::new(ErrorKind::Data, about, format_args!("{message} (found {name:?}, expected one such as {such:?})")))
+    let message = format!("{message} (found {name:?}, expected one such as {:?})", planned[0].name);
+    Err(Error::new(ErrorKind::Data, path.display(), message))
 }
 
 /// Returns the name of a recording, without its ending.

@@ -42,11 +42,10 @@ pub(super) fn check_ending(path: &Path, expected: &[&str]) -> Result<(), Error> 
 /// Refuses the name of a figure that does not end in `.svg`. A name without an ending may be one.
 pub(super) fn check_figure(path: &Path) -> Result<(), Error> {
     let Some(ending) = path.extension().filter(|_| !ends(path, "svg")) else { return Ok(()) };
-    let message = format_args!(
-        "figures are SVG (found .{}, expected .svg); help: rsvg-convert -f pdf or Inkscape converts them, and \
-         plot_event of Python draws events with matplotlib",
-        ending.display()
-    );
+    let (ending, help) =
+        (ending.display().to_string().to_ascii_lowercase(), "; help: rsvg-convert converts them, with -f");
+    let help = if ["png", "pdf"].contains(&&*ending) { format!("{help} {ending}") } else { String::new() };
+    let message = format_args!("figures are SVG (found .{ending}, expected .svg){help}");
     Err(Error::new(ErrorKind::Usage, path.display(), message))
 }
 

@@ -148,7 +148,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     }
     finishing(Ending::Whole);
     let bytes = trained.written.bytes();
-    // The model is there even if its figure cannot be drawn.
+    // The model is there even if its figure cannot be written.
     outputs.write(output, &bytes)?;
     if let Some(trial) = &trained.trial {
         outputs.write(&confusion, figure(trial, output))?;

@@ -177,8 +177,8 @@ impl Problem<'_> {
     }
 }
 
-/// Adds a multiple of each number to a sum. Tests run without optimization, where a chain of iterators takes several
-/// times as long as this loop.
+/// Adds a multiple of each number to a sum: four at a time, which is as fast where the crate is optimized for size.
+/// Tests run without optimization, where a chain of iterators takes several times as long as a loop.
 fn add_scaled(sums: &mut [f64], factor: f64, numbers: &[f64]) {
     let count = sums.len().min(numbers.len());
     let (sums, numbers) = (&mut sums[..count], &numbers[..count]);
