@@ -8,7 +8,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/TROUBLESHOOTING.md").read_text(encoding="utf-8")
 LITERAL = re.compile(r'"((?:[^"\\]|\\.)*)"', re.DOTALL)
-HOLLOW = re.compile(r"expected ((no|that|neither|it|one at least|one that)\b|none:|(fewer|less)$)")
+HOLLOW = re.compile(r"expected ((no|that|neither|it|one at least|one that|the same|a way back|others of)\b|none:|(fewer|less)$)")
 
 
 def words(text):

@@ -179,7 +179,7 @@ def slide(wstac):
     answer = [
         (event["contact"], 20),
         (f"{event['speed']['mm_s']:.1f} ± {event['speed']['sd']:.1f} mm/s", 17),
-        (f"{event['direction']['deg']:.1f}° ± {event['direction']['sd']:.1f}° {direction}".strip(), 17),
+        (f"{event['direction']['deg']:.1f} ± {event['direction']['sd']:.1f}° {direction}".strip(), 17),
         (f"{texture['specimen']}: saw teeth of {texture['depth_mm']:.0f} mm", 15),
         (f"probability {texture['confidence']:.3f}", 13),
     ]

@@ -105,9 +105,22 @@ fn a_board_learns_what_a_host_learns() {
             let center = lessons[usize::from(label)].push(base.place(&padded(numbers)).unwrap());
             centers[usize::from(label)] = center.or(centers[usize::from(label)]);
         }
-        let learned = learn(file.words(), &few, "{}").unwrap();
+        // Two of the ten are left out, so that some slides are unknown.
+        let of_eight = few.labels.iter().map(|label| *label < 8);
+        let eight = LabeledSamples {
+            numbers: few
+                .numbers
+                .iter()
+                .zip(of_eight.clone())
+                .filter(|(_, is_in)| *is_in)
+                .map(|(x, _)| x.clone())
+                .collect(),
+            labels: few.labels.iter().zip(of_eight).filter(|(_, is_in)| *is_in).map(|(label, _)| *label).collect(),
+            names: few.names[..8].to_vec(),
+        };
+        let learned = learn(file.words(), &eight, "{}").unwrap();
         let model = Model::from_words(&learned.words).unwrap();
-        let centers: Vec<Center> = centers.iter().map(|center| center.unwrap()).collect();
+        let centers: Vec<Center> = centers[..8].iter().map(|center| center.unwrap()).collect();
         for (class, center) in centers.iter().enumerate() {
             assert_eq!(model.mean_place(class as u8).as_ref(), Some(center.place()), "{class}");
         }

@@ -120,7 +120,7 @@ impl SensorSession {
     /// Returns an error if the handle reads a source, or if the stream has ended.
     fn check_pushing(&self) -> Result<(), Failure> {
         if !self.takes_frames {
-            let message = "the handle reads a source, expected one of wstac_open_frames";
+            let message = "the handle reads a source; help: wstac_open_frames opens one that takes frames";
             return Err(failed(WstacStatus::State, message));
         }
         if self.session.is_over() {

@@ -20,7 +20,7 @@ use crate::touch::wave::{self, Basis, Extent, Measured, TaxelMotion};
 pub struct Answer {
     /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
     pub contact: Option<Contact>,
-    /// The duration in frames from the first lit frame of the sample to the last; `None` if no frame is lit or the
+    /// The duration in frames from the first lit frame of the touch to the last; `None` if no frame is lit or the
     /// touch goes on.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.

@@ -38,7 +38,7 @@ pub fn text(line: &mut String, record: &Output) -> fmt::Result {
         Output::Motion(motion) => {
             let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = motion.velocity;
             write!(line, "frame {}  speed {} mm/s", motion.frame, with_deviation(rounded(mm_s), mm_s_sd))?;
-            write!(line, ", direction {}° ± {}°", angle(degrees), short(degrees_sd))
+            write!(line, ", direction {}°", with_deviation(angle(degrees), degrees_sd))
         }
         Output::Event(event) => text_of_event(line, event),
         Output::EarlyTexture(early) => {
@@ -150,11 +150,11 @@ fn text_of_motion(line: &mut String, event: &TactileEvent) -> fmt::Result {
     }
     match event.direction.degrees {
         Ok(degrees) => {
-            write!(line, ", direction {}°", angle(degrees))?;
+            let degrees = angle(degrees);
             match (confidence(event.direction), event.direction.sd) {
-                (Some(confidence), _) => write!(line, " (confidence {})", certainty(confidence)),
-                (None, Some(sd)) => write!(line, " ± {}°", short(sd)),
-                (None, None) => Ok(()),
+                (Some(confidence), _) => write!(line, ", direction {degrees}° (confidence {})", certainty(confidence)),
+                (None, Some(sd)) => write!(line, ", direction {}°", with_deviation(degrees, sd)),
+                (None, None) => write!(line, ", direction {degrees}°"),
             }
         }
         Err(why) => write!(line, ", no direction ({})", why.as_str()),

@@ -164,11 +164,12 @@ fn gathered(
     })
 }
 
-/// Returns the first and last lit frame of the sample: of the touch, or above the threshold of a law of durations.
+/// Returns the first and last lit frame of the sample: of the touch, if the sample shows both, or above the threshold
+/// of a law of durations.
 fn lit(record: &TactileEvent) -> Option<LitSpan> {
-    let (Some(touch), Some(frames)) = (record.touch_frame, record.lit_frames) else { return record.lit_span };
+    let Some(touch) = record.touch_frame else { return record.lit_span };
     let first = u8::try_from(touch.saturating_sub(record.frame)).ok()?;
-    Some(LitSpan::new(first, first.saturating_add(frames)))
+    Some(LitSpan::new(first, first.saturating_add(record.lit_frames?)))
 }
 
 fn means(baseline: &Baseline) -> [f64; FEATURES] {

@@ -218,7 +218,7 @@ def _checked(
     if not 0 < rate < math.inf:
         raise _wrong(name, "fps", f"{rate:g}, expected frames per second above 0")
     if given is not None and abs(given / rate - 1) > RATE_OFF:
-        raise _wrong(name, "fps", f"{rate:g} frames per second, but fps is {given:g}: expected the same")
+        raise _wrong(name, "fps", f"{rate:g} frames per second, but fps is {given:g}; leave fps out")
     return rate, (speed, duration, reliable)
 
 

@@ -44,7 +44,7 @@ function directionText(event) {
   const direction = event.direction;
   if (!direction || direction.deg === null) return "–";
   if (direction.sd === undefined) return direction.deg + "°, " + confidenceText(direction.confidence);
-  return direction.deg + "° ± " + short(direction.sd) + "°";
+  return withDeviation(direction.deg, direction.sd) + "°";
 }
 
 function textureText(texture) {
@@ -227,7 +227,7 @@ class Sensor {
     set("trouble", trouble);
     const { motion } = this;
     set("motion", motion
-      ? `${withDeviation(motion.speed.mm_s, motion.speed.sd)} mm/s at ${motion.direction.deg.toFixed(0)}° ± ${short(motion.direction.sd)}°`
+      ? `${withDeviation(motion.speed.mm_s, motion.speed.sd)} mm/s at ${withDeviation(motion.direction.deg, motion.direction.sd)}°`
       : "nothing slides");
     this.part("motion").classList.toggle("slides", Boolean(motion));
     set("frame", status.frame);

@@ -164,7 +164,7 @@ fn a_file_of_what_a_board_sent_is_a_source() {
     let makes = "cargo run -p wstac-tests --example board_bytes scene:wstac-host/examples/board.toml builtin:svm";
     assert!(std::fs::read(format!("{examples}/board.bin")).unwrap() == sent, "board.bin has other bytes than {makes}");
     let folder = Folder::new("monitor-file");
-    let shown = "event at frame 35: slide, speed 150.1 ± 1.7 mm/s, direction 90° ± 0.1°, by the edge, texture Saw3 (no confidence)";
+    let shown = "event at frame 35: slide, speed 150.1 ± 1.7 mm/s, direction 90.0 ± 0.1°, by the edge, texture Saw3 (no confidence)";
     // Of any name, with what a chip says when it starts, and from the middle of a message on.
     let noise = [b"boot: \xFF\x01\x80 115200 8N1\r\n", &sent[..]].concat();
     for bytes in [&sent, &noise, &sent[7..]] {

@@ -95,15 +95,11 @@ impl<'a> Event<'a> {
         !self.is_event() && self.end_frame.is_none()
     }
 
-    /// Returns the duration from the first lit frame of the sample to the last, 0..=69 frames; `None` unless the
-    /// trigger gives one event per touch, and while the touch is under way.
+    /// Returns the duration from the first lit frame of the touch to the last, 0..=69 frames; `None` unless the trigger
+    /// gives one event per touch, and the sample shows both.
     pub fn lit_frames(&self) -> Option<u8> {
-        if self.is_under_way() {
-            return None;
-        }
-        let last = self.last_frame();
-        let first = self.touch_frame?.max(self.frame);
-        let last = self.end_frame.map_or(last, |end| end.saturating_sub(1).min(last));
+        let first = self.touch_frame.filter(|first| *first >= self.frame)?;
+        let last = self.end_frame?.saturating_sub(1).min(self.last_frame());
         Some(last.saturating_sub(first) as u8)
     }
 }

@@ -320,7 +320,7 @@ impl RecordingReader {
         let (all, expected) = (self.tally.all.all(), recorded.all.all());
         let found = counted(all, "frame");
         if all == expected {
-            return self.damaged(format_args!("has {found}{up_to}, expected others of its sensors"));
+            return self.damaged(format_args!("has {found}{up_to}, but not those that its sensors had"));
         }
         self.damaged(format_args!("has {found}{up_to}, expected {expected}"))
     }

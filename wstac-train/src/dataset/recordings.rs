@@ -262,14 +262,14 @@ pub fn comparable(recordings: &[Recording]) -> Result<Vec<String>, Error> {
             Err(Error::new(
                 ErrorKind::Data,
                 &other.name,
-                format_args!("{what} differs from that of {}, expected the same{hint}", first.name),
+                format_args!("{what} differs from that of {}{hint}", first.name),
             ))
         };
         if features(other) != features(first) {
-            return differ("its [green], [features] or [trigger]", ": --config FILE reads all of them with one");
+            return differ("its [green], [features] or [trigger]", "; help: --config FILE reads all of them with one");
         }
         if (nominal(other) - nominal(first)).abs() > 0.01 * nominal(first) {
-            return differ("its rate of frames", "");
+            return differ("its rate of frames", "; help: train on recordings of one rate");
         }
         let info = |recording: &Recording| (recording.about.info.format, recording.about.info.size);
         kinds[0].1 += u32::from(format!("{:?}", other.config.layout) != format!("{:?}", first.config.layout));

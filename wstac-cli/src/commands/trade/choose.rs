@@ -56,7 +56,7 @@ pub(super) fn verify(folder: &Path) -> Result<(), Stop> {
     let (found, claim) = (map::found(&again), map::found(&chosen.claim));
     print(&format!("        {}\nclaimed {claim}\nfound   {found}\n", map::found_header()))?;
     if found != claim {
-        let message = format!("claims {}, expected the same", map::differences(&chosen.claim, &again));
+        let message = format!("claims {}; help: choose again with this wstac", map::differences(&chosen.claim, &again));
         return Err(Error::new(ErrorKind::Data, folder.join(CLAIM).display(), message).into());
     }
     let fresh = chosen.fresh()?;

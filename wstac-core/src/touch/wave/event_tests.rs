@@ -265,7 +265,7 @@ impl AtOnceOf {
                 touch.and_then(|touch| answer(&touch, &law, Some(&mut at_once), None, |answer| (touch, *answer)));
             found.ends.extend(at_once.end(&update));
             let Some((touch, answer)) = answer.filter(|_| takes(frame)) else { continue };
-            assert_eq!(touch.lit_frames().is_none(), touch.is_under_way());
+            assert_eq!(touch.lit_frames().is_none(), touch.end_frame.is_none());
             assert_eq!(answer.duration, touch.lit_frames());
             found.answers.push((frame, touch.frames, answer));
             pipeline.answer_touch();
