@@ -3,7 +3,7 @@
 use std::fs;
 
 use serde_json::{Value, json};
-use wstac_tests::command::{good, records, run, says};
+use wstac_tests::command::{assert_has, good, records, refusal, run, says};
 use wstac_tests::folder::Folder;
 use wstac_tests::trained::model;
 
@@ -71,7 +71,12 @@ fn a_source_without_a_model_is_told_of_one_once() {
 
 #[test]
 fn the_list_has_every_model_and_the_best_is_the_smallest_of_its_equals() {
-    let list = good(&["model", "list"]);
+    let usual = good(&["model", "list"]);
+    let list = good(&["model", "list", "--all"]);
+    assert!(usual.lines().count() < 20 && usual.lines().all(|line| list.contains(line)), "{usual}");
+    let unknown = refusal(&["run", "scene:Saw3@150", "--model", "builtin:x"]);
+    assert_has(&unknown, &["expected builtin, builtin:path-svm", "wstac model list --all has all"]);
+    assert!(!unknown.contains("svm-20f"), "{unknown}");
     let map = include_str!("../../wstac-tradeoff/data/map.csv");
     let measured = |name: &str| {
         let is_it = |line: &&str| {

@@ -9,6 +9,8 @@ macro_rules! models {
             $(($shipped, include_bytes!(concat!("../models/", $shipped, ".wsm"))),)*
             $(($variant, include_bytes!(concat!("../models/tradeoff/", $variant, ".wsm")))),*
         ];
+        /// The names of those that only the study of speed against accuracy weighs.
+        pub(crate) const VARIANTS: &[&str] = &[$($variant),*];
     };
 }
 

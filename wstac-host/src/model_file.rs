@@ -9,7 +9,7 @@ use wstac_core::model::Model;
 use wstac_core::model::file::ModelError;
 
 #[cfg(feature = "builtin-models")]
-use crate::builtin_models::MODELS;
+use crate::builtin_models::{MODELS, VARIANTS};
 use crate::error::{Error, ErrorKind};
 use crate::files;
 use crate::suggest::nearest;
@@ -29,6 +29,8 @@ pub const BEST_OF_ALL: &str = "taxel-path-svm";
 /// The models that this build comes with.
 #[cfg(not(feature = "builtin-models"))]
 const MODELS: &[(&str, &[u8])] = &[];
+#[cfg(not(feature = "builtin-models"))]
+const VARIANTS: &[&str] = &[];
 
 /// A model file's content.
 #[derive(Clone, Debug)]
@@ -87,7 +89,12 @@ impl ModelFile {
                 return Error::new(ErrorKind::Unsupported, &about, message);
             }
             let expected = Self::meant(built_in).map_or_else(
-                || format!(", expected {}", Self::full_names().collect::<Vec<_>>().join(", ")),
+                || {
+                    format!(
+                        ", expected {}, …; wstac model list --all has all",
+                        Self::usual_names().collect::<Vec<_>>().join(", ")
+                    )
+                },
                 |meant| format!("; did you mean {meant}?"),
             );
             Error::new(ErrorKind::NotFound, &about, format_args!("is no model that comes with wstac{expected}"))
@@ -103,6 +110,13 @@ impl ModelFile {
     /// Returns the names of all models that come with the program.
     pub fn names() -> impl Iterator<Item = &'static str> {
         MODELS.iter().map(|&(name, _)| name)
+    }
+
+    /// Returns the names of [`full_names`](Self::full_names) without those that only the study of speed against
+    /// accuracy weighs.
+    pub fn usual_names() -> impl Iterator<Item = String> {
+        let is_usual = |name: &&str| !VARIANTS.contains(name);
+        std::iter::once(BEST.to_owned()).chain(Self::names().filter(is_usual).map(|name| format!("{BUILT_IN}{name}")))
     }
 
     /// Returns the names by which the models that come with the program are opened: [`BEST`] first.

@@ -17,13 +17,18 @@ use wstac_tradeoff::table::grouped;
 /// is that of specimens, on 800 simulated slides of sensors that no model has seen. M0 and M4F are instructions of the
 /// model for one event on these cores. wstac trade --help has more.
 #[derive(Debug, clap::Args)]
-pub(super) struct Arguments {}
+pub(super) struct Arguments {
+    /// Also list those that only the study of speed against accuracy weighs
+    #[arg(long)]
+    all: bool,
+}
 
-pub(super) fn run() -> Result<(), Stop> {
+pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (rows, prices) = (map::kept()?, Prices::kept()?);
     let mut out = super::super::output::stdout();
     writeln!(out, "{:28}input      accuracy, %   bytes       M0      M4F", "model")?;
-    for name in ModelFile::full_names() {
+    let usual: Vec<String> = ModelFile::usual_names().collect();
+    for name in ModelFile::full_names().filter(|name| arguments.all || usual.contains(name)) {
         let file = ModelFile::open(Path::new(&name))?;
         let (setting, input) = match file.model()?.input() {
             Input::Frames => (Setting::PUBLISHED, "over time"),

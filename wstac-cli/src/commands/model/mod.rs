@@ -131,7 +131,7 @@ Inputs and limits:
 
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     match &arguments.command {
-        Command::List(list::Arguments {}) => list::run(),
+        Command::List(arguments) => list::run(arguments),
         Command::Import(arguments) => import::run(arguments),
         Command::Inspect(arguments) => inspect::run(arguments),
         Command::Eval(arguments) => eval::run(arguments),
