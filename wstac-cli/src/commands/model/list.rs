@@ -18,7 +18,7 @@ use wstac_tradeoff::table::grouped;
 /// model for one event on these cores. wstac trade --help has more.
 #[derive(Debug, clap::Args)]
 pub(super) struct Arguments {
-    /// Also list those that only the study of speed against accuracy weighs
+    /// Also list those that only wstac trade weighs
     #[arg(long)]
     all: bool,
 }
