@@ -111,7 +111,7 @@ fn wrong_arguments_about_outputs_end_with_2() {
         ("run scene:Saw3@150 -o a.txt --output-format csv", "its name ends in .txt, but --output-format csv is given"),
         ("run scene:Saw3@150 -o b.mcap --json", "its name ends in .mcap, expected .jsonl"),
         ("trade --budget M4F<60k -o b.svg", "only the figure of a map is a file"),
-        ("trade --slides 1 -o b.pdf", "figures are SVG"),
+        ("trade --slides 1 -o b.pdf", "only the figure of a map is a file"),
         ("dataset -o set.csv", "expected .npz"),
         ("model import none.onnx -o forest.c", "expected .wsm or .rs"),
         ("record scene:Saw3@150 --label specimen=Saw\u{202e}3 -o b.mcap", "plain text"),

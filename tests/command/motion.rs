@@ -57,6 +57,21 @@ fn a_slow_flat_block_is_one_event() {
     }
 }
 
+/// A sample of 70 frames shows the end of a slide of 105 mm at 75 mm/s.
+#[test]
+fn lit_frames_are_told_if_the_sample_shows_the_end() {
+    for (speed, is_whole) in [(75, true), (60, false), (25, false)] {
+        let scene = format!("scene:Saw3@{speed},105mm");
+        let found = records(&["run", &scene, "--json", "--samples"]);
+        let event = found.iter().find(|record| record["kind"] == "event").unwrap();
+        assert!(
+            event["duration_frames"].is_number() == is_whole && event["end_frame"].is_number() == is_whole,
+            "{event}"
+        );
+        assert_eq!(good(&["run", &scene, "--model", "builtin:svm"]).contains(", lit "), is_whole, "{speed}");
+    }
+}
+
 /// The part moves 20 or 30 frames after the press, whose sample is complete after 60.
 #[test]
 fn a_press_in_which_a_part_slips_is_unclear_on_hosts_and_boards() {

@@ -75,7 +75,8 @@ pub struct WstacEvent {
     pub speed_extrapolated: bool,
     /// Upper bound in mm/s of the speed of an event that is cut off, by a law of durations; NAN otherwise.
     pub speed_at_most_mm_s: f64,
-    /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit or the touch goes on.
+    /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit, or if the
+    /// sample does not show the touch's begin and end.
     pub duration_frames: i32,
     /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a
     /// law of durations it is 0, 90, 180 or 270.

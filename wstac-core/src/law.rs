@@ -20,8 +20,8 @@ use crate::touch::wave::{self, Basis, Extent, Measured, TaxelMotion};
 pub struct Answer {
     /// The kind of the touch; `None` by a law of durations, which takes every touch for a slide.
     pub contact: Option<Contact>,
-    /// The duration in frames from the first lit frame of the touch to the last; `None` if no frame is lit or the
-    /// touch goes on.
+    /// The duration in frames from the first lit frame to the last; `None` if no frame is lit, or if the sample does
+    /// not show the touch's begin and end.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
     pub speed: Result<Speed, Reason>,

@@ -23,7 +23,10 @@ pub(super) fn caption(found: &Found) -> String {
         count => write!(text, " {count} taxels reached full scale: their light is cut off."),
     };
     text += " a, b: light of the five taxels of each row or column; numbers stand at its centroid. Dashed: thresholds of the \
-             trigger. Gray: the window that fired. Dotted: first and last lit frame.";
+             trigger. Gray: the window that fired.";
+    if found.lit.is_some() {
+        text += " Dotted: first and last lit frame.";
+    }
     if found.is_of_durations {
         let on = if found.lit_threshold.1 == ThresholdOn::AboveBaseline { " above the baseline" } else { "" };
         let _ = write!(text, " Lit: above {} of full scale{on}.", found.lit_threshold.0);

@@ -151,7 +151,8 @@ class Event:
     """Kind of the touch: "slide", "press", "poke" or "unclear"; None by a law of durations, which takes all for
     slides."""
     duration_frames: Optional[int]
-    """Lit frames from the first to the last, less one; None if no frame is lit or the touch goes on."""
+    """Lit frames from the first to the last, less one; None if no frame is lit, or if the sample does not show the
+    touch's begin and end."""
     speed: Optional[Speed]
     """Sliding speed; None if there is none, and `why["speed"]` gives the reason."""
     speed_at_most: Optional[Speed]

@@ -29,7 +29,7 @@ def plot_event(event: Event, ax: Optional[Axes] = None) -> Axes:
     >>> [event] = wstac.open("scene:Saw3@150,90deg")
     >>> ax = wstac.plot_event(event)
     >>> ax.get_title(), len(ax.get_lines()) >= 10
-    ('slide, 150.1 ± 1.7 mm/s, 90 ± 0.1°', True)
+    ('slide, 150.1 ± 1.7 mm/s, 90.0 ± 0.1°', True)
     """
     _check(event, Event)
     ax = _axes(ax)
@@ -95,9 +95,9 @@ def _deviation(sd: Optional[float]) -> str:
 def _title(event: Event) -> str:
     words = [event.contact or "event"]
     if event.speed is not None:
-        words.append(f"{event.speed.mm_s:g}{_deviation(event.speed.sd)} mm/s")
+        words.append(f"{event.speed.mm_s:.1f}{_deviation(event.speed.sd)} mm/s")
     if event.direction is not None and event.direction.deg is not None:
-        words.append(f"{event.direction.deg:g}{_deviation(event.direction.sd)}°")
+        words.append(f"{event.direction.deg:.1f}{_deviation(event.direction.sd)}°")
     if event.texture is not None:
         texture = event.texture
         words.append(texture.specimen or texture.pattern or texture.class_ or "unknown texture")

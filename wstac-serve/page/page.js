@@ -32,6 +32,7 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { re
 const short = (sd) => (sd < 9.95 ? Math.max(sd, 0.1).toFixed(1) : sd.toFixed(0));
 // Both with the same decimals: a rounded value must not seem to be several deviations off.
 const withDeviation = (value, sd) => value.toFixed(sd < 9.95 ? 1 : 0) + " ± " + short(sd);
+const angle = ({ deg, sd }) => withDeviation(sd < 9.95 ? deg : Math.round(deg) % 360, sd) + "°";
 const plural = (count, noun) => count + " " + noun + (count === 1 ? "" : "s");
 
 function speedText(event) {
@@ -44,7 +45,7 @@ function directionText(event) {
   const direction = event.direction;
   if (!direction || direction.deg === null) return "–";
   if (direction.sd === undefined) return direction.deg + "°, " + confidenceText(direction.confidence);
-  return withDeviation(direction.deg, direction.sd) + "°";
+  return angle(direction);
 }
 
 function textureText(texture) {
@@ -227,7 +228,7 @@ class Sensor {
     set("trouble", trouble);
     const { motion } = this;
     set("motion", motion
-      ? `${withDeviation(motion.speed.mm_s, motion.speed.sd)} mm/s at ${withDeviation(motion.direction.deg, motion.direction.sd)}°`
+      ? `${withDeviation(motion.speed.mm_s, motion.speed.sd)} mm/s at ${angle(motion.direction)}`
       : "nothing slides");
     this.part("motion").classList.toggle("slides", Boolean(motion));
     set("frame", status.frame);

@@ -155,7 +155,7 @@ impl NewsObserver<'_> {
                 self.jobs.expect_none(false)?;
                 let starts = station.starts();
                 if !station.go(frames).map_err(|error| error.to_string())? {
-                    return Err("the source has ended; help: start wstac serve again".to_owned());
+                    return Err("the source has ended; help: go back, or play it again".to_owned());
                 }
                 self.status.backs += station.starts() - starts;
                 station.is_paused |= pause;

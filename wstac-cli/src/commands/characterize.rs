@@ -96,13 +96,15 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
     let given = arguments.plan.as_deref().map(plan_text).transpose()?;
-    if config.exists() || plan.exists() {
+    if plan.exists() {
         keep_plan(given.as_deref(), &plan)?;
     }
     if let Some(path) = &arguments.truth {
         check_names(path, &truth, arguments, &plan)?;
     }
-    if !config.exists() {
+    if config.exists() {
+        keep_plan(given.as_deref(), &plan)?;
+    } else {
         let options = arguments.options.clone();
         let begin = || {
             fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;

@@ -218,7 +218,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
     let wrong = wrong.map(|error| removed::answer(&error, &given).unwrap_or_else(|| with_suggestion(error)));
     let unshown = match error.kind() {
         ErrorKind::InvalidUtf8 => "an argument is not UTF-8, expected UTF-8 except in names of files",
-        _ => "wrong arguments; help: wstac --help names them",
+        _ => "wrong arguments; help: wstac --help names the right ones",
     };
     // Nobody may read it; the exit code still reports the failure.
     let _ = wrong.map_or_else(|| writeln!(std::io::stderr(), "error: {unshown}"), |error| error.print());

@@ -242,12 +242,12 @@ fn figure(arguments: &Arguments) -> Result<Option<&Path>, Error> {
     if !["svg", "png", "pdf"].iter().any(|ending| ends(path, ending)) {
         return Ok(None);
     }
-    check_figure(path)?;
     if arguments.map.is_none() || arguments.budget.is_some() {
         let expected =
             "only the figure of a map is a file (found a figure's name, expected a folder, or --map without --budget)";
         return Err(Error::new(ErrorKind::Usage, path.display(), expected));
     }
+    check_figure(path)?;
     Ok(Some(path))
 }
 

@@ -306,7 +306,8 @@ pub struct Answers<'a> {
     pub end: Option<u8>,
     /// The kind of the touch; `None` by a law of durations.
     pub contact: Option<Contact>,
-    /// The duration in frames, from the first lit frame to the last; `None` if no frame is lit or the touch goes on.
+    /// The duration in frames, from the first lit frame to the last; `None` if no frame is lit, or if the sample does
+    /// not show the touch's begin and end.
     pub duration: Option<u8>,
     /// The sliding speed, or the reason why there is none.
     pub speed: Result<Speed, Reason>,

@@ -65,7 +65,7 @@
 //! Since then, without another version: `Request::Textures` and those behind it are about textures that a board learns,
 //! and `Request::Model` and those behind it about models that are sent to a board; [`BoardModel`] ends with the
 //! newest layout of model files that the board reads. `LearnedTextures` has ten names, and had eight in builds before
-//! 0.4. [`Answers`] ends with the reason why
+//! the release of 0.4. [`Answers`] ends with the reason why
 //! it is not reliable, what it is known by, and how many frames of the sample had arrived. [`Message::Slip`] says that
 //! a held part begins to slip. [`Fault::SensorDiffers`] says what a camera sends instead of what it is set to; before,
 //! that was a [`Fault::SensorRefuses`], which ends with the values since then. [`Fault::SensorGone`] ends with the

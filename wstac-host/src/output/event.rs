@@ -41,7 +41,8 @@ pub struct TactileEvent {
     pub touch_frame: Option<u64>,
     /// The number of the first dark frame behind the touch; `None` if the light has not left, or by a law of durations.
     pub end_frame: Option<u64>,
-    /// Lit frames from the first to the last, less one; `None` if no frame is lit or the touch goes on.
+    /// Lit frames from the first to the last, less one; `None` if no frame is lit, or if the sample does not show the
+    /// touch's begin and end.
     pub lit_frames: Option<u8>,
     /// The part of the sample that is brighter than the threshold of `[speed]`; `None` if no frame is, or for an event
     /// of a board.

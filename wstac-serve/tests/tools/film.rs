@@ -66,7 +66,7 @@ fn a_frame_that_is_gone_back_to_looks_as_it_did() {
     assert_eq!(shown(&page)[4], events);
     assert_eq!(
         page.refusal(&json!({"order": "seek", "frames": 5, "pause": false})),
-        "the source has ended; help: start wstac serve again"
+        "the source has ended; help: go back, or play it again"
     );
     assert_eq!(served.end().0, 0);
 }

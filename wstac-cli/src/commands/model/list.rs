@@ -11,7 +11,7 @@ use wstac_tradeoff::parameters::Setting;
 use wstac_tradeoff::prices::{Core, Prices};
 use wstac_tradeoff::table::grouped;
 
-/// List the models that come with wstac, with accuracy and cost
+/// List the usual models that come with wstac, with accuracy and cost
 ///
 /// The input is a sample over time or along the path of the slide, of ten sums, or 25 taxels along the path. Accuracy
 /// is that of specimens, on 800 simulated slides of sensors that no model has seen. M0 and M4F are instructions of the
