@@ -49,8 +49,8 @@ pub(super) struct Arguments {
     ///
     /// It is builtin, the best of those that were trained on simulated slides, another name of wstac model list --all,
     /// a file (see wstac model --help), or none. Give one for each of specimens, patterns and depths if they have
-    /// models of their own. By default, a scene has builtin if [speed] estimator is "wave", at about 30 processed frames per
-    /// second.
+    /// models of their own. By default, a scene has builtin if [speed] estimator is "wave", at about 30 processed
+    /// frames per second.
     #[arg(long = "model", value_name = "FILE.wsm")]
     models: Vec<PathBuf>,
 
