@@ -22,6 +22,8 @@ const SLIDES: u64 = 2000;
 const OTHERS: u64 = 1000;
 const OBJECTS_EACH: u64 = 300;
 const OF_CONDITION: u64 = 96;
+/// Bounds of speeds, in mm/s.
+const SPEEDS: [f64; 5] = [10.0, 30.0, 100.0, 300.0, 600.0];
 /// Width of the sensor between its outer whiskers, in mm.
 const SPAN_MM: f64 = 16.0;
 /// Frames after an object has left in which its velocity may be said first: that of a short one is known when it has.
@@ -411,18 +413,36 @@ fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
     page.push('\n');
 }
 
+/// A table of all velocities of slides: the share of frames that have one, and of those that are wrong, by speed.
+fn all(page: &mut String, property: &str, rows: &[(&str, &[Followed])]) {
+    let names = SPEEDS.windows(2).map(|pair| format!(" {} to {} |", pair[0], pair[1])).collect::<String>();
+    let _ = writeln!(page, "| all velocities, wrong, %, at mm/s: {property} |{names}\n| --- |{}", " --- |".repeat(4));
+    for (name, slides) in rows {
+        let _ = write!(page, "| {name} |");
+        for pair in SPEEDS.windows(2) {
+            let own = slides.iter().filter(|slide| (pair[0]..pair[1]).contains(&slide.speed_mm_s));
+            let said: Vec<&Said> = own.flat_map(|slide| &slide.said).collect();
+            let wrong = said.iter().filter(|said| said.errors.iter().zip(WRONG).any(|(off, most)| *off > most)).count();
+            let _ = write!(page, " {} of {} |", share(wrong, said.len()), said.len());
+        }
+        page.push('\n');
+    }
+    page.push('\n');
+}
+
 /// Writes the tables of live motion.
 pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live.txt"));
     let slides = each(SLIDES, |number| follow(Kind::Slide, number));
-    let bounds = [10.0, 30.0, 100.0, 300.0, 600.0];
     let within = |low: f64, high: f64| {
         let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
         (format!("{low} to {high} mm/s"), rows)
     };
     let mut rows = vec![within(10.0, 600.0)];
-    rows.extend(bounds.windows(2).map(|pair| within(pair[0], pair[1])));
+    rows.extend(SPEEDS.windows(2).map(|pair| within(pair[0], pair[1])));
     first(page, "speed", &rows);
+    let straight = each(OTHERS, |number| follow(Kind::Straight, number));
+    all(page, "direction", &[("any", &slides), ("along rows or columns", &straight)]);
     let by_specimen = Specimen::ALL.map(|specimen| {
         let name = specimen.to_string();
         let own: Vec<&Followed> = slides.iter().filter(|slide| slide.specimen == name).collect();

@@ -76,6 +76,7 @@ class Live:
         self.faded = 0.0
         self.axes: list[Axis] | None = None
         self.is_dimmed = False
+        self.is_lost = False
 
     @property
     def is_touched(self) -> bool:
@@ -147,7 +148,7 @@ class Live:
         self.axes = axes
         self.excess = max(max(offs) - (0.3 * self.whole + 0.1), 0.0)
         self.level_from = max(math.floor(4 * min(abs(axis.slowness) for axis in axes)), 2) + now
-        self.settles = max(math.ceil(0.5 * self.whole) - 1, 0)
+        self.settles = math.ceil(min(max(self.whole, 1), 13))
         self.changing = 0
         self.off = 0.0
         self.peaks = np.full(FEATURES, -16.0)
@@ -197,25 +198,36 @@ class Live:
         self.off = 0.0
         if now < self.level_from:
             return 0.0
-        newest = self.history[now]
         if now - frames < self.level_from:
-            self.smoothed, self.settled_from = newest.copy(), now + self.settles
-        else:
-            self.smoothed = self.smoothed + (newest - self.smoothed) / (1 + whole)
-        if now - frames < self.settled_from or now - frames < self.level_from:
-            self.reference = self.smoothed
+            self.settled_from = now + self.settles
+            return 0.0
+        means = self.means_of_a_pitch(now, whole)
+        if now - frames < self.settled_from:
+            self.reference = means
             return 0.0
         self.changing = max(self.changing - frames, 0)
-        changes = self.smoothed - self.reference
+        if self.is_lost:
+            self.off = math.inf
+            return 0.0
+        changes = means - self.reference
         mean = float(changes.mean())
         if not (changes.min() > mean / 2 if mean > 0 else changes.max() < mean / 2):
             return 0.0
+        self.is_lost |= abs(mean) >= 0.5
         self.off = 0.3 * mean
-        if abs(mean) <= (0.02 if self.changing else 0.1):
+        if self.is_lost or abs(mean) <= (0.02 if self.changing else 0.1):
             return 0.0
         self.changing = math.floor(4 + 3 * whole)
-        self.reference = self.smoothed
+        self.reference = means
         return mean
+
+    def means_of_a_pitch(self, now: int, whole: float) -> np.ndarray:
+        """The mean features over the newest frames, in which the surface has moved by a pitch: at least one frame."""
+        weight = math.floor(4096 / min(max(whole, 1), 13))
+        count = 4096 // weight
+        frames = self.history[now + 1 - count : now + 1]
+        rest = (4096 - count * weight) * self.history[now - count]
+        return (weight * np.sum(frames, axis=0) + rest) / 4096
 
     def compare(self, axis: Axis, first: int, now: int, length: float, usual: float) -> None:
         """Up to four comparisons of five lines, and the slowness that follows."""

@@ -7,7 +7,6 @@ mod light;
 mod track;
 mod whiskers;
 
-use crate::features::Features;
 use crate::paper::baseline::Baseline;
 use crate::paper::sample::Sample;
 use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
@@ -203,7 +202,7 @@ impl LiveMotion {
             let contact = self.arrive(recent);
             return is_lit.then_some(LiveContact::of(contact, None));
         };
-        slide.follow(recent, newest, &self.base, frames, self.config.readout);
+        slide.follow(recent, &self.base, frames, self.config.readout);
         // Not in the longest frames, which catch up.
         if !slide.tracks.iter().any(|track| track.is_behind) {
             slide.alike.look(recent, &self.ages, &self.base, 1);
@@ -293,9 +292,9 @@ impl LiveWave {
 }
 
 impl Slide {
-    fn follow(&mut self, recent: Sample<'_>, newest: &Features, base: &[i32; FEATURES], frames: u8, readout: Readout) {
+    fn follow(&mut self, recent: Sample<'_>, base: &[i32; FEATURES], frames: u8, readout: Readout) {
         let memory = memory(self.slowness);
-        let Change { number, large } = self.level.push(newest, self.slowness, frames);
+        let Change { number, large } = self.level.push(recent, self.slowness, frames);
         self.off = BY_LIGHT[1] * number;
         self.is_dimmed |= large.is_some_and(|large| large < 0);
         let factor = large.map(|large| light(large.saturating_neg()) as f32 / light::ONE as f32);

@@ -1,6 +1,7 @@
 use std::vec::Vec;
 
 use super::*;
+use crate::features::Features;
 use crate::params::SAMPLE_FRAMES;
 use crate::rate::FrameRate;
 
