@@ -415,8 +415,9 @@ fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
 
 /// A table of all velocities of slides: the share of frames that have one, and of those that are wrong, by speed.
 fn all(page: &mut String, property: &str, rows: &[(&str, &[Followed])]) {
-    let names = SPEEDS.windows(2).map(|pair| format!(" {} to {} |", pair[0], pair[1])).collect::<String>();
-    let _ = writeln!(page, "| all velocities, wrong, %, at mm/s: {property} |{names}\n| --- |{}", " --- |".repeat(4));
+    let names = SPEEDS.windows(2).map(|pair| format!("{} to {}", pair[0], pair[1])).collect::<Vec<_>>().join(" | ");
+    let _ =
+        writeln!(page, "| all velocities, wrong, %, at mm/s: {property} | {names} |\n| --- |{}", " --- |".repeat(4));
     for (name, slides) in rows {
         let _ = write!(page, "| {name} |");
         for pair in SPEEDS.windows(2) {

@@ -253,10 +253,20 @@ impl DirectionField {
     }
 }
 
-/// Returns an angle in degrees for output, with one decimal: 0 ≤ angle < 360.
+/// Returns an angle in degrees for output, with two decimals as its standard deviation has: 0 ≤ angle < 360.
 pub fn angle(degrees: f32) -> f64 {
-    // 359.96 is rounded to a whole turn, and zero has no sign.
-    rounded_to(f64::from(degrees), 1) % 360.0 + 0.0
+    turned(degrees, 2)
+}
+
+/// Returns an angle below a whole turn with so many decimals.
+fn turned(degrees: f32, decimals: i32) -> f64 {
+    // 359.996 is rounded to a whole turn, and zero has no sign.
+    rounded_to(f64::from(degrees), decimals) % 360.0 + 0.0
+}
+
+/// Returns an angle with its standard deviation, as [`with_deviation`] does it.
+pub fn angle_with_deviation(degrees: f32, sd: f32) -> String {
+    with_deviation(turned(degrees, i32::from(sd < 9.95)), sd)
 }
 
 /// Returns the standard deviation of an angle in degrees for output, with two decimals.
@@ -370,9 +380,11 @@ mod tests {
 
     #[test]
     fn angles_are_written_from_zero_to_below_a_turn() {
-        for (degrees, expected) in [(0.0, 0.0), (-0.0, 0.0), (0.04, 0.0), (359.94, 359.9), (359.96, 0.0), (90.25, 90.3)]
+        for (degrees, expected) in
+            [(0.0, 0.0), (-0.0, 0.0), (0.004, 0.0), (359.994, 359.99), (359.996, 0.0), (90.25, 90.25)]
         {
             assert_eq!(angle(degrees).to_bits(), f64::to_bits(expected), "{degrees}");
         }
+        assert_eq!([0.1, 10.0].map(|sd| angle_with_deviation(359.96, sd)), ["0.0 ± 0.1", "0 ± 10"]);
     }
 }

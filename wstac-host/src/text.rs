@@ -5,7 +5,7 @@ use std::fmt::{self, Write as _};
 use wstac_core::touch::motion::Velocity;
 use wstac_core::touch::wave::Measured;
 
-use crate::json::{angle, confidence, real, rounded, short, strength, with_deviation};
+use crate::json::{angle, angle_with_deviation, confidence, real, rounded, short, strength, with_deviation};
 use crate::output::{DisturbedBaseline, Output, TactileEvent};
 use crate::plural::counted;
 use crate::texture::{Texture, pattern_and_depth};
@@ -38,7 +38,7 @@ pub fn text(line: &mut String, record: &Output) -> fmt::Result {
         Output::Motion(motion) => {
             let Velocity { mm_s, mm_s_sd, degrees, degrees_sd, .. } = motion.velocity;
             write!(line, "frame {}  speed {} mm/s", motion.frame, with_deviation(rounded(mm_s), mm_s_sd))?;
-            write!(line, ", direction {}°", direction(degrees, degrees_sd))
+            write!(line, ", direction {}°", angle_with_deviation(degrees, degrees_sd))
         }
         Output::Event(event) => text_of_event(line, event),
         Output::EarlyTexture(early) => {
@@ -149,21 +149,14 @@ fn text_of_motion(line: &mut String, event: &TactileEvent) -> fmt::Result {
         (Err(why), None) => write!(line, "no speed ({})", why.as_str())?,
     }
     match event.direction.degrees {
-        Ok(degrees) => match (confidence(event.direction), event.direction.sd) {
-            (Some(confidence), _) => {
-                write!(line, ", direction {}° (confidence {})", angle(degrees), certainty(confidence))
-            }
-            (None, Some(sd)) => write!(line, ", direction {}°", direction(degrees, sd)),
-            (None, None) => write!(line, ", direction {}°", angle(degrees)),
-        },
+        Ok(degrees) => {
+            let sd = event.direction.sd;
+            let shown = sd.map_or_else(|| angle(degrees).to_string(), |sd| angle_with_deviation(degrees, sd));
+            write!(line, ", direction {shown}°")?;
+            confidence(event.direction).map_or(Ok(()), |of| write!(line, " (confidence {})", certainty(of)))
+        }
         Err(why) => write!(line, ", no direction ({})", why.as_str()),
     }
-}
-
-/// Returns an angle with its standard deviation: also without decimals it is below 360.
-fn direction(degrees: f32, sd: f32) -> String {
-    let degrees = angle(degrees);
-    with_deviation(if sd < 9.95 { degrees } else { degrees.round() % 360.0 }, sd)
 }
 
 /// Returns a confidence with two decimals, rounded down: nothing is certain.

@@ -2,8 +2,6 @@
 
 use wstac_core::params::{COLUMNS, TAXELS};
 
-use wstac_host::json::angle;
-
 use super::event::Found;
 use crate::axes::extent;
 use crate::style::{GRAY, INK, PALE, SIZE, THIN, TITLE, shade};
@@ -84,5 +82,5 @@ fn arrow(drawing: &mut Drawing, found: &Found, [x, y]: [f64; 2]) {
     drawing.line(&[along(-HALF, 0.0), along(HALF - 6.0, 0.0)], INK, 1.8);
     drawing.polygon(&[along(HALF, 0.0), along(HALF - 8.0, 4.5), along(HALF - 8.0, -4.5)], INK);
     drawing.line(&[along(-HALF, 3.0), along(-HALF, -3.0)], GRAY, THIN);
-    drawing.text([x, y + HALF + 12.0], SIZE, Anchor::Middle, &format!("{}\u{b0}", angle(degrees)));
+    drawing.text([x, y + HALF + 12.0], SIZE, Anchor::Middle, &format!("{}\u{b0}", degrees.round() % 360.0));
 }

@@ -223,8 +223,8 @@ class Live:
 
     def means_of_a_pitch(self, now: int, whole: float) -> np.ndarray:
         """The mean features over the newest frames, in which the surface has moved by a pitch: at least one frame."""
-        weight = math.floor(4096 / min(max(whole, 1), 13))
-        count = 4096 // weight
+        length = min(max(whole, 1), 13)
+        weight, count = math.floor(4096 / length), math.floor(length)
         frames = self.history[now + 1 - count : now + 1]
         rest = (4096 - count * weight) * self.history[now - count]
         return (weight * np.sum(frames, axis=0) + rest) / 4096

@@ -5,7 +5,6 @@ use std::ffi::OsString;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::slice;
 
 use super::files::Outputs;
 use super::output::{Stop, note};
@@ -14,7 +13,10 @@ use super::{calibrate, record};
 use crate::open;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::output::{Output, OutputOptions, ReadoutUsed};
-use wstac_host::record::{labels, plan};
+use wstac_host::record::{
+    labels,
+    plan::{self, PlannedSlide},
+};
 use wstac_host::session::Processor;
 use wstac_host::source::open::OpenOptions;
 use wstac_host::source::{Source, SourceEvent, StreamInfo, config_of};
@@ -95,20 +97,21 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let truth = arguments.truth.as_deref().map(read_truth).transpose()?.unwrap_or_default();
     let [config, plan, page, scene] =
         ["wstac.toml", "plan.toml", "report.html", "scene.toml"].map(|name| folder.join(name));
-    let given = arguments.plan.as_deref().map(plan_text).transpose()?;
-    if plan.exists() {
-        keep_plan(given.as_deref(), &plan)?;
-    }
+    let (text, planned) = plan_of(arguments.plan.as_deref(), &plan)?;
     if let Some(path) = &arguments.truth {
-        check_names(path, &truth, arguments, &plan)?;
+        check_names(path, &truth, folder, &planned)?;
     }
+    // Once the source is open: what cannot be opened leaves no folder.
+    let keep_plan = || {
+        fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+        if plan.exists() { Ok(()) } else { Outputs::new(false).write(&plan, &text) }
+    };
     if config.exists() {
-        keep_plan(given.as_deref(), &plan)?;
+        keep_plan()?;
     } else {
         let options = arguments.options.clone();
         let begin = || {
-            fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
-            keep_plan(given.as_deref(), &plan)?;
+            keep_plan()?;
             note("1 of 3: do not touch the sensor for a second; then press a flat plate on all whiskers three times");
             Ok(())
         };
@@ -144,25 +147,27 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(write!(super::output::stdout(), "{}", found.report)?)
 }
 
-/// Returns the text of a plan, which is checked before a person waits.
-fn plan_text(path: &Path) -> Result<String, Error> {
-    plan::read(path)?;
-    file_text(path)
+/// Returns the text of the plan and its slides. The folder has one plan.
+fn plan_of(given: Option<&Path>, kept: &Path) -> Result<(String, Vec<PlannedSlide>), Error> {
+    let from = given.unwrap_or(kept);
+    let text = if from.exists() || given.is_some() { file_text(from)? } else { PLAN.to_owned() };
+    if given.is_some() && kept.exists() && file_text(kept)? != text {
+        let message = "is another plan than that of --plan (one folder has one plan); help: name another folder";
+        return Err(Error::new(ErrorKind::Usage, kept.display(), message));
+    }
+    let planned = plan::parse(&text).map_err(|message| Error::new(ErrorKind::Config, from.display(), message))?;
+    Ok((text, planned))
 }
 
 /// Refuses a truth about a slide that is neither planned nor recorded, before a person waits.
 fn check_names(
     path: &Path,
     truth: &BTreeMap<String, SlideTruth>,
-    arguments: &Arguments,
-    kept: &Path,
+    folder: &Path,
+    planned: &[PlannedSlide],
 ) -> Result<(), Error> {
-    let planned = match arguments.plan.as_deref().or(kept.exists().then_some(kept)) {
-        Some(path) => plan::read(path)?,
-        None => plan::parse(PLAN).map_err(|message| Error::new(ErrorKind::Config, kept.display(), message))?,
-    };
     // There may be no recording yet.
-    let recorded = find(slice::from_ref(&arguments.output)).unwrap_or_default();
+    let recorded = find(&[folder.to_owned()]).unwrap_or_default();
     let is_planned = |name: &String| planned.iter().any(|slide| slide.name == *name);
     let is_recorded = |name: &String| recorded.iter().any(|file| name_of(file) == *name);
     let Some(name) = truth.keys().find(|name| !is_planned(name) && !is_recorded(name)) else { return Ok(()) };
@@ -174,19 +179,6 @@ fn check_names(
 /// Returns the name of a recording, without its ending.
 fn name_of(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
-}
-
-/// Writes the plan to the folder, unless it is there.
-fn keep_plan(given: Option<&str>, kept: &Path) -> Result<(), Error> {
-    if !kept.exists() {
-        return Outputs::new(false).write(kept, given.unwrap_or(PLAN));
-    }
-    let text = file_text(kept)?;
-    if given.is_some_and(|given| given != text) {
-        let message = "is another plan than that of --plan (one folder has one plan); help: name another folder";
-        return Err(Error::new(ErrorKind::Usage, kept.display(), message));
-    }
-    Ok(())
 }
 
 /// Reads the true speeds and directions of recordings by name.

@@ -8,7 +8,7 @@ use wstac_core::model::file::Task;
 use super::output::Stop;
 use super::values::at_least;
 use wstac_host::error::Error;
-use wstac_host::json::{angle, rounded, with_deviation};
+use wstac_host::json::{angle, angle_with_deviation, rounded, with_deviation};
 use wstac_host::model_file::ModelFile;
 use wstac_host::output::{Output, TactileEvent};
 use wstac_host::plural::counted;
@@ -108,7 +108,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
                 let off = (angle(degrees) - f64::from(direction) + 180.0).rem_euclid(360.0) - 180.0;
                 turns.push(off.abs());
                 let sd = event.direction.sd.unwrap_or(f32::NAN);
-                write!(out, "  {:>12}°", with_deviation(angle(degrees), sd))?;
+                write!(out, "  {:>12}°", angle_with_deviation(degrees, sd))?;
             }
             Err(_) => write!(out, "  {:>13}", "none")?,
         }

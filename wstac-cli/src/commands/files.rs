@@ -42,9 +42,9 @@ pub(super) fn check_ending(path: &Path, expected: &[&str]) -> Result<(), Error> 
 /// Refuses the name of a figure that does not end in `.svg`. A name without an ending may be one.
 pub(super) fn check_figure(path: &Path) -> Result<(), Error> {
     let Some(ending) = path.extension().filter(|_| !ends(path, "svg")) else { return Ok(()) };
-    let (ending, help) =
-        (ending.display().to_string().to_ascii_lowercase(), "; help: rsvg-convert converts them, with -f");
-    let help = if ["png", "pdf"].contains(&&*ending) { format!("{help} {ending}") } else { String::new() };
+    let ending = ending.display().to_string().to_ascii_lowercase();
+    let is_converted = ["png", "pdf"].contains(&&*ending);
+    let help = if is_converted { format!("; help: rsvg-convert -f {ending} makes one of it") } else { String::new() };
     let message = format_args!("figures are SVG (found .{ending}, expected .svg){help}");
     Err(Error::new(ErrorKind::Usage, path.display(), message))
 }

@@ -215,13 +215,9 @@ impl AtOnce {
         let end = self.ended.take()?;
         let event = end.event_frame as u32;
         for slide in [&mut self.newest, &mut self.slide] {
-            if slide.is_some_and(|slide| slide.frame == event) {
-                *slide = None;
-            }
+            slide.take_if(|slide| slide.frame == event);
         }
-        if self.slow.is_some_and(|[first, _]| first == event) {
-            self.slow = None;
-        }
+        self.slow.take_if(|[first, _]| *first == event);
         Some(end)
     }
 
@@ -243,19 +239,13 @@ impl AtOnce {
     /// Takes an end of light as that of the event that was answered, and the update by which it was known. Returns the
     /// end of another event's touch.
     fn take_end(&mut self, end: ContactEnd, update: Option<&Update<'_>>) -> Option<ContactEnd> {
-        let features = update.and_then(Update::frame).map(|frame| frame.features);
-        // Both ends have passed if light lasts longer, unless a flat block's middle glows.
         let of_end = end.event_frame as u32;
         let slide = self.newest.filter(|slide| slide.frame == of_end);
-        if slide
-            .is_some_and(|slide| self.path_mm(slide, end.frame as u32) > OF_END_MM && !slide.glows(features.as_ref()))
-        {
-            self.newest = None;
-        }
-        let other_end = self.other_end.filter(|other| other[0] == of_end);
-        if other_end.is_some() {
-            self.other_end = None;
-        }
+        let long = slide.filter(|slide| self.path_mm(*slide, end.frame as u32) > OF_END_MM);
+        // Both ends have passed if light lasts longer, unless a flat block's middle glows.
+        let features = || update.and_then(Update::frame).map(|frame| frame.features);
+        self.newest.take_if(|_| long.is_some_and(|slide| !slide.glows(features().as_ref())));
+        let other_end = self.other_end.take_if(|other| other[0] == of_end);
         let since = other_end.map_or(0, |[_, event]| of_end.wrapping_sub(event));
         let end = ContactEnd { event_frame: end.event_frame.saturating_sub(since.into()), ..end };
         if let Some([first, last]) = &mut self.slow

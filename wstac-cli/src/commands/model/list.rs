@@ -27,8 +27,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let (rows, prices) = (map::kept()?, Prices::kept()?);
     let mut out = super::super::output::stdout();
     writeln!(out, "{:28}input      accuracy, %   bytes       M0      M4F", "model")?;
-    let usual: Vec<String> = ModelFile::usual_names().collect();
-    for name in ModelFile::full_names().filter(|name| arguments.all || usual.contains(name)) {
+    let names: Vec<String> =
+        if arguments.all { ModelFile::full_names().collect() } else { ModelFile::usual_names().collect() };
+    for name in names {
         let file = ModelFile::open(Path::new(&name))?;
         let (setting, input) = match file.model()?.input() {
             Input::Frames => (Setting::PUBLISHED, "over time"),

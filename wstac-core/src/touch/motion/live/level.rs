@@ -37,18 +37,8 @@ pub(super) struct Level {
     is_lost: bool,
 }
 
-/// A change of the mean feature that all lines share.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Change {
-    /// The natural logarithm of the factor by which light has grown; 0 if lines do not share it.
-    pub number: f32,
-    /// The logarithm in units of 2^-11, if the speed has changed.
-    pub large: Option<i16>,
-}
-
-const NO_CHANGE: Change = Change { number: 0.0, large: None };
-/// The deviation by such a change is above the largest.
-const LOST: Change = Change { number: 1.0, large: None };
+/// A number above that of any speed: its deviation is above the largest.
+const LOST: f32 = 1.0;
 
 impl Level {
     /// Creates the level of a touch whose ten lines are lit, by the slowness of rows and columns.
@@ -62,55 +52,47 @@ impl Level {
         self.waits[0] == 0
     }
 
-    /// Takes the features of the newest frame, the slowness, and the number of frames since the last.
-    pub(super) fn push(&mut self, recent: Sample<'_>, slowness: f32, frames: u8) -> Change {
+    /// Takes the newest frame, the slowness, and the number of frames since the last. Returns the natural logarithm of
+    /// the factor by which light has grown, 0 if lines do not share it, and whether the speed has changed by it.
+    pub(super) fn push(&mut self, recent: Sample<'_>, slowness: f32, frames: u8) -> (f32, bool) {
         let [touched, settled] = &mut self.waits;
-        if *touched > frames {
-            *touched -= frames;
-            return NO_CHANGE;
-        }
         if *touched > 0 {
-            *touched = 0;
-            return NO_CHANGE;
+            *touched = touched.saturating_sub(frames);
+            return (0.0, false);
         }
         let means = means(recent, slowness);
         if *settled > 0 {
             *settled = settled.saturating_sub(frames);
             self.reference = means;
-            return NO_CHANGE;
+            return (0.0, false);
         }
-        let (mut sum, mut lowest, mut highest) = (0, i32::MAX, i32::MIN);
-        for (mean, reference) in means.iter().zip(&self.reference) {
-            let change = mean - reference;
-            (sum, lowest, highest) = (sum + change, lowest.min(change), highest.max(change));
-        }
+        let changes = means.iter().zip(&self.reference).map(|(mean, reference)| mean - reference);
+        let sum: i32 = changes.clone().sum();
         // Every line has changed by at least half of the mean.
-        let is_shared = if sum > 0 { 20 * lowest > sum } else { 20 * highest < sum };
-        let number = if is_shared { sum as f32 / ONE as f32 } else { 0.0 };
+        let is_shared = changes.into_iter().all(|change| if sum > 0 { 20 * change > sum } else { 20 * change < sum });
         self.changing = self.changing.saturating_sub(frames);
-        let least = if self.changing > 0 { CHANGES[1] } else { CHANGES[0] };
         self.is_lost |= is_shared && sum.abs() >= LARGEST;
-        if self.is_lost {
-            return LOST;
-        }
-        if is_shared && sum.abs() > least {
+        let has_changed = is_shared && sum.abs() > CHANGES[usize::from(self.changing > 0)];
+        if has_changed && !self.is_lost {
             self.changing = (PASSED[0] + PASSED[1] * slowness) as u8;
             self.reference = means;
-            return Change { number, large: Some((sum / (FEATURES as i32 * (1 << EXTRA_BITS))) as i16) };
         }
-        Change { number, large: None }
+        match (self.is_lost, is_shared) {
+            (true, _) => (LOST, false),
+            (_, true) => (sum as f32 / ONE as f32, has_changed),
+            _ => (0.0, false),
+        }
     }
 }
 
 /// Returns the mean features over the newest frames, in which the surface has moved by a pitch: at least one frame.
 fn means(recent: Sample<'_>, slowness: f32) -> [i32; FEATURES] {
-    let weight = (WEIGHTS as f32 / slowness.clamp(1.0, MOST)) as i32;
-    let whole = (WEIGHTS / weight) as usize;
-    let rest = WEIGHTS - weight * whole as i32;
-    let newest = recent.len();
-    let oldest = newest.saturating_sub(whole);
+    let frames = slowness.clamp(1.0, MOST);
+    let weight = (WEIGHTS as f32 / frames) as i32;
+    let rest = WEIGHTS - weight * frames as i32;
+    let oldest = recent.len().saturating_sub(frames as usize);
     let mut sums = [0; FEATURES];
-    for frame in recent.between(oldest, newest).into_iter().flatten() {
+    for frame in recent.between(oldest, recent.len()).into_iter().flatten() {
         for (sum, &feature) in sums.iter_mut().zip(frame) {
             *sum += i32::from(feature);
         }

@@ -9,7 +9,7 @@ mod whiskers;
 
 use crate::paper::baseline::Baseline;
 use crate::paper::sample::Sample;
-use crate::params::{FEATURE_FRACTION_BITS, FEATURES, LONGEST_FILLED_GAP, ROWS};
+use crate::params::{FEATURE_FRACTION_BITS, FEATURE_ONE, FEATURES, LONGEST_FILLED_GAP, ROWS};
 use crate::touch::taxel_ring::TaxelRing;
 use crate::touch::wave::Basis;
 
@@ -17,7 +17,7 @@ use super::edges::LINES;
 use super::{Contact, MOST_SLOWNESS, MotionConfig, Readout, Velocity, contact_at, length, readout, sqrt};
 use alike::Alike;
 use arrival::arrival;
-use level::{Change, Level};
+use level::Level;
 use light::light;
 use track::{Track, memory};
 use whiskers::Whiskers;
@@ -294,10 +294,10 @@ impl LiveWave {
 impl Slide {
     fn follow(&mut self, recent: Sample<'_>, base: &[i32; FEATURES], frames: u8, readout: Readout) {
         let memory = memory(self.slowness);
-        let Change { number, large } = self.level.push(recent, self.slowness, frames);
+        let (number, has_changed) = self.level.push(recent, self.slowness, frames);
         self.off = BY_LIGHT[1] * number;
-        self.is_dimmed |= large.is_some_and(|large| large < 0);
-        let factor = large.map(|large| light(large.saturating_neg()) as f32 / light::ONE as f32);
+        self.is_dimmed |= has_changed && number < 0.0;
+        let factor = has_changed.then(|| light((-number * FEATURE_ONE as f32) as i16) as f32 / light::ONE as f32);
         let lines = self.tracks.iter_mut().zip(base.chunks(LINES)).zip([0, ROWS]);
         for (((track, base), first), delay) in lines.zip(readout.delays()) {
             track.pass(frames);
