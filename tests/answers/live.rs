@@ -393,40 +393,35 @@ fn columns(said: &[&Said]) -> String {
 
 const COLUMNS: &str = "speed error, %: median/p95 | direction error, °: median/p95 | wrong, %";
 
-/// A table of the first answers of slides.
-fn first(page: &mut String, property: &str, rows: &[(String, Vec<&Followed>)]) {
-    let _ = writeln!(page, "| first velocity: {property} | in time, % | {COLUMNS} |\n| --- | --- | --- | --- | --- |");
+/// Slides of a row of the table: of any direction, and along rows or columns.
+type Slides<'a> = [Vec<&'a Followed>; 2];
+
+/// A table of the answers of slides by speed.
+fn by_speed(page: &mut String, rows: &[(String, Slides<'_>)]) {
+    let _ = writeln!(
+        page,
+        "| first velocity: speed | in time, % | {COLUMNS} | wrong of all velocities, %: any direction/along rows or columns |\n\
+         | --- | --- | --- | --- | --- | --- |"
+    );
     // The goals are of all speeds.
-    for (number, (name, slides)) in rows.iter().enumerate() {
+    for (number, (name, [slides, straight])) in rows.iter().enumerate() {
         let first: Vec<&Said> = slides.iter().filter_map(|slide| slide.said.first()).collect();
         let in_time = slides.iter().filter(|slide| slide.is_in_time()).count();
         let wrong = first.iter().filter(|said| said.errors[0] > 0.1).count();
         let [soon, most] = SLIDES_GOALS.map(|goal| (number == 0).then_some(goal));
+        let all = [slides, straight].map(|slides| {
+            let all: Vec<&Said> = slides.iter().flat_map(|slide| &slide.said).collect();
+            let is_wrong = |said: &&&Said| said.errors.iter().zip(WRONG).any(|(off, most)| *off > most);
+            share(all.iter().filter(is_wrong).count(), all.len())
+        });
         let _ = writeln!(
             page,
-            "| {name} | {} | {} {} |",
+            "| {name} | {} | {} {} | {} |",
             beside(in_time, slides.len(), soon),
             columns(&first),
             beside(wrong, first.len(), most),
+            all.join("/"),
         );
-    }
-    page.push('\n');
-}
-
-/// A table of all velocities of slides: the share of frames that have one, and of those that are wrong, by speed.
-fn all(page: &mut String, property: &str, rows: &[(&str, &[Followed])]) {
-    let names = SPEEDS.windows(2).map(|pair| format!("{} to {}", pair[0], pair[1])).collect::<Vec<_>>().join(" | ");
-    let _ =
-        writeln!(page, "| all velocities, wrong, %, at mm/s: {property} | {names} |\n| --- |{}", " --- |".repeat(4));
-    for (name, slides) in rows {
-        let _ = write!(page, "| {name} |");
-        for pair in SPEEDS.windows(2) {
-            let own = slides.iter().filter(|slide| (pair[0]..pair[1]).contains(&slide.speed_mm_s));
-            let said: Vec<&Said> = own.flat_map(|slide| &slide.said).collect();
-            let wrong = said.iter().filter(|said| said.errors.iter().zip(WRONG).any(|(off, most)| *off > most)).count();
-            let _ = write!(page, " {} of {} |", share(wrong, said.len()), said.len());
-        }
-        page.push('\n');
     }
     page.push('\n');
 }
@@ -435,15 +430,15 @@ fn all(page: &mut String, property: &str, rows: &[(&str, &[Followed])]) {
 pub(crate) fn tables(page: &mut String) {
     page.push_str(include_str!("live.txt"));
     let slides = each(SLIDES, |number| follow(Kind::Slide, number));
+    let straight = each(OTHERS, |number| follow(Kind::Straight, number));
     let within = |low: f64, high: f64| {
-        let rows = slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect();
-        (format!("{low} to {high} mm/s"), rows)
+        let own = [&slides, &straight]
+            .map(|slides| slides.iter().filter(|slide| (low..high).contains(&slide.speed_mm_s)).collect());
+        (format!("{low} to {high} mm/s"), own)
     };
     let mut rows = vec![within(10.0, 600.0)];
     rows.extend(SPEEDS.windows(2).map(|pair| within(pair[0], pair[1])));
-    first(page, "speed", &rows);
-    let straight = each(OTHERS, |number| follow(Kind::Straight, number));
-    all(page, "direction", &[("any", &slides), ("along rows or columns", &straight)]);
+    by_speed(page, &rows);
     let by_specimen = Specimen::ALL.map(|specimen| {
         let name = specimen.to_string();
         let own: Vec<&Followed> = slides.iter().filter(|slide| slide.specimen == name).collect();

@@ -74,12 +74,16 @@ impl ModelFile {
         let is_best = name == Path::new(BEST);
         let about = if is_best { format!("{BUILT_IN}{BEST_OF_ALL}") } else { name.display().to_string() };
         let Some(built_in) = about.strip_prefix(BUILT_IN) else {
-            return match (file_bytes(name), Self::meant(&about)) {
-                (Err(error), Some(meant)) if error.kind() == ErrorKind::NotFound => {
-                    let message = format_args!("no such file; did you mean {meant}?");
+            return match file_bytes(name) {
+                Err(error) if error.kind() == ErrorKind::NotFound => {
+                    let meant = Self::meant(about.rsplit(':').next().unwrap_or_default());
+                    let help = meant.map_or("wstac model list has the built-in models".to_owned(), |meant| {
+                        format!("did you mean {meant}?")
+                    });
+                    let message = format_args!("no such file; {help}");
                     Err(Error::new(ErrorKind::NotFound, &about, message).caused_by(error))
                 }
-                (read, _) => Self::of_bytes(about, &read?),
+                read => Self::of_bytes(about, &read?),
             };
         };
         let found = MODELS.iter().find(|(name, _)| *name == built_in);

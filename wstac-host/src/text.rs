@@ -90,6 +90,9 @@ fn text_of_event(line: &mut String, event: &TactileEvent) -> fmt::Result {
         line.write_str(", texture ")?;
         text_of_texture(line, texture)?;
     }
+    if let Some(speeds) = event.texture_doubt {
+        write!(line, " (the model knows {speeds})")?;
+    }
     if let Some(Measured { value, sd }) = event.period_mm {
         write!(line, ", period {value:.2} ± {sd:.2} mm")?;
     }

@@ -318,7 +318,6 @@ fn layout_key<W, T>(
     let (config, output) = (Config::read_stored(&arguments.output)?, arguments.output.as_path());
     let outputs = Outputs::new(true).source(&arguments.source);
     outputs.check([output])?;
-    Outputs::check_room(output)?;
     let (mut source, info) = open(arguments)?;
     note(&info.about);
     let mut watch = watch(config.geometry(&info)?);

@@ -41,6 +41,9 @@ pub(super) fn check_ending(path: &Path, expected: &[&str]) -> Result<(), Error> 
 
 /// Refuses the name of a figure that does not end in `.svg`. A name without an ending may be one.
 pub(super) fn check_figure(path: &Path) -> Result<(), Error> {
+    if path == Path::new("-") {
+        return Err(Error::new(ErrorKind::Usage, path.display(), "figures are files, expected a name such as a.svg"));
+    }
     let Some(ending) = path.extension().filter(|_| !ends(path, "svg")) else { return Ok(()) };
     let ending = ending.display().to_string().to_ascii_lowercase();
     let is_converted = ["png", "pdf"].contains(&&*ending);
@@ -76,12 +79,14 @@ impl Outputs {
         self.reading([file.map_or(name, OsStr::from_bytes)])
     }
 
-    /// Refuses outputs that are inputs by any of their names, that exist, that are no files, or that are the same file.
+    /// Refuses outputs that are inputs by any of their names, that exist, that are no files, that are the same file, or
+    /// that cannot be written.
     pub(super) fn check<P: AsRef<Path>>(&self, outputs: impl IntoIterator<Item = P>) -> Result<(), Error> {
         let mut seen = Vec::new();
         for output in outputs {
             let path = output.as_ref();
             self.check_one(path)?;
+            Self::check_room(path)?;
             let place = place(path);
             if seen.contains(&place) {
                 let message = "is the name of two outputs, expected a name for each";

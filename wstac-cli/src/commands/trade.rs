@@ -2,6 +2,7 @@
 
 mod choose;
 
+use std::fs;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -208,7 +209,7 @@ fn part(arguments: &Arguments, units: &Range<u32>, config: &Config) -> Result<()
 
 /// Writes a map and its configuration to a folder, and returns what else may be written there.
 fn write_map(arguments: &Arguments, folder: &Path, rows: &[Row], base: &str) -> Result<Outputs, Error> {
-    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
+    fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     let outputs = outputs(arguments);
     write(&outputs, folder, "map.csv", &map::write(rows))?;
     write(&outputs, folder, BASE, base)?;
@@ -287,7 +288,9 @@ fn base(arguments: &Arguments) -> Result<(String, String), Error> {
     let name = path.display().to_string();
     match file_text(&path) {
         Ok(text) => Ok((name, text)),
-        Err(error) if arguments.map.is_some() => {
+        Err(error) if let Some(map) = &arguments.map => {
+            // Without a map its name is wrong.
+            fs::metadata(map).map_err(|error| Error::io(map.display(), error))?;
             let message = format!("{}: expected the configuration of the sweep next to its map", error.message());
             Err(Error::new(error.kind(), name, message).caused_by(error))
         }
