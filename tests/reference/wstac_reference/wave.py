@@ -40,21 +40,24 @@ LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
 WEAK = 0.55
 OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
 MOST_EDGE_DARK, LATE_OF_EDGE = 6, 0.04
-MOST_SD, LEAST_SD = (0.04, 0.1), (0.0002, 0.0002)
+MOST_SD, LEAST_SD = (0.04, 0.1), (0.0002, 0.00055)
 """Largest and least deviations: of the speed as a fraction, and of the direction in radians."""
 FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
-FACTORS = (((0.6, 0.085, 0.01), (1.08, 0.025, 0.004)), ((0.17, 0.31, 0.011), (0.1, 0.28, 0.006)))
+FACTORS = (
+    ((0.5, 0.087, 0.014, 0.0, 0.0), (1.08, 0.025, 0.004, 0.0, 0.0)),
+    ((0.115, 0.335, 0.0045, 0.95, 0.0), (0.12, 0.19, 0.0065, 0.0, 0.00027)),
+)
 """Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
-by the root of the energy that is missed, and frames late by the phase between frames."""
+by the root of the energy that is missed, frames late by the phase between frames, times the mean square of lateness without a dome:
+the square of a sine's height by the phase, and frames per pitch in any case."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
-OF_EDGE = 1.5
-"""Times the mean square of lateness without a dome, if at most one is dark: the square of a sine's height by the phase."""
+BY_PHASES = (0.011, 1.5)
 CHANGE_OF_PHASES = (2.3, 1.2)
-"""Change of the slowness of a third of the touch, in deviations by the phase; and times that of the curvature."""
+"""Change of the slowness of a third of the touch, in deviations by the phase of these factors; and times that of the curvature."""
 TURN = (3.0, 0.1, 1.1)
 """Deviations by which the slowness across the motion of a third of the touch may be off, if at most one whisker is dark; and the parts
 of what is beyond that, which are deviations along and across the motion."""
@@ -558,19 +561,19 @@ def answer_of_wave(
     # A dome is no error of a plane.
     high = dome * (places**2).sum(axis=1)
     flat = late - (high - weights @ high / weights.sum())
-    of_edge = OF_EDGE * float(weights @ flat**2 / weights.sum()) if is_nearly_full else 0.0
-    in_phase = [
-        ((of_phase + flash) ** 2 + of_edge) * by_phase(inverse, plane, way)
-        for way, (_, _, of_phase) in enumerate(factors, 1)
-    ]
-    height = CHANGE_OF_PHASES[1] * (factors[0][2] + flash) if is_full else 0.0
+    bent = float(weights @ flat**2 / weights.sum())
+
+    def in_phase(of_phase: float, of_edge: float, way: int) -> float:
+        return ((of_phase + flash) ** 2 + of_edge * bent) * by_phase(inverse, plane, way)
+
+    height = CHANGE_OF_PHASES[1] * (BY_PHASES[0] + flash) if is_full else 0.0
     of_curvature = height * math.sqrt(by_phase(of_curve, curved, 3))
     faster, faster_sd = abs(dome - curve[3]) * unit, math.hypot(curve_scale * math.sqrt(of_curve[3, 3]), of_curvature) * unit
     turned, of_turned, turned_scale = fit(np.column_stack([plane, along * across]), weights, late, 1e-3)
     twist, twist_sd = abs(turned[3]) * unit, turned_scale * math.sqrt(of_turned[3, 3]) * unit
     _, change, turn = np.abs([fit(plane, weights, part, 1e-4)[0] for part in wave.parts]).max(axis=0)
     share, frames = CHANGE[is_full]
-    by_phases = CHANGE_OF_PHASES[0] * math.sqrt(in_phase[0]) if is_full else 0.0
+    by_phases = CHANGE_OF_PHASES[0] * math.sqrt(in_phase(*BY_PHASES, 1)) if is_full else 0.0
     if change > max(share * whole, frames, by_phases) or faster > min(max(ACCELERATION[0], ACCELERATION[1] * faster_sd), ACCELERATION[2]):
         raise Refused("speed changed")
     if faster > CERTAIN[0] and faster > CERTAIN[1] * faster_sd:
@@ -581,7 +584,7 @@ def answer_of_wave(
         raise Refused("two objects" if is_apart else "turning")
     unit = 1 / (whole + 0.23)
     farthest = float(np.abs(flat * wave.gains).max() / wave.gains.max()) * unit
-    rms = math.sqrt(float(weights @ flat**2 / weights.sum())) * unit
+    rms = math.sqrt(bent) * unit
     if is_apart or farthest > LATE[is_full] or rms > RMS[is_full] or wave.miss > MISS[is_full]:
         raise Refused("two objects" if is_apart else "not alike")
     deg = math.degrees(math.atan2(up, right)) % 360
@@ -602,8 +605,10 @@ def answer_of_wave(
     # Few whiskers cannot tell what is curved.
     left = (curve_scale if is_nearly_full else scale) / math.sqrt(1 + OF_PHASE * wave.lacks**2)
     one_phase = sum(float(weights @ each) ** 2 for each in sines) / weights.sum() ** 2
-    of_late, of_miss, _ = np.array(factors).T
-    variances = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse.diagonal()[1:] + in_phase + flash**2 * LOCKED * one_phase
+    of_late, of_miss, of_phase, of_edge, least = np.array(factors).T
+    phases = [in_phase(of_phase[way - 1], of_edge[way - 1], way) for way in (1, 2)]
+    variances = ((of_late * left) ** 2 + of_miss**2 * wave.miss) * inverse.diagonal()[1:] + phases + flash**2 * LOCKED * one_phase
+    variances += least**2
     deviations = np.sqrt(variances) / whole
     beyond = max(turn / whole - TURN[0] * deviations[1], 0.0) if is_nearly_full else 0.0
     deviations = np.hypot(deviations, np.multiply(TURN[1:], beyond)).tolist()

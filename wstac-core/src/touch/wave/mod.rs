@@ -93,7 +93,7 @@ const FEWEST_OF_EDGE: u32 = 19;
 const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
-const LEAST_SD: [f32; 2] = [0.0002, 0.0002];
+const LEAST_SD: [f32; 2] = [0.0002, 0.00055];
 /// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it
 /// that is a deviation along the motion: of rods, whose edges are the sharpest.
 const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
@@ -101,18 +101,22 @@ const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
 /// is a root of their number higher.
 const LOST: f32 = 0.005;
 /// Parts of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the
-/// lateness; frames by which a whisker is late if nothing of its energy is explained; and frames by which interpolation
-/// is late where the light is between frames. Whiskers of one phase share that, and do not show it. Fitted on slides.
-const FACTORS: [[[f32; 3]; 2]; 2] =
-    [[[0.6, 0.085, 0.01], [1.08, 0.025, 0.004]], [[0.17, 0.31, 0.011], [0.1, 0.28, 0.006]]];
+/// lateness; frames by which a whisker is late if nothing of its energy is explained; frames by which interpolation is
+/// late where the light is between frames, which whiskers of one phase share, and do not show; times the mean square of
+/// lateness without a dome, the square of the most that sharp edges are late by the phase; and frames per pitch that
+/// nothing shows. Fitted on slides.
+const FACTORS: [[[f32; 5]; 2]; 2] = [
+    [[0.5, 0.087, 0.014, 0.0, 0.0], [1.08, 0.025, 0.004, 0.0, 0.0]],
+    [[0.115, 0.335, 0.0045, 0.95, 0.0], [0.12, 0.19, 0.0065, 0.0, 0.00027]],
+];
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation,
 /// which has a term of its own.
 const OF_PHASE: f32 = 600.0;
-/// Times the mean square of lateness without a dome, if at most one whisker is dark: the square of the most that sharp
-/// edges are late by the phase.
-const OF_EDGE: f32 = 1.5;
-/// Change of slowness of a third of the touch, in standard deviations by interpolation; and the same along the sensor,
-/// without that of sharp edges.
+/// The deviation by which a changing speed is told: frames by which interpolation is late, and times the mean square of
+/// lateness without a dome.
+const BY_PHASES: [f32; 2] = [0.011, 1.5];
+/// Change of slowness of a third of the touch, in these deviations; and the same along the sensor, without that of sharp
+/// edges.
 const CHANGE_OF_PHASES: [f32; 2] = [2.3, 1.2];
 /// How far the slowness across the motion of a third of the touch may be off, in standard deviations, if at most one
 /// whisker is dark; and the parts of what is beyond that, which are deviations along and across the motion: an oblique
@@ -516,16 +520,17 @@ impl Rest {
             0.5 * (sine * sine + cosine * cosine)
         };
         let late = wave.late_without(dome);
-        // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
-        let of_edge = if is_nearly { OF_EDGE * late[1] * late[1] } else { 0.0 };
         let curved = of_phases(&curve, 3);
-        let phase = if is_full { CHANGE_OF_PHASES[1] * (factors[0][2] + flash) } else { 0.0 };
-        let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase])| {
+        let phase = if is_full { CHANGE_OF_PHASES[1] * (BY_PHASES[0] + flash) } else { 0.0 };
+        // An edge may be sharper than a rod's: the sine may be as high as whiskers are late.
+        let phases = |of_phase: f32, of_edge: f32, k| {
+            ((of_phase + flash) * (of_phase + flash) + of_edge * late[1] * late[1]) * of_phases(&of_plane, k)
+        };
+        let sds = [(1, factors[0]), (2, factors[1])].map(|(k, [of_late, of_miss, of_phase, of_edge, least])| {
             let late = of_late * of_late * left + of_miss * of_miss * ONE_WEIGHT * wave.miss;
-            let phases = ((of_phase + flash) * (of_phase + flash) + of_edge) * of_phases(&of_plane, k);
-            [of_plane.variance_of(k, late) + phases + shared, phases].map(|square| sqrt(square) * unit)
+            sqrt(of_plane.variance_of(k, late) + phases(of_phase, of_edge, k) + shared + least * least) * unit
         });
-        let turn = if is_nearly { (turn * unit - TURN[0] * sds[1][0]).max(0.0) } else { 0.0 };
+        let turn = if is_nearly { (turn * unit - TURN[0] * sds[1]).max(0.0) } else { 0.0 };
         Some(Self {
             late: late.map(|late| late / (slowness + LATE_FROM)),
             miss: wave.miss,
@@ -533,8 +538,8 @@ impl Rest {
             faster: [(dome - u).abs() * over, length([curve.deviation(3), phase * sqrt(curved)]) * over],
             twist: [twist.coefficients[3].abs() * over, twist.deviation(3) * over],
             gain: [(u - v) * over, curve.deviation_between(3, 4) * over],
-            sd: [length([sds[0][0], TURN[1] * turn]), length([sds[1][0], TURN[2] * turn])],
-            of_phases: if is_full { sds[0][1] } else { 0.0 },
+            sd: [length([sds[0], TURN[1] * turn]), length([sds[1], TURN[2] * turn])],
+            of_phases: if is_full { sqrt(phases(BY_PHASES[0], BY_PHASES[1], 1)) * unit } else { 0.0 },
         })
     }
 
