@@ -77,11 +77,8 @@ impl Level {
             self.changing = (PASSED[0] + PASSED[1] * slowness) as u8;
             self.reference = means;
         }
-        match (self.is_lost, is_shared) {
-            (true, _) => (LOST, false),
-            (_, true) => (sum as f32 / ONE as f32, has_changed),
-            _ => (0.0, false),
-        }
+        let number = if is_shared { sum as f32 / ONE as f32 } else { 0.0 };
+        if self.is_lost { (LOST, false) } else { (number, has_changed) }
     }
 }
 
