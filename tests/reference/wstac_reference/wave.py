@@ -40,15 +40,15 @@ LENGTH_MM, GAIN, POWER = 6.0, 0.25, 0.6
 WEAK = 0.55
 OUTLINE_TELLS, OUTLINE_MUTE = 8.0, 25.0
 MOST_EDGE_DARK, LATE_OF_EDGE = 6, 0.04
-MOST_SD, LEAST_SD = (0.04, 0.1), (0.0002, 0.00055)
+MOST_SD, LEAST_SD = (0.04, 0.1), (0.0002, 0.00053)
 """Largest and least deviations: of the speed as a fraction, and of the direction in radians."""
 FEW_FRAMES = (0.3, 0.1)
 """A slowness in frames per pitch, and the part of what is missing to it that is a deviation along the motion."""
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
 FACTORS = (
-    ((0.5, 0.087, 0.014, 0.0, 0.0), (1.08, 0.025, 0.004, 0.0, 0.0)),
-    ((0.115, 0.335, 0.0045, 0.95, 0.0), (0.12, 0.19, 0.0065, 0.0, 0.00027)),
+    ((0.5, 0.0937, 0.0113, 0.0, 0.0), (1.08, 0.025, 0.004, 0.0, 0.0)),
+    ((0.12, 0.345, 0.0047, 1.0, 0.0), (0.115, 0.182, 0.0062, 0.0, 0.00026)),
 )
 """Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
 by the root of the energy that is missed, frames late by the phase between frames, times the mean square of lateness without a dome:

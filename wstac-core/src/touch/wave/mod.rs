@@ -93,7 +93,7 @@ const FEWEST_OF_EDGE: u32 = 19;
 const LATE_OF_EDGE: f32 = 0.04;
 /// Largest standard deviations: of the speed as a fraction, and of the direction in radians; and the least of both.
 const MOST_SD: [f32; 2] = [0.04, 0.1];
-const LEAST_SD: [f32; 2] = [0.0002, 0.00055];
+const LEAST_SD: [f32; 2] = [0.0002, 0.00053];
 /// Slowness in frames per pitch below which frames are too few for a rising edge, and the part of what is missing to it
 /// that is a deviation along the motion: of rods, whose edges are the sharpest.
 const FEW_FRAMES: [f32; 2] = [0.3, 0.1];
@@ -106,8 +106,8 @@ const LOST: f32 = 0.005;
 /// lateness without a dome, the square of the most that sharp edges are late by the phase; and frames per pitch that
 /// nothing shows. Fitted on slides.
 const FACTORS: [[[f32; 5]; 2]; 2] = [
-    [[0.5, 0.087, 0.014, 0.0, 0.0], [1.08, 0.025, 0.004, 0.0, 0.0]],
-    [[0.115, 0.335, 0.0045, 0.95, 0.0], [0.12, 0.19, 0.0065, 0.0, 0.00027]],
+    [[0.5, 0.0937, 0.0113, 0.0, 0.0], [1.08, 0.025, 0.004, 0.0, 0.0]],
+    [[0.12, 0.345, 0.0047, 1.0, 0.0], [0.115, 0.182, 0.0062, 0.0, 0.00026]],
 ];
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation,
 /// which has a term of its own.
