@@ -226,8 +226,8 @@ def same_motion(found, expected, what):
     plain = lambda words: [word for word in words if not isinstance(word, list)]
     same(plain(found), plain(expected), what)
     for index in (3, 6):
-        # A speed and its deviation have four digits or more; angles one decimal, and their deviations two.
-        for number, want, off in zip(found[index], expected[index], (None, None, 0.0551, 0.0056), strict=True):
+        # A speed and its deviation have four digits or more; angles and their deviations two decimals.
+        for number, want, off in zip(found[index], expected[index], (None, None, 0.0056, 0.0056), strict=True):
             if abs(number - want) > (off or max(6e-4 * want, 6e-4)):
                 fail(f"{what}: motion {found}, expected {expected}")
 

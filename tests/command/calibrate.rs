@@ -148,9 +148,18 @@ fn what_cannot_be_calibrated_is_said() {
     refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 2, "expected two names");
     refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
     // No folder that can be written to, not even by root: the source is not opened.
-    for command in ["calibrate", "characterize"] {
-        let said = refusal(&[command, "nothing", "-o", "/proc/new.toml"]);
-        assert!(said.contains("/proc/new.toml") && !said.contains("nothing:"), "{said}");
+    for (command, name) in [
+        ("calibrate", "/proc/new.toml"),
+        ("characterize", "/proc/new"),
+        ("dataset", "/proc/new.npz"),
+        ("plot", "/proc/new.svg"),
+        ("record", "/proc/new.mcap"),
+        ("train", "/proc/new.wsm"),
+        ("trade", "/proc/new"),
+    ] {
+        let source = if command == "trade" { "--quick" } else { "nothing" };
+        let said = refusal(&[command, source, "-o", name]);
+        assert!(said.contains(name) && !said.contains("nothing:"), "{said}");
     }
     let early = folder.scene("early.toml", "specimen = \"Saw3\"\nspeed = 150\nlead_in = 5\n");
     refused(&[&early, "-o", config], 1, "cut the start of a video off (ffmpeg -ss SECONDS");

@@ -111,6 +111,13 @@ fn names_without_their_prefix_are_explained() {
         (&["run", "scene:Saw3@150", "--model", "path-svm"], "did you mean builtin:path-svm?"),
         (&["run", "scene:Saw3@150", "--model", "builtin:path-smv"], "did you mean builtin:path-svm?"),
         (&["run", "scene:Saw3@150", "--model", "bultin"], "bultin: no such file; did you mean builtin?"),
+        (&["run", "scene:Saw3@150", "--model", "bultin:svm"], "no such file; did you mean builtin:svm?"),
+        (
+            &["run", "scene:Saw3@150", "--model", "none.wsm"],
+            "no such file; wstac model list --all lists built-in models",
+        ),
+        (&["trade", "--map", "none.csv"], "none.csv: no such file or folder"),
+        (&["run", "/dev/null/a.y4m"], "a part of the path is no folder"),
         (&["run", "scene:Saw3@150", "--config", "none.toml"], "none.toml: no such file or folder"),
     ] {
         ends(arguments, 1, &[meant]);

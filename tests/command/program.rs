@@ -271,6 +271,7 @@ fn figures_are_svg_and_other_names_say_what_converts_them() {
             ends(&[arguments, &[&path]].concat(), 2, &[&path, "expected .svg); help: rsvg-convert", help]);
         }
     }
+    ends(&["plot", "scene:Saw3@150", "-o", "-"], 2, &["figures are files"]);
     assert_eq!(folder.names(), ["plot.svg", "trade.svg"]);
 }
 

@@ -157,7 +157,7 @@ typedef struct WstacEvent {
   /// Lit frames from the first to the last, less one: 0 to 69; -1 if no frame is lit, or if the
   /// sample does not show the touch's begin and end.
   int32_t duration_frames;
-  /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, one decimal; NAN if there is none. By a
+  /// Sliding direction in degrees, counterclockwise from +x: 0 to below 360, two decimals; NAN if there is none. By a
   /// law of durations it is 0, 90, 180 or 270.
   double direction_deg;
   /// Confidence of the direction by a law of durations: 0 to 1, four decimals; NAN by arrival times.

@@ -111,7 +111,7 @@ impl Error {
         // A cause that is not the system's has a text of its own.
         let plain = cause.raw_os_error().and(match cause.kind() {
             io::ErrorKind::NotFound => Some("no such file or folder"),
-            io::ErrorKind::NotADirectory => Some("a part of the path is a file, expected a folder"),
+            io::ErrorKind::NotADirectory => Some("a part of the path is no folder"),
             io::ErrorKind::IsADirectory => Some("is a folder, expected a file"),
             io::ErrorKind::PermissionDenied => Some("this user has no permission for it"),
             _ => None,

@@ -77,7 +77,7 @@ impl ModelFile {
             return match file_bytes(name) {
                 Err(error) if error.kind() == ErrorKind::NotFound => {
                     let meant = Self::meant(about.rsplit(':').next().unwrap_or_default());
-                    let help = meant.map_or("wstac model list has the built-in models".to_owned(), |meant| {
+                    let help = meant.map_or("wstac model list --all lists built-in models".to_owned(), |meant| {
                         format!("did you mean {meant}?")
                     });
                     let message = format_args!("no such file; {help}");

@@ -77,7 +77,7 @@ class Direction:
     """
 
     deg: Optional[float]
-    """The angle in degrees, counterclockwise, 0 is to the right along the sensor's rows: 0 to below 360, one decimal.
+    """The angle in degrees, counterclockwise, 0 is to the right along the sensor's rows: 0 to below 360, two decimals.
 
     By a law of durations it is 0, 90, 180 or 270, or None if it is unclear.
     """

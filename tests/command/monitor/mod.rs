@@ -117,7 +117,7 @@ fn both(scene: &str) -> (Vec<String>, Vec<Vec<u8>>) {
 /// The most starts of a board until their requests fill a connection that nobody reads.
 const MOST_STARTS: u32 = 20_000_000;
 
-/// The doubt that the link does not say: at which speeds the model of a board holds.
+/// What the link does not say, as JSON and as text: at which speeds the model of a board holds.
 const MODEL_DOUBTS: [&str; 2] = [
     r#""texture":"the speed is outside of those that the model knows: 100 to 200 mm/s","#,
     " (the model knows 100 to 200 mm/s)",
@@ -134,6 +134,8 @@ fn every_line_is_that_of_run() {
     for (files, models) in [(&[][..], &["--model", "none"][..]), (&files, &with_models)] {
         for (all, wanted) in [(false, &["--json"][..]), (true, &WANTED), (false, &[]), (true, &["--features"])] {
             let of_host = as_by_link(&good(&[&["run", &scene], models, wanted].concat()));
+            let json = wanted.first() == Some(&"--json");
+            assert!(files.is_empty() || of_host.contains(MODEL_DOUBTS[usize::from(!json)]), "{of_host}");
             let expected = MODEL_DOUBTS.iter().fold(of_host, |lines, doubt| lines.replace(doubt, ""));
             let at_once = !wanted.contains(&"--samples");
             let file = folder.file("board.bin", board::sent(&scene, files, all, at_once).frames.concat());
@@ -147,7 +149,6 @@ fn every_line_is_that_of_run() {
             let file = folder.file("board.bin", board::sent(&scene, files, true, at_once).frames.concat());
             assert_eq!(good(&[&["monitor", path(&file)], wanted].concat()), expected);
             // The scene covers everything that could go wrong: events, lost frames and textures.
-            let json = wanted.first() == Some(&"--json");
             assert!(expected.lines().count() > 2, "{expected}");
             assert!(
                 !json || expected.contains(r#""kind":"event""#) && !expected.contains(r#""dropped":0"#),

@@ -167,7 +167,7 @@ fn what_a_board_refuses_changes_nothing() {
     assert!(message.contains("[layout] is for frames of 640 x 480 pixels, expected 320 x 240"), "{message}");
     let law = folder.file("law.toml", "[speed]\nlaw = \"published\"\n");
     let message = board.refused(&["--set", path(&law)]);
-    assert!(message.contains("has another law than the board"), "{message}");
+    assert!(message.contains("[speed] law is not the board's"), "{message}");
     assert_eq!(board.json(&[]), set);
 }
 

@@ -195,8 +195,8 @@ class Live:
 
     def level(self, now: int, whole: float, frames: int) -> float:
         """The natural logarithm of the factor by which all lines have grown, if they tell another speed."""
-        self.off = 0.0
-        if now < self.level_from:
+        self.off = math.inf if self.is_lost else 0.0
+        if self.is_lost or now < self.level_from:
             return 0.0
         if now - frames < self.level_from:
             self.settled_from = now + self.settles
@@ -206,15 +206,12 @@ class Live:
             self.reference = means
             return 0.0
         self.changing = max(self.changing - frames, 0)
-        if self.is_lost:
-            self.off = math.inf
-            return 0.0
         changes = means - self.reference
         mean = float(changes.mean())
         if not (changes.min() > mean / 2 if mean > 0 else changes.max() < mean / 2):
             return 0.0
-        self.is_lost |= abs(mean) >= 0.5
-        self.off = 0.3 * mean
+        self.is_lost = abs(mean) >= 0.5
+        self.off = math.inf if self.is_lost else 0.3 * mean
         if self.is_lost or abs(mean) <= (0.02 if self.changing else 0.1):
             return 0.0
         self.changing = math.floor(4 + 3 * whole)

@@ -47,7 +47,7 @@ FEW_FRAMES = (0.3, 0.1)
 LOST = 0.005
 """Deviation of the slowness along the motion by a lost frame of the touch, in frames per pitch."""
 FACTORS = (
-    ((0.5, 0.0937, 0.0113, 0.0, 0.0), (1.08, 0.025, 0.004, 0.0, 0.0)),
+    ((0.515, 0.0965, 0.0116, 0.0, 0.0), (1.08, 0.025, 0.004, 0.0, 0.0)),
     ((0.12, 0.345, 0.0047, 1.0, 0.0), (0.115, 0.182, 0.0062, 0.0, 0.00026)),
 )
 """Of deviations along and across the motion, if whiskers are dark and if at most one is: the part of the lateness, frames late
@@ -56,6 +56,7 @@ the square of a sine's height by the phase, and frames per pitch in any case."""
 OF_PHASE = 600.0
 """Times the square of what a flash lacks: where it is 1, half of the lateness is by the phase."""
 BY_PHASES = (0.011, 1.5)
+"""Of a change of the slowness: frames late by the phase, and times the mean square of lateness without a dome."""
 CHANGE_OF_PHASES = (2.3, 1.2)
 """Change of the slowness of a third of the touch, in deviations by the phase of these factors; and times that of the curvature."""
 TURN = (3.0, 0.1, 1.1)

@@ -266,8 +266,8 @@ fn wanted(board: &mut SettableBoard, config: Option<&Config>, arguments: &Argume
         let info = board.info()?;
         settings = settings_of(config, &info, now.exposure).map_err(|error| Error::config(file.display(), error))?;
         if settings.trigger.is_per_touch() != now.trigger.is_per_touch() {
-            let law = if now.trigger.is_per_touch() { "without law" } else { "law = \"published\"" };
-            let message = format_args!("has another law than the board, whose law is compiled in; help: [speed] {law}");
+            let law = if now.trigger.is_per_touch() { "leave law out" } else { "set law = \"published\"" };
+            let message = format_args!("[speed] law is not the board's, which is compiled in; help: {law}");
             return Err(Error::new(ErrorKind::Data, file.display(), message).into());
         }
         if config.layout.correction().is_some() {

@@ -230,10 +230,10 @@ pub(super) fn find(arguments: &Arguments, make_folder: Option<impl FnOnce() -> R
         let message = "is the name of both configuration and picture, expected two names";
         return Err(Error::new(ErrorKind::Usage, output.display(), message).into());
     }
-    if make_folder.is_none() {
-        outputs.check([output, &overlay])?;
+    match &make_folder {
+        None => outputs.check([output, &overlay])?,
+        Some(_) => [output, &overlay].into_iter().try_for_each(Outputs::check_room)?,
     }
-    [output, &overlay].into_iter().try_for_each(Outputs::check_room)?;
     if arguments.options.readout.is_some() {
         let message = "--readout is what this command measures; leave it out, or write [sensor] readout_ms yourself";
         return Err(Error::new(ErrorKind::Usage, arguments.source.display(), message).into());

@@ -47,7 +47,8 @@ pub(super) fn check_figure(path: &Path) -> Result<(), Error> {
     let Some(ending) = path.extension().filter(|_| !ends(path, "svg")) else { return Ok(()) };
     let ending = ending.display().to_string().to_ascii_lowercase();
     let is_converted = ["png", "pdf"].contains(&&*ending);
-    let help = if is_converted { format!("; help: rsvg-convert -f {ending} makes one of it") } else { String::new() };
+    let help =
+        if is_converted { format!("; help: write an SVG, then rsvg-convert -f {ending}") } else { String::new() };
     let message = format_args!("figures are SVG (found .{ending}, expected .svg){help}");
     Err(Error::new(ErrorKind::Usage, path.display(), message))
 }
@@ -97,7 +98,7 @@ impl Outputs {
         Ok(())
     }
 
-    fn check_one(&self, path: &Path) -> Result<(), Error> {
+    pub(super) fn check_one(&self, path: &Path) -> Result<(), Error> {
         if let Some(there) = path.metadata().ok().filter(|there| !there.is_dir()) {
             let of_it = |input: &&PathBuf| is_or_has(input, &there);
             if let Some(input) = self.inputs.iter().find(of_it) {
@@ -108,7 +109,7 @@ impl Outputs {
         check_new(path, self.force)
     }
 
-    /// Checks early that a file can be written, also in a folder that is still to be made. Nothing is left.
+    /// Checks early that a file can be written, also in a folder that is still to be made, unlike the other checks.
     pub(super) fn check_room(path: &Path) -> Result<(), Error> {
         let mut folders = path.ancestors().skip(1).map(|folder| if folder == "" { Path::new(".") } else { folder });
         let Some(folder) = folders.find(|folder| folder.exists()) else { return Ok(()) };

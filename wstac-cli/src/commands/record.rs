@@ -289,7 +289,7 @@ impl Replacement {
             }
             return Ok(());
         }
-        outputs.check([&path])?;
+        outputs.check_one(&path)?;
         // The name may have gone to another file, which somebody records to.
         drop(old);
         let _old =

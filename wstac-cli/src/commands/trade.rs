@@ -266,7 +266,7 @@ fn check_new_all(arguments: &Arguments, names: &[&str]) -> Result<(), Error> {
     let Some(folder) = &arguments.output else { return Ok(()) };
     check_folder(folder)?;
     if !folder.exists() {
-        return Ok(());
+        return Outputs::check_room(&folder.join(BASE));
     }
     outputs(arguments).check(names.iter().map(|name| folder.join(name)))
 }

@@ -106,7 +106,7 @@ const LOST: f32 = 0.005;
 /// lateness without a dome, the square of the most that sharp edges are late by the phase; and frames per pitch that
 /// nothing shows. Fitted on slides.
 const FACTORS: [[[f32; 5]; 2]; 2] = [
-    [[0.5, 0.0937, 0.0113, 0.0, 0.0], [1.08, 0.025, 0.004, 0.0, 0.0]],
+    [[0.515, 0.0965, 0.0116, 0.0, 0.0], [1.08, 0.025, 0.004, 0.0, 0.0]],
     [[0.12, 0.345, 0.0047, 1.0, 0.0], [0.115, 0.182, 0.0062, 0.0, 0.00026]],
 ];
 /// Times the square of what a flash lacks. Where this is 1, half of what is left of the lateness is by interpolation,
@@ -115,7 +115,8 @@ const OF_PHASE: f32 = 600.0;
 /// The deviation by which a changing speed is told: frames by which interpolation is late, and times the mean square of
 /// lateness without a dome.
 const BY_PHASES: [f32; 2] = [0.011, 1.5];
-/// Change of slowness of a third of the touch, in these deviations; and the same along the sensor, without sharp edges.
+/// Limit of the change of slowness of a third of the touch, in these deviations; and times that of the sensor's, without
+/// sharp edges.
 const CHANGE_OF_PHASES: [f32; 2] = [2.3, 1.2];
 /// How far the slowness across the motion of a third of the touch may be off, in standard deviations, if at most one
 /// whisker is dark; and the parts of what is beyond that, which are deviations along and across the motion: an oblique

@@ -1,11 +1,12 @@
 //! The light of all lines while something slides on all whiskers. It grows with the speed.
 //!
-//! If all ten lines become brighter or darker by the same factor, the speed has changed by that factor. A texture makes
-//! lines brighter at different times, and an edge that leaves makes some of them dark. Where its period is in step with
-//! the whiskers, all lines along the motion rise at once; their mean over the path of a pitch does not.
+//! If all ten lines become brighter or darker by the same factor, the speed has changed by that factor. An edge that
+//! leaves makes some of them dark, and a texture makes lines brighter at different times. If the texture's period is in
+//! step with the whiskers, all lines rise at once, but their mean over the path of a pitch stays.
 
 use crate::paper::sample::Sample;
 use crate::params::{FEATURE_FRACTION_BITS, FEATURES};
+use crate::touch::motion::MOST_SLOWNESS;
 
 /// Fraction bits of mean features beyond those of features.
 const EXTRA_BITS: u32 = 4;
@@ -13,14 +14,12 @@ const EXTRA_BITS: u32 = 4;
 const ONE: i32 = FEATURES as i32 * (1 << (FEATURE_FRACTION_BITS + EXTRA_BITS));
 /// The change of the mean feature that counts, and the one that counts while the speed changes.
 const CHANGES: [i32; 2] = [ONE / 10, ONE / 50];
-/// The change from which on it is no other speed: what touches arrives or leaves.
+/// A change that counts is below this: from here on, what touches stops or leaves.
 const LARGEST: i32 = ONE / 2;
 /// Frames until a change has passed the mean: this many, and so many times the slowness.
 const PASSED: [f32; 2] = [4.0, 3.0];
-/// Most frames of a mean: a slide has no slowness above this.
-const MOST: f32 = 13.0;
-/// The sum of the weights of a mean.
-const WEIGHTS: i32 = 1 << 12;
+/// The sum of the weights of a mean is a power of two of this exponent.
+const WEIGHT_BITS: u32 = 12;
 /// Frames after all lines are lit until all are bright.
 const LEAST_WAIT: f32 = 2.0;
 
@@ -33,18 +32,15 @@ pub(super) struct Level {
     waits: [u8; 2],
     /// Frames in which a further change counts sooner.
     changing: u8,
-    /// Whether light has changed as by no speed. Then nothing is known until the touch ends.
+    /// Whether a change was too large. Then nothing is known until the touch ends.
     is_lost: bool,
 }
-
-/// A number above that of any speed: its deviation is above the largest.
-const LOST: f32 = 1.0;
 
 impl Level {
     /// Creates the level of a touch whose ten lines are lit, by the slowness of rows and columns.
     pub(super) fn new([rows, columns]: [f32; 2], slowness: f32) -> Self {
         let touched = (4.0 * rows.abs().min(columns.abs())).max(LEAST_WAIT);
-        let waits = [touched as u8, libm::ceilf(slowness.clamp(1.0, MOST)) as u8];
+        let waits = [touched as u8, libm::ceilf(slowness.clamp(1.0, MOST_SLOWNESS)) as u8];
         Self { reference: [0; FEATURES], waits, changing: 0, is_lost: false }
     }
 
@@ -53,8 +49,12 @@ impl Level {
     }
 
     /// Takes the newest frame, the slowness, and the number of frames since the last. Returns the natural logarithm of
-    /// the factor by which light has grown, 0 if lines do not share it, and whether the speed has changed by it.
+    /// the factor by which light has grown, 0 if lines do not share it, and infinite once it was too large; and whether
+    /// the speed has changed by it.
     pub(super) fn push(&mut self, recent: Sample<'_>, slowness: f32, frames: u8) -> (f32, bool) {
+        if self.is_lost {
+            return (f32::INFINITY, false);
+        }
         let [touched, settled] = &mut self.waits;
         if *touched > 0 {
             *touched = touched.saturating_sub(frames);
@@ -71,22 +71,25 @@ impl Level {
         // Every line has changed by at least half of the mean.
         let is_shared = changes.into_iter().all(|change| if sum > 0 { 20 * change > sum } else { 20 * change < sum });
         self.changing = self.changing.saturating_sub(frames);
-        self.is_lost |= is_shared && sum.abs() >= LARGEST;
+        if is_shared && sum.abs() >= LARGEST {
+            self.is_lost = true;
+            return (f32::INFINITY, false);
+        }
         let has_changed = is_shared && sum.abs() > CHANGES[usize::from(self.changing > 0)];
-        if has_changed && !self.is_lost {
+        if has_changed {
             self.changing = (PASSED[0] + PASSED[1] * slowness) as u8;
             self.reference = means;
         }
         let number = if is_shared { sum as f32 / ONE as f32 } else { 0.0 };
-        if self.is_lost { (LOST, false) } else { (number, has_changed) }
+        (number, has_changed)
     }
 }
 
 /// Returns the mean features over the newest frames, in which the surface has moved by a pitch: at least one frame.
 fn means(recent: Sample<'_>, slowness: f32) -> [i32; FEATURES] {
-    let frames = slowness.clamp(1.0, MOST);
-    let weight = (WEIGHTS as f32 / frames) as i32;
-    let rest = WEIGHTS - weight * frames as i32;
+    let frames = slowness.clamp(1.0, MOST_SLOWNESS);
+    let weight = ((1 << WEIGHT_BITS) as f32 / frames) as i32;
+    let rest = (1 << WEIGHT_BITS) - weight * frames as i32;
     let oldest = recent.len().saturating_sub(frames as usize);
     let mut sums = [0; FEATURES];
     for frame in recent.between(oldest, recent.len()).into_iter().flatten() {
@@ -97,7 +100,51 @@ fn means(recent: Sample<'_>, slowness: f32) -> [i32; FEATURES] {
     let before = oldest.checked_sub(1).and_then(|before| recent.frame(before)).unwrap_or(&[0; FEATURES]);
     for (sum, &feature) in sums.iter_mut().zip(before) {
         // At most 2^15 · 2^12.
-        *sum = (*sum * weight + i32::from(feature) * rest) >> (12 - EXTRA_BITS);
+        *sum = (*sum * weight + i32::from(feature) * rest) >> (WEIGHT_BITS - EXTRA_BITS);
     }
     sums
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::features::Features;
+    use crate::params::SAMPLE_FRAMES;
+
+    /// Returns how often the speed has changed, and the last logarithm, if all lines have this light: its logarithm for
+    /// each frame, at so many frames per pitch.
+    fn followed(slowness: f32, light: impl Fn(usize) -> f64) -> (usize, f32) {
+        let mut level = Level::new([0.0, slowness], slowness);
+        let mut recent = [[0; FEATURES]; SAMPLE_FRAMES];
+        let mut found = (0, 0.0);
+        for t in 0..120 {
+            recent.rotate_left(1);
+            recent[SAMPLE_FRAMES - 1] = Features::from([(2048.0 * (light(t) - 2.0)) as i16; FEATURES]);
+            let (number, has_changed) = level.push(Sample::from_frames(&recent), slowness, 1);
+            found = (found.0 + usize::from(has_changed), number);
+        }
+        found
+    }
+
+    #[test]
+    fn a_texture_in_step_with_the_whiskers_is_no_change_of_speed() {
+        for slowness in [2.0, 5.3, 8.57, 12.9] {
+            for waves in [1.0, 2.0] {
+                let texture = |t: usize| 0.4 * (t as f64 / slowness * waves * core::f64::consts::TAU).sin();
+                let (changes, last) = followed(slowness as f32, texture);
+                assert!(changes == 0 && last.abs() < 0.05, "{slowness}: {changes} changes, {last}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_change_is_followed_and_one_that_is_too_large_ends_the_answers() {
+        let step = |by: f64| move |t: usize| if t < 60 { 0.0 } else { by };
+        // It arrives in steps, because the mean is over five frames.
+        assert!(matches!(followed(5.0, step(0.3)), (2..=5, last) if last.abs() < 0.02));
+        assert!(matches!(followed(5.0, step(0.02)), (0, last) if last > 0.01));
+        for by in [0.6, -0.6] {
+            assert_eq!(followed(1.0, step(by)), (0, f32::INFINITY));
+        }
+    }
 }
