@@ -144,7 +144,10 @@ impl Y4m {
     /// Reads on until the next frame is whole; it is still the next one then.
     fn gather(&mut self) -> Result<NextFrame, Error> {
         let started = Instant::now();
-        self.reader.discard_used();
+        // Unused bytes go to the buffer's start. Once the buffer has its full size, these are at most a line.
+        let InputBuffer { buffer, filled, used, .. } = &mut self.reader;
+        buffer.copy_within(*used..*filled, 0);
+        (*filled, *used) = (*filled - *used, 0);
         loop {
             let line = self.reader.frame_line(self.frame)?;
             if let Some(line) = line
@@ -231,10 +234,6 @@ impl InputBuffer {
         Error::new(ErrorKind::Format, &self.subject, message)
     }
 
-    fn read_bytes(&self) -> &[u8] {
-        self.buffer.get(..self.filled).unwrap_or_default()
-    }
-
     /// Reads until the header's newline, and returns where that is.
     fn header_line(&mut self) -> Result<usize, Error> {
         loop {
@@ -268,7 +267,7 @@ impl InputBuffer {
         expected: impl Display,
         name: impl Display,
     ) -> Result<Option<usize>, Error> {
-        let bytes = self.read_bytes();
+        let bytes = self.buffer.get(..self.filled).unwrap_or_default();
         let start = bytes.get(..word.len()).unwrap_or(bytes);
         let next = bytes.get(word.len());
         if !word.starts_with(start) || next.is_some_and(|next| ![b' ', b'\n'].contains(next)) {
@@ -280,14 +279,6 @@ impl InputBuffer {
             return Err(self.error(format_args!("{name} has no end in {LONGEST_LINE} bytes")));
         }
         Ok(newline)
-    }
-
-    /// Makes room by moving unused bytes to the buffer's start. Once the buffer has its full size, these are at most a
-    /// line.
-    fn discard_used(&mut self) {
-        self.buffer.copy_within(self.used..self.filled, 0);
-        self.filled -= self.used;
-        self.used = 0;
     }
 
     /// Reads once, into a buffer of up to `most` bytes.
