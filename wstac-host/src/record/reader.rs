@@ -186,9 +186,9 @@ impl RecordingReader {
             self.tally.add(sensor, topic, data);
             if topic == Topic::Sums && self.stated.is_some() {
                 let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
-                if !sum.tally().agrees(&self.tally) {
+                if !sum.tally.agrees(&self.tally) {
                     self.is_disordered = true;
-                    return Err(self.has_other_frames(&sum.tally(), " up to a checksum"));
+                    return Err(self.has_other_frames(&sum.tally, " up to a checksum"));
                 }
                 self.moments += 1;
                 self.spare.push(body);
