@@ -373,9 +373,6 @@ impl RecordingReader {
 }
 
 fn damaged(subject: &str, what: impl fmt::Display) -> Error {
-    Error::new(
-        ErrorKind::Format,
-        subject,
-        format_args!("{what}; wstac recover makes a whole recording of what is not damaged"),
-    )
+    let message = format_args!("{what}; wstac recover makes a whole recording of what is not damaged");
+    Error::new(ErrorKind::Format, subject, message)
 }

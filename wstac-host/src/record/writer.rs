@@ -183,14 +183,11 @@ fn write(
     let written = written?;
     if full.load(Ordering::Relaxed) {
         let (frames, left_out) = (counted(written.frames, "frame"), written.left_out);
-        return Err(Error::new(
-            ErrorKind::Io,
-            path.display(),
-            format_args!(
-                "the disk is full (or the file as large as it may get): the recording ends after {frames} and is \
-                 finished; frames left out: {left_out}"
-            ),
-        ));
+        let message = format_args!(
+            "the disk is full (or the file as large as it may get): the recording ends after {frames} and is \
+             finished; frames left out: {left_out}"
+        );
+        return Err(Error::new(ErrorKind::Io, path.display(), message));
     }
     Ok(written)
 }

@@ -123,16 +123,12 @@ impl Y4m {
         let bytes_per_row = green.row_bytes(header.size.width());
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
-        let about = format!(
-            "{}: Y4M, {}x{} {}, {} frames per second{}{}",
-            reader.subject,
-            header.size.width(),
-            header.size.height(),
-            header.name,
-            replaced_rate::readable(header.rate),
-            replaced_rate::remark(header.own_rate, fps),
-            if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
-        );
+        let ((width, height), rate) = (header.size.into(), replaced_rate::readable(header.rate));
+        let remark = replaced_rate::remark(header.own_rate, fps);
+        let assumed = "; no range is stated: limited, unless --range says full";
+        let range = if header.is_range_assumed { assumed } else { "" };
+        let (subject, format) = (&reader.subject, &header.name);
+        let about = format!("{subject}: Y4M, {width}x{height} {format}, {rate} frames per second{remark}{range}");
         let info = StreamInfo {
             color: header.color,
             bytes_per_row: bytes_per_row as u32,
