@@ -127,11 +127,7 @@ impl About {
     ///
     /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the
     /// pictures that are stored. `sensor` is the name of one of several sensors.
-    pub(super) fn to_metadata(
-        &self,
-        layout: &Layout,
-        sensor: Option<&str>,
-    ) -> Result<Vec<Metadata>, serde_json::Error> {
+    pub(super) fn to_metadata(&self, layout: &Layout, sensor: Option<&str>) -> serde_json::Result<Vec<Metadata>> {
         let of_pictures = self.info.crop.as_ref().and_then(|crop| crop.layout(layout));
         let layout = of_pictures.as_ref().unwrap_or(layout);
         let Self { info, driver_times, configuration, labels, models } = self;

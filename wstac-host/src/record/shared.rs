@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
 use super::ordering::turns;
-use super::recorder::{Recorder, description, stored_bytes};
+use super::recorder::{Recorder, check_frame_bytes, stored_bytes};
 use super::writer::{self, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
@@ -64,13 +64,15 @@ impl SharedRecording {
             check(path, sensors)?;
             let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name).collect();
             let is_alone = names == [""];
+            let failed = |error: serde_json::Error| Error::with_cause(ErrorKind::Config, path.display(), error);
             let mut metadata = Vec::new();
             if !is_alone {
-                let names = of_sensors(&names);
-                metadata.push(names.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?);
+                metadata.push(of_sensors(&names).map_err(failed)?);
             }
             for RecordedSensor { name, about, processor, .. } in sensors {
-                metadata.extend(description(path, about, processor, Some(*name).filter(|_| !is_alone))?);
+                check_frame_bytes(&path.display(), &about.info)?;
+                let name = Some(*name).filter(|_| !is_alone);
+                metadata.extend(about.to_metadata(processor.geometry().layout(), name).map_err(failed)?);
             }
             let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
             let (outbox, writing) = writer::start(file, path, metadata, &frame_bytes, compression)?;
