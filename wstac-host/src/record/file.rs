@@ -22,8 +22,7 @@ use super::about::{self, MOST_SENSORS};
 use super::compression::Compression;
 use super::foxglove::{Schema, SchemaFacts};
 use super::reserved::Reserved;
-use super::sums;
-use super::sums::{MomentSum, Tally};
+use super::sums::{self, MomentSum, Tally};
 use crate::error::{Error, ErrorKind};
 
 /// Bytes after which a chunk ends.

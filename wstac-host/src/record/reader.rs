@@ -66,8 +66,7 @@ impl RecordingReader {
         let recover = format!("wstac recover {subject} -o NEW.mcap makes a whole recording of what is in it");
         if !walk.has_magic {
             let hint = if walk.summary.is_some() { format!("; {recover}") } else { String::new() };
-            let message = walk.other_start()?;
-            return Err(Error::new(ErrorKind::Format, &subject, message + &hint));
+            return Err(Error::new(ErrorKind::Format, &subject, walk.other_start()? + &hint));
         }
         let outline = outline(&mut walk)?;
         if let Some(unread) = outline.unread.filter(|unread| unread.damaged) {

@@ -585,8 +585,7 @@ pub(super) fn outline(walk: &mut Walk) -> Result<Outline, Error> {
             WalkStep::Record(span) if span.op == op::METADATA => {
                 bytes = bytes.saturating_add(span.length);
                 if bytes > MOST_DEFINITIONS || metadata.len() == MOST_METADATA {
-                    let message = format!("has more than {} MB of metadata", MOST_DEFINITIONS >> 20);
-                    return Err(walk.refused(message));
+                    return Err(walk.refused(format!("has more than {} MB of metadata", MOST_DEFINITIONS >> 20)));
                 }
                 walk.body(span, &mut body)?;
                 if let Ok(Record::Metadata(record)) = parse_record(op::METADATA, &body) {

@@ -241,8 +241,7 @@ impl InputBuffer {
                 Got::Bytes(0) if found == 0 => return Err(self.error("is empty, expected a Y4M header")),
                 Got::Bytes(0) => return Err(self.error(format_args!("ends within its header, after {found} bytes"))),
                 Got::Interrupted => {
-                    let message = "interrupted before its header was complete";
-                    return Err(Error::new(ErrorKind::Io, &self.subject, message));
+                    return Err(Error::new(ErrorKind::Io, &self.subject, "interrupted before its header was complete"));
                 }
                 Got::Bytes(_) | Got::Nothing => {}
             }
