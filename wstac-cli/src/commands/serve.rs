@@ -202,7 +202,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let _ = writeln!(std::io::stderr(), "{}", server.address());
     for (sensor, (_, notes)) in sensors.iter().zip(&opened) {
         let records = Records::new(Form::Text).of_sensor(sensor.name.as_deref());
-        notes.iter().for_each(|text| records.note(text));
+        for text in notes {
+            records.note(text);
+        }
     }
     let opened = opened.into_iter().map(|(sensor, _)| sensor).collect();
     let failed = server.run(opened, &stop, &|name, line| Records::new(Form::Text).of_sensor(name).note(line));
