@@ -64,13 +64,6 @@ pub struct LayoutConfig {
     gains: Option<Vec<f64>>,
 }
 
-impl LayoutConfig {
-    /// Returns whether a key of the taxels' places is given. Without one, they are where the publication has them.
-    pub fn is_stated(&self) -> bool {
-        self.preset.is_some() || self.frame.is_some() || self.taxel.is_some() || self.corners.is_some()
-    }
-}
-
 /// A layout by name.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
@@ -320,6 +313,11 @@ fn removed_law(text: &str) -> Option<String> {
 }
 
 impl LayoutConfig {
+    /// Returns whether a key of the taxels' places is given. Without one, they are where the publication has them.
+    pub fn is_stated(&self) -> bool {
+        self.preset.is_some() || self.frame.is_some() || self.taxel.is_some() || self.corners.is_some()
+    }
+
     /// Returns the width and height of the frames that the layout is for; `None` if it is for frames of any size.
     pub fn frame(&self) -> Option<[u16; 2]> {
         self.frame

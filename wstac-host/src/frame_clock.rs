@@ -102,7 +102,7 @@ pub struct ClockMatch {
 /// it give the time, and the frame rate does before the first and after the last frame. The wall-clock time of one
 /// frame gives that of the others: a camera's is that of the frame that arrived last, a board's is a second old at
 /// most.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct FrameClock {
     /// The duration of a feature frame in nanoseconds: numerator and denominator.
     period: (i128, i128),
@@ -128,8 +128,7 @@ impl FrameClock {
     pub(crate) fn new(rate: FrameRate, stated: StreamClock) -> Self {
         let period =
             (SECOND * i128::from(rate.denominator()) * i128::from(rate.frames_added()), i128::from(rate.numerator()));
-        let (start, zero, has_zero, first) = (0, 0, false, None);
-        Self { period, stated, clock: None, start, zero, has_zero, first, taken: VecDeque::new(), last: None }
+        Self { period, stated, ..Self::default() }
     }
 
     /// Counts frames from now on, unless a frame has shown another clock: the source will never state times.
@@ -143,8 +142,7 @@ impl FrameClock {
     pub(crate) fn renewed(&self) -> Self {
         let clock = self.clock.filter(|clock| *clock == StreamClock::Frames);
         let Self { period, stated, .. } = *self;
-        let (start, zero, has_zero, first) = (0, 0, false, None);
-        Self { period, stated, clock, start, zero, has_zero, first, taken: VecDeque::new(), last: None }
+        Self { period, stated, clock, ..Self::default() }
     }
 
     /// Returns whether frames last as long by another clock.

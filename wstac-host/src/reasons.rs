@@ -21,6 +21,9 @@ macro_rules! words {
         }
 
         impl $name {
+            #[cfg_attr(not(test), allow(dead_code))]
+            const ALL: &[Self] = &[$(Self::$variant),*];
+
             /// Returns the words for a person, as recordings have them.
             pub fn name(&self) -> &str {
                 match self {
@@ -58,11 +61,6 @@ macro_rules! words {
             fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 f.write_str(self.name())
             }
-        }
-
-        impl $name {
-            #[cfg_attr(not(test), allow(dead_code))]
-            const ALL: &[Self] = &[$(Self::$variant),*];
         }
     };
 }

@@ -6,7 +6,7 @@ use wstac_core::touch::motion::Velocity;
 use wstac_core::touch::wave::Measured;
 
 use crate::json::{angle, angle_with_deviation, confidence, real, rounded, short, strength, with_deviation};
-use crate::output::{DisturbedBaseline, Output, TactileEvent};
+use crate::output::{DisturbedBaseline, InterruptedReport, Output, TactileEvent};
 use crate::plural::counted;
 use crate::texture::{Texture, pattern_and_depth};
 
@@ -46,11 +46,9 @@ pub fn text(line: &mut String, record: &Output) -> fmt::Result {
             text_of_texture(line, &early.texture)?;
             write!(line, ", from the first {} of the event at frame {}", counted(early.frames, "frame"), early.frame)
         }
-        Output::Interrupted(sample) => write!(
-            line,
-            "incomplete event at frame {}: a gap ended it after {} of 70 frames",
-            sample.frame, sample.frames
-        ),
+        Output::Interrupted(InterruptedReport { frame, frames, .. }) => {
+            write!(line, "incomplete event at frame {frame}: a gap ended it after {frames} of 70 frames")
+        }
         Output::ContactEnd(end) => {
             write!(line, "end of contact at frame {}, of the event at frame {}", end.frame, end.event_frame)
         }

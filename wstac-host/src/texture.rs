@@ -145,11 +145,8 @@ impl Textures {
                 return Err(Error::new(ErrorKind::Unsupported, file.about(), message));
             }
             if let Some((_, other)) = models.iter().find(|(other, _)| other.get().task() == task) {
-                let message = format_args!(
-                    "tells apart the same as {}: {}, expected one model of each",
-                    other.about(),
-                    task.name()
-                );
+                let (other, task) = (other.about(), task.name());
+                let message = format_args!("tells apart the same as {other}: {task}, expected one model of each");
                 return Err(Error::new(ErrorKind::Usage, file.about(), message));
             }
             models.push((model, file));

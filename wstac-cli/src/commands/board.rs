@@ -7,7 +7,7 @@ use std::sync::atomic::Ordering;
 
 use serde::Serialize;
 use wstac_core::wire::{
-    BoardModel, Bootloader, LONGEST_TEXTURE_NAME, LearnedTextures, Learning, LearningStep, Settings, TextureName,
+    BoardModel, Bootloader, LONGEST_TEXTURE_NAME, Learning, LearningStep, Settings, SettingsInUse, TextureName,
 };
 
 use super::output::{Stop, note, print_json, stdout};
@@ -217,11 +217,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         let settings = wanted(&mut board, config.as_ref(), arguments)?;
         board.set(&settings)?;
     }
-    let in_use = board.in_use()?;
-    let textures = board.textures()?;
-    let model = board.model()?;
-    note(if in_use.set { "settings that were set" } else { "settings that are compiled in" });
-    print(&in_use.settings, in_use.set, textures.as_ref(), model.as_ref(), arguments.json)
+    print(&mut board, arguments.json)
 }
 
 /// Sends a model to the board, and reports each tenth.
@@ -278,13 +274,10 @@ fn wanted(board: &mut SettableBoard, config: Option<&Config>, arguments: &Argume
     Ok(settings)
 }
 
-fn print(
-    settings: &Settings,
-    set: bool,
-    textures: Option<&LearnedTextures>,
-    model: Option<&BoardModel>,
-    json: bool,
-) -> Result<(), Stop> {
+fn print(board: &mut SettableBoard, json: bool) -> Result<(), Stop> {
+    let (SettingsInUse { set, settings, .. }, textures) = (board.in_use()?, board.textures()?);
+    let model = board.model()?.as_ref().map(ModelRecord::from);
+    note(if set { "settings that were set" } else { "settings that are compiled in" });
     let Settings { frame, taxel, corners, trigger, exposure, .. } = settings;
     let real = |bits: u32| f64::from(bits) / 65_536.0;
     let (multiplier, margin) = (real(trigger.multiplier().bits()), real(trigger.margin().bits()));
@@ -292,16 +285,18 @@ fn print(
         return print_json(&Record {
             kind: "board",
             set,
-            frame: *frame,
-            taxel: *taxel,
-            corners,
+            frame,
+            taxel,
+            corners: &corners,
             window: trigger.window(),
             multiplier,
             backtrack: trigger.backtrack(),
             margin,
-            exposure: *exposure,
-            textures: textures.map(|textures| textures.names.iter().flatten().map(TextureName::as_str).collect()),
-            model: model.map(ModelRecord::from),
+            exposure,
+            textures: textures
+                .as_ref()
+                .map(|textures| textures.names.iter().flatten().map(TextureName::as_str).collect()),
+            model,
         });
     }
     let mut out = stdout();
@@ -319,7 +314,7 @@ fn print(
     for name in textures.iter().flat_map(|textures| &textures.names).flatten() {
         writeln!(out, "# It has learned the texture {}.", OneLine(name))?;
     }
-    if let Some(ModelRecord { checksum, name, sent, .. }) = model.map(ModelRecord::from) {
+    if let Some(ModelRecord { checksum, name, sent, .. }) = model {
         let origin = if sent { "was sent" } else { "is compiled in" };
         match checksum {
             Some(checksum) => {

@@ -61,18 +61,15 @@ impl Table {
     pub(super) fn row(self, sensor: Option<&str>, line: &Value, time_s: Option<f64>) -> String {
         let mut cells: Vec<_> = sensor.into_iter().map(|name| quoted(name).into_owned()).collect();
         cells.extend(self.columns().map(|column| match line.pointer(&format!("/{column}")) {
-            None | Some(Value::Null) if column == SECONDS => time_s.map(seconds).map_or_else(String::new, cell_of),
+            None | Some(Value::Null) if column == SECONDS => {
+                time_s.map(|time_s| Value::from(seconds(time_s)).to_string()).unwrap_or_default()
+            }
             None | Some(Value::Null) => String::new(),
             Some(Value::String(text)) => quoted(text).into_owned(),
             Some(value) => value.to_string(),
         }));
         cells.join(",")
     }
-}
-
-/// Returns a number as JSON writes it.
-fn cell_of(number: f64) -> String {
-    Value::from(number).to_string()
 }
 
 /// Returns a column's name: the names along the path, joined; a feature has its own, and a length those of C and

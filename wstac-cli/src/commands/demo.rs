@@ -14,7 +14,7 @@ use wstac_host::output::{Output, TactileEvent};
 use wstac_host::plural::counted;
 use wstac_host::session::Session;
 use wstac_host::statistics::mean;
-use wstac_host::texture::{Texture, Textures, pattern_and_depth};
+use wstac_host::texture::{Texture, Textures};
 use wstac_host::visible::OneLine;
 use wstac_scene::SceneConfig;
 use wstac_scene::source::SceneSource;
@@ -91,7 +91,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
             unknown += usize::from(is_unknown);
             let without = if is_unknown { "unknown" } else { "none" };
             let texture = event.texture.ok().and_then(|texture| told(task, texture));
-            named += usize::from(texture.is_some() && texture == truth(task, specimen));
+            let truth = told(task, Texture::of(Task::Specimen, specimen.to_owned()));
+            named += usize::from(texture.is_some() && texture == truth);
             shown = texture.unwrap_or(without.to_owned());
         }
         write!(out, "    {:8}", OneLine(&shown))?;
@@ -126,29 +127,14 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     Ok(())
 }
 
-/// Returns the answer of a model of this task.
+/// Returns what a model of this task says of a texture.
 fn told(task: Task, texture: Texture) -> Option<String> {
     match task {
         Task::Specimen => texture.specimen,
         Task::Pattern => texture.pattern,
-        Task::Depth => texture.depth_mm.map(in_mm),
+        Task::Depth => texture.depth_mm.map(|depth| format!("{depth} mm")),
         _ => texture.class,
     }
-}
-
-/// Returns the correct answer for a specimen, if it is known.
-fn truth(task: Task, specimen: &str) -> Option<String> {
-    let (pattern, depth) = pattern_and_depth(specimen);
-    match task {
-        Task::Specimen => Some(specimen.to_owned()),
-        Task::Pattern => pattern,
-        Task::Depth => depth.map(in_mm),
-        _ => None,
-    }
-}
-
-fn in_mm(depth: f64) -> String {
-    format!("{depth} mm")
 }
 
 /// Returns the first event of a scene.

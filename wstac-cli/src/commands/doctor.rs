@@ -2,7 +2,7 @@
 
 use std::ffi::OsString;
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::atomic::AtomicUsize;
 use std::time::SystemTime;
 
@@ -11,7 +11,6 @@ use super::output::{Stop, json, note, stdout};
 use super::signals::{self, Ending, finishing, number};
 use super::source_arguments::SourceArguments;
 use super::values::within;
-use wstac_host::camera::{CameraState, ControlValue};
 use wstac_host::config::Config;
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::json::in_utc;
@@ -21,7 +20,7 @@ use wstac_host::text_file::file_text;
 use wstac_linux::controls::controls;
 use wstac_linux::device_at;
 use wstac_linux::source::{is_camera, is_device};
-use wstac_setup::doctor::controls::{ControlReport, compare};
+use wstac_setup::doctor::controls::compare;
 use wstac_setup::doctor::measure::{Limit, Measured, SETTLING, measure};
 use wstac_setup::doctor::mjpeg::{self, MjpegReport, counterpart};
 use wstac_setup::doctor::page::{Page, Picture};
@@ -189,10 +188,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let limit = Limit { settling: if live { SETTLING } else { 0 }, seconds: arguments.seconds, frames };
     let path = info.camera.as_ref().map(|camera| camera.path.clone()).filter(|path| live && is_device(path));
     let before = path.as_deref().map(controls).transpose()?;
-    let measured = whole(source.as_mut(), &info, &config, limit, &signal)?;
+    let measured = measure(source.as_mut(), &info, &config, limit, &signal)?;
+    signals::check()?;
     // The camera is still open, so changes that it makes when it is closed do not count.
     let camera = match (&path, before, source.info().camera.as_deref()) {
-        (Some(path), Some(before), Some(state)) => Some(examined(path, state, &before)?),
+        (Some(path), Some(before), Some(state)) => {
+            let controls = compare(&state.controls, &before, &controls(path)?);
+            let gone = || Error::new(ErrorKind::Device, path.display(), "does not capture video any more");
+            let device = device_at(path).ok_or_else(gone)?;
+            Some((CameraReport { device, format: state.format.clone() }, controls))
+        }
         _ => None,
     };
     drop(source);
@@ -258,31 +263,6 @@ fn memory(text: &str) -> Option<String> {
     Some(format!("{:.1} GB", kib * 1024.0 / 1e9))
 }
 
-/// Measures, and fails if a signal ends the measurement.
-fn whole(
-    source: &mut dyn Source,
-    info: &StreamInfo,
-    config: &Config,
-    limit: Limit,
-    signal: &AtomicUsize,
-) -> Result<Measured, Stop> {
-    let measured = measure(source, info, config, limit, signal)?;
-    signals::check()?;
-    Ok(measured)
-}
-
-/// Returns the identity of the camera and what its controls did.
-fn examined(
-    path: &Path,
-    state: &CameraState,
-    before: &[ControlValue],
-) -> Result<(CameraReport, Vec<ControlReport>), Error> {
-    let controls = compare(&state.controls, before, &controls(path)?);
-    let device = device_at(path)
-        .ok_or_else(|| Error::new(ErrorKind::Device, path.display(), "does not capture video any more"))?;
-    Ok((CameraReport { device, format: state.format.clone() }, controls))
-}
-
 /// Measures the same scene in the other kind of format: MJPEG or raw.
 ///
 /// Returns `None` if the camera does not have both kinds, or if the second measurement fails. Then standard error has
@@ -306,8 +286,8 @@ fn compression(
     }
     note(&other.about);
     note(format_args!("measuring for another {} s, in {format}", arguments.seconds));
-    let second = whole(source.as_mut(), &other, config, limit, signal);
-    let Some(second) = compared(second)? else { return Ok(None) };
+    let second = measure(source.as_mut(), &other, config, limit, signal).map_err(Stop::from);
+    let Some(second) = compared(second.and_then(|second| signals::check().map(|()| second)))? else { return Ok(None) };
     let (this, that) = ((&*camera.format, measured), (&*format, &second));
     let is_jpeg = this.0 == "MJPG" || this.0 == "JPEG";
     Ok(Some(if is_jpeg { mjpeg::compare(that, this, config) } else { mjpeg::compare(this, that, config) }))

@@ -20,9 +20,8 @@ use wstac_host::output::{DisturbedBaseline, Output};
 use wstac_host::plural::counted;
 use wstac_host::record::labels::{self, NAMES, by_name};
 use wstac_host::record::{Compression, Written, first_free_file};
-use wstac_host::source::Labels;
 use wstac_host::source::names::{SensorSpec, sensors};
-use wstac_host::source::{Crop, Lag, StreamInfo};
+use wstac_host::source::{Crop, Labels, StreamInfo};
 
 /// Record frames, events and settings of a source to a file
 ///
@@ -319,13 +318,13 @@ impl Shown {
 }
 
 /// Reports what was recorded, and the largest delays. Only a live source may have lost frames while the disk was slow.
-fn say(path: &Path, written: Option<&Written>, lag: Lag, events: u64, is_live: bool) {
+fn say(path: &Path, written: Option<&Written>, lag: u32, events: u64, is_live: bool) {
     let Some(written) = written else { return };
     let megabytes = written.bytes as f64 / 1e6;
     let (frames, waiting) = (written.frames, written.most_waiting);
     let (frames, events) = (counted(frames, "frame"), counted(events, "event"));
     note(format_args!("{}: {frames}, {events}, {megabytes:.1} MB", path.display()));
-    note(format_args!("at most {} waited for the disk, {} for the program", counted(waiting, "frame"), lag.most));
+    note(format_args!("at most {} waited for the disk, {lag} for the program", counted(waiting, "frame")));
     if written.waits > 0 && is_live {
         let times = counted(written.waits, "time");
         note(format_args!("the disk was too slow {times}: the driver may have dropped frames"));

@@ -158,14 +158,12 @@ pub(super) struct Records<'a> {
     line: String,
 }
 
-impl Records<'static> {
+impl<'a> Records<'a> {
     /// Creates the records of a sensor without a name, on standard output.
     pub(super) fn new(form: Form) -> Self {
         Self { form, table: Table::Events, destination: None, sensor: None, is_quiet: false, line: String::new() }
     }
-}
 
-impl<'a> Records<'a> {
     /// Creates records that go to a destination. `table` is the kind of record that CSV has.
     pub(super) fn to(destination: &'a Destination, form: Form, table: Table) -> Self {
         Self { table, destination: Some(destination), ..Records::new(form) }

@@ -75,24 +75,16 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     file.commit()?;
     let (frames, events) = (counted(found.frames, "frame"), counted(found.events, "event"));
     note(format_args!("{}: {frames}, {events}, {:.1} MB", new.display(), found.bytes as f64 / 1e6));
-    if found.damaged > 0 {
-        note(format_args!("{} damaged, recorded as lost", counted(found.damaged, "frame")));
-    }
-    if found.repeated > 0 {
-        let repeated = counted(found.repeated, "frame");
-        note(format_args!("{repeated} left out: there already, or behind later frames"));
-    }
-    if found.unchecked > 0 {
-        let what = counted(found.unchecked, if found.frames > 0 { "frame" } else { "message" });
-        note(format_args!("{what} without a checksum: nothing vouches for them"));
-    }
-    if found.left_out > 0 {
-        let left_out = counted(found.left_out, "record");
-        note(format_args!("{left_out} left out: attachments, or of kinds that no recording has"));
-    }
-    if found.doubtful > 0 {
-        let doubtful = counted(found.doubtful, "message");
-        note(format_args!("{doubtful} with a name that may be wrong: it stands in a damaged part"));
+    let unchecked = if found.frames > 0 { "frame" } else { "message" };
+    let all = [
+        (found.damaged, "frame", "damaged, recorded as lost"),
+        (found.repeated, "frame", "left out: there already, or behind later frames"),
+        (found.unchecked, unchecked, "without a checksum: nothing vouches for them"),
+        (found.left_out, "record", "left out: attachments, or of kinds that no recording has"),
+        (found.doubtful, "message", "with a name that may be wrong: it stands in a damaged part"),
+    ];
+    for (count, of, what) in all.into_iter().filter(|(count, ..)| *count > 0) {
+        note(format_args!("{} {what}", counted(count, of)));
     }
     if let Some(Unread { at, bytes, damaged }) = found.unread {
         let bytes = counted(bytes, "byte");

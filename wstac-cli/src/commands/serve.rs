@@ -1,7 +1,7 @@
 //! `wstac serve` shows sensors on a page in a browser.
 
 use std::borrow::Cow;
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::io::Write;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 use clap::error::ErrorKind as ClapErrorKind;
 
 use super::files::{Outputs, check_ending};
-use super::output::{Stop, note};
+use super::output::Stop;
+use super::records::{Form, Records};
 use super::signals::{Ending, finishing};
-use super::source_arguments::{SourceArguments, doubts_of_textures, models_of, open_models};
+use super::source_arguments::{SourceArguments, can_be_read_again, doubts_of_textures, models_of, open_models};
 use wstac_host::camera::{ControlValue, DeviceInfo};
 use wstac_host::error::{Error, ErrorKind};
 use wstac_host::model_file::ModelFile;
@@ -200,12 +201,13 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     // The address alone is on the first line, so that programs can read it.
     let _ = writeln!(std::io::stderr(), "{}", server.address());
     for (sensor, (_, notes)) in sensors.iter().zip(&opened) {
+        let records = Records::new(Form::Text).of_sensor(sensor.name.as_deref());
         for text in notes {
-            note_of(sensor.name.as_deref(), text);
+            records.note(text);
         }
     }
     let opened = opened.into_iter().map(|(sensor, _)| sensor).collect();
-    let failed = server.run(opened, &stop, &|name, line| note_of(name, line));
+    let failed = server.run(opened, &stop, &|name, line| Records::new(Form::Text).of_sensor(name).note(line));
     match failed {
         0 => Ok(()),
         _ => Err(Error::new(ErrorKind::Data, counted(failed, "sensor"), "failed").into()),
@@ -248,7 +250,7 @@ fn open(
     if !is_live {
         station = station.paced();
     }
-    if can_reopen(&sensor.source) {
+    if can_be_read_again(&sensor.source) {
         let (again, name) = (options.clone(), sensor.source.clone());
         station = station.reopened_by(Box::new(move || again.open(&name, policy)), arguments.repeats);
     } else if arguments.repeats {
@@ -256,12 +258,6 @@ fn open(
         return Err(Error::new(ErrorKind::Usage, sensor.source.display(), message));
     }
     Ok((wstac_serve::ServedSensor::new(sensor.name.as_deref(), station, tools), notes))
-}
-
-/// Returns whether a source can be read again from its start: a scene, a file or a folder.
-fn can_reopen(source: &OsStr) -> bool {
-    let is_scene = source.as_encoded_bytes().starts_with(b"scene:");
-    is_scene || Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir())
 }
 
 /// Returns the file for the calibration of a sensor, which does not exist yet.
@@ -308,13 +304,5 @@ impl ExaminedCamera for Camera {
     fn device(&self) -> Result<DeviceInfo, Error> {
         let gone = || Error::new(ErrorKind::Device, self.0.display(), "does not capture video any more");
         device_at(&self.0).ok_or_else(gone)
-    }
-}
-
-/// Writes a note about a sensor to standard error.
-fn note_of(name: Option<&str>, message: impl std::fmt::Display) {
-    match name {
-        Some(name) => note(format_args!("{name}: {message}")),
-        None => note(message),
     }
 }

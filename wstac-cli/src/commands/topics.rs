@@ -167,7 +167,7 @@ fn names(list: &Value) -> impl Iterator<Item = &str> {
 fn describe(text: &mut String, indent: usize, name: &str, field: &Value, kinds: &str) {
     let unit = field["unit"].as_str().map(|unit| format!(" [{unit}]")).unwrap_or_default();
     let separator = if kinds.is_empty() { "" } else { "  " };
-    let mut lines = vec![format!("{:indent$}{name}{unit}{separator}{kinds}", "")];
+    let _ = writeln!(text, "{:indent$}{name}{unit}{separator}{kinds}", "");
     let description = field["description"].as_str().unwrap_or_default();
     let words: Vec<_> = description.split(' ').collect();
     let mut line = String::new();
@@ -176,14 +176,13 @@ fn describe(text: &mut String, indent: usize, name: &str, field: &Value, kinds: 
         let is_second_to_last = index + 2 == words.len();
         let needed = word.len() + if is_second_to_last { words[index + 1].len() + 1 } else { 0 };
         if !line.is_empty() && indent + 4 + line.chars().count() + 1 + needed > WIDTH {
-            lines.push(format!("{:1$}{line}", "", indent + 4));
+            let _ = writeln!(text, "{:1$}{line}", "", indent + 4);
             line.clear();
         }
         line += if line.is_empty() { "" } else { " " };
         line += word;
     }
-    lines.push(format!("{:1$}{line}", "", indent + 4));
-    *text += &(lines.join("\n") + "\n");
+    let _ = writeln!(text, "{:1$}{line}", "", indent + 4);
 }
 
 /// Columns of a line.

@@ -188,9 +188,9 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         outputs(arguments).write(path, draw())?;
     } else if let Some(folder) = &arguments.output {
         let outputs = write_map(arguments, folder, &rows, &base)?;
-        write(&outputs, folder, "trade.csv", &map::write_all(&rows, &models, &prices))?;
-        write(&outputs, folder, "trade.md", &text)?;
-        write(&outputs, folder, "trade.svg", &draw())?;
+        outputs.write(&folder.join("trade.csv"), map::write_all(&rows, &models, &prices))?;
+        outputs.write(&folder.join("trade.md"), &text)?;
+        outputs.write(&folder.join("trade.svg"), draw())?;
     }
     print(&text)
 }
@@ -211,8 +211,8 @@ fn part(arguments: &Arguments, units: &Range<u32>, config: &Config) -> Result<()
 fn write_map(arguments: &Arguments, folder: &Path, rows: &[Row], base: &str) -> Result<Outputs, Error> {
     fs::create_dir_all(folder).map_err(|error| Error::io(folder.display(), error))?;
     let outputs = outputs(arguments);
-    write(&outputs, folder, "map.csv", &map::write(rows))?;
-    write(&outputs, folder, BASE, base)?;
+    outputs.write(&folder.join("map.csv"), map::write(rows))?;
+    outputs.write(&folder.join(BASE), base)?;
     Ok(outputs)
 }
 
@@ -309,11 +309,6 @@ fn of_rows(rows: &[Row]) -> Result<Vec<Candidate>, Error> {
     Ok(models)
 }
 
-/// Returns the number of slides of each sensor.
-fn of_each(arguments: &Arguments) -> u32 {
-    if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) }
-}
-
 /// Runs these settings.
 fn swept(
     arguments: &Arguments,
@@ -321,7 +316,8 @@ fn swept(
     models: &[Candidate],
     settings: &[Setting],
 ) -> Result<Vec<Row>, Error> {
-    let slides = slides(of_each(arguments));
+    let of_each = if arguments.quick { QUICK_SLIDES } else { arguments.slides.unwrap_or(SLIDES) };
+    let slides = slides(of_each);
     let (all, every, count) = (slides.len(), settings.len(), models.len());
     note(format_args!("{all} touches of {SENSORS} sensors, {every} settings, {}", counted(count, "model")));
     let plan = Plan { config, settings, models, slides: &slides };
@@ -345,10 +341,6 @@ fn prices(arguments: &Arguments) -> Result<Prices, Error> {
 
 fn models(named: &[PathBuf]) -> Result<Vec<Candidate>, Error> {
     if named.is_empty() { Candidate::all_built_in() } else { named.iter().map(|name| Candidate::named(name)).collect() }
-}
-
-fn write(outputs: &Outputs, folder: &Path, name: &str, text: &str) -> Result<(), Error> {
-    outputs.write(&folder.join(name), text)
 }
 
 fn print(text: &str) -> Result<(), Stop> {

@@ -63,8 +63,7 @@ impl BoardState {
     /// Returns the requests for the outputs that are wanted. A board that starts does not know them.
     pub(super) fn requests(&self) -> [Request; 4] {
         let OutputOptions { features, samples, motion, .. } = self.wanted;
-        let outputs = (Request::Features(features), Request::Samples(samples), Request::Motion(motion));
-        [outputs.0, outputs.1, outputs.2, Request::KeepEvents(true)]
+        [Request::Features(features), Request::Samples(samples), Request::Motion(motion), Request::KeepEvents(true)]
     }
 
     fn has_taken_requests(&self, taken: Wanted) -> bool {
@@ -311,14 +310,10 @@ fn hello_in_words(hello: &Hello<'_>) -> String {
         (frames, 1) => frames.to_string(),
         (numerator, denominator) => format!("{numerator}/{denominator}"),
     };
+    let Hello { firmware, version, size, format, trigger, .. } = hello;
+    let (width, height, baseline) = (size.width(), size.height(), trigger.baseline_frames());
     let mut words = format!(
-        "{} {}: {}x{} {:?} at {rate} frames per second, baseline of {} frames",
-        hello.firmware,
-        hello.version,
-        hello.size.width(),
-        hello.size.height(),
-        hello.format,
-        hello.trigger.baseline_frames(),
+        "{firmware} {version}: {width}x{height} {format:?} at {rate} frames per second, baseline of {baseline} frames"
     );
     // Writing to a string does not fail.
     if !hello.revision.is_empty() {

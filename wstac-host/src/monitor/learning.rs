@@ -61,8 +61,7 @@ impl SettableBoard {
         is_over: impl Fn() -> bool,
     ) -> Result<Learned, Error> {
         if self.textures()?.is_none() {
-            let message = "does not learn textures, expected a firmware with the feature learn";
-            return Err(self.lacks(message));
+            return Err(self.lacks("does not learn textures, expected a firmware with the feature learn"));
         }
         let mut last = self.ask(&[Request::Learn(name)], |message| match message {
             Message::Learning(state) if state.name == name => Some(*state),
@@ -73,8 +72,7 @@ impl SettableBoard {
             match last.step {
                 LearningStep::Learned => return Ok(Learned::Whole),
                 LearningStep::Failed(reason) => {
-                    let message = format_args!("does not learn the texture: {reason}");
-                    return Err(self.failed(message));
+                    return Err(self.failed(format_args!("does not learn the texture: {reason}")));
                 }
                 _ => {}
             }
@@ -123,8 +121,7 @@ impl SettableBoard {
                         let state = Learning::new(last.name, last.needed, last.needed, LearningStep::Learned);
                         return Ok(Some(state));
                     }
-                    let message = "has stopped learning: it has started again, or learns another texture";
-                    return Err(self.failed(message));
+                    return Err(self.failed("has stopped learning: it has started again, or learns another texture"));
                 }
                 _ => {}
             }
@@ -138,8 +135,7 @@ impl SettableBoard {
     pub fn forget_texture(&mut self, name: TextureName) -> Result<(), Error> {
         let has = |textures: &LearnedTextures| textures.names.contains(&Some(name));
         if !self.textures()?.is_some_and(|textures| has(&textures)) {
-            let message = format_args!("has learned no texture {name}");
-            return Err(self.failed(message));
+            return Err(self.failed(format_args!("has learned no texture {name}")));
         }
         // Answers to earlier requests may still come, so the board is asked several times.
         let lists = Cell::new(0);

@@ -16,7 +16,7 @@ pub mod telemetry;
 use std::time::{Duration, SystemTime};
 
 use rustix::time::{ClockId, clock_gettime};
-use wstac_core::wire::{DecodeError, Decoder, Message, Quantity, Request, VERSION};
+use wstac_core::wire::{DecodeError, Decoder, Message, Request, VERSION};
 
 use self::board::BoardState;
 use self::foreign::Foreign;
@@ -129,8 +129,10 @@ impl Monitor {
                 Some(Err(DecodeError::Impossible(quantity))) => {
                     self.heard = true;
                     self.refused += 1;
-                    if is_reported(self.refused) {
-                        give(refusal(self.refused, quantity));
+                    // The first one is reported, then the tenth, the hundredth and so on.
+                    if self.refused == 10_u64.pow(self.refused.ilog10()) {
+                        let refused = counted(self.refused, "message");
+                        give(Report::Note(format!("{refused} of the board refused: impossible {quantity}")));
                     }
                 }
                 // Damaged, or of a reason that is newer than this code.
@@ -149,15 +151,6 @@ impl Monitor {
 /// Returns this machine's time: by its monotonic clock, which drivers of cameras use, too, and by its wall clock.
 pub fn now() -> (Duration, SystemTime) {
     (Duration::try_from(clock_gettime(ClockId::Monotonic)).unwrap_or_default(), SystemTime::now())
-}
-
-/// Returns whether a count of refused messages is reported at once: 1, 10, 100 and so on.
-fn is_reported(refused: u64) -> bool {
-    refused.checked_ilog10().is_some_and(|zeros| refused == 10_u64.pow(zeros))
-}
-
-fn refusal(refused: u64, quantity: Quantity) -> Report {
-    Report::Note(format!("{} of the board refused: impossible {quantity}", counted(refused, "message")))
 }
 
 fn gap(damaged: u64, lost: u16) -> Report {

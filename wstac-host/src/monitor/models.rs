@@ -61,13 +61,11 @@ pub fn check_model(file: &ModelFile, board: &BoardModel) -> Result<ModelId, Erro
         ModelRefusal::Size { found: bytes, most: accepts.most }
     } else if model.layout() > board.layout.unwrap_or(1) {
         let layout = model.layout();
-        return Err(refused(
-            file,
-            &format_args!(
-                "it is WSM{layout}, and the firmware reads WSM1: build the firmware of this version, or import a linear \
-                 model with --weights int16"
-            ),
-        ));
+        let message = format_args!(
+            "it is WSM{layout}, and the firmware reads WSM1: build the firmware of this version, or import a linear \
+             model with --weights int16"
+        );
+        return Err(refused(file, &message));
     } else {
         return Ok(ModelId { bytes, checksum: model.checksum() });
     };
@@ -115,8 +113,7 @@ impl SettableBoard {
                         told(at, model.bytes);
                         let rest = bytes.get(at as usize..).unwrap_or_default();
                         let Some(piece) = ModelPiece::new(at, rest.get(..MODEL_PIECE).unwrap_or(rest)) else {
-                            let message = "asks for bytes behind the end of the model";
-                            return Err(self.failed(message));
+                            return Err(self.failed("asks for bytes behind the end of the model"));
                         };
                         // An answer to an earlier piece, or to this one a second time, says nothing new.
                         step = self.ask_model(Request::ModelPiece(piece), |step| {

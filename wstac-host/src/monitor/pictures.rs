@@ -55,8 +55,7 @@ impl BoardPictures {
         let info = info.ok_or_else(|| board.failed("has no description of a board, expected a board"))?;
         let bytes = info.frame_bytes();
         if bytes > LARGEST {
-            let message = format_args!("has pictures of {bytes} bytes, expected at most {LARGEST}");
-            return Err(board.lacks(message));
+            return Err(board.lacks(format_args!("has pictures of {bytes} bytes, expected at most {LARGEST}")));
         }
         Ok(Self {
             board,

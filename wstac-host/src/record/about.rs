@@ -127,41 +127,9 @@ impl About {
     ///
     /// `layout` is for people and other programs; the configuration has it, too. It is written in pixels of the
     /// pictures that are stored. `sensor` is the name of one of several sensors.
-    pub(super) fn to_metadata(
-        &self,
-        layout: &Layout,
-        sensor: Option<&str>,
-    ) -> Result<Vec<Metadata>, serde_json::Error> {
+    pub(super) fn to_metadata(&self, layout: &Layout, sensor: Option<&str>) -> serde_json::Result<Vec<Metadata>> {
         let of_pictures = self.info.crop.as_ref().and_then(|crop| crop.layout(layout));
         let layout = of_pictures.as_ref().unwrap_or(layout);
-        let mut all = self.records(sensor)?;
-        all.insert(2, one(of_sensor(LAYOUT, sensor), JSON, serde_json::to_string(layout)?));
-        Ok(all)
-    }
-
-    /// Returns the description as one line of JSON, for programs that keep it without the recording.
-    ///
-    /// # Errors
-    /// A part of it cannot be written as JSON.
-    pub fn to_json(&self) -> Result<String, serde_json::Error> {
-        let records = self.records(None)?.into_iter().map(|record| (record.name, record.metadata));
-        serde_json::to_string(&records.collect::<BTreeMap<_, _>>())
-    }
-
-    /// Reads what [`to_json`](Self::to_json) wrote.
-    ///
-    /// # Errors
-    /// The text is no description; the message says what was found and what was expected.
-    pub fn from_json(text: &str) -> Result<Self, String> {
-        let records: BTreeMap<String, BTreeMap<String, String>> =
-            serde_json::from_str(text).map_err(|error| error.to_string())?;
-        let records = records.into_iter().map(|(name, metadata)| Metadata { name, metadata });
-        let about = Self::from_metadata(&records.collect::<Vec<_>>(), None)?;
-        about.ok_or_else(|| format!("has no {STREAM}, expected the description of a recording"))
-    }
-
-    /// Returns the records of metadata without the layout.
-    fn records(&self, sensor: Option<&str>) -> Result<Vec<Metadata>, serde_json::Error> {
         let Self { info, driver_times, configuration, labels, models } = self;
         let stream = Stream {
             wstac: env!("CARGO_PKG_VERSION").into(),
@@ -182,6 +150,7 @@ impl About {
         let mut all = vec![
             one(STREAM, JSON, serde_json::to_string(&stream)?),
             one(CONFIGURATION, TOML, configuration.clone()),
+            one(LAYOUT, JSON, serde_json::to_string(layout)?),
             Metadata { name: of_sensor(LABELS, sensor), metadata: labels.clone() },
         ];
         if let Some(camera) = &info.camera {
@@ -258,10 +227,9 @@ mod tests {
         let stream = Metadata { name: STREAM.into(), metadata: BTreeMap::from([(JSON.into(), OF_BEFORE.into())]) };
         let about = About::from_metadata(&[stream], None).unwrap().unwrap();
         assert_eq!((about.info.format, about.info.color.matrix), (PixelFormat::Gray, YcbcrMatrix::Bt709));
-        assert_eq!(About::from_json(&about.to_json().unwrap()).unwrap(), about);
-        assert!(About::from_json("{}").unwrap_err().contains("has no wstac.stream"));
         let layout = Layout::paper(about.info.size).unwrap();
         let written = about.to_metadata(&layout, None).unwrap();
+        assert_eq!(About::from_metadata(&written, None).unwrap().unwrap(), about);
         // Only the version is that of this program.
         let of_now = OF_BEFORE.replacen("0.1.0", env!("CARGO_PKG_VERSION"), 1);
         assert_eq!(written[0].metadata[JSON], of_now);

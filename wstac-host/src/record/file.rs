@@ -16,14 +16,13 @@ use std::rc::Rc;
 
 use mcap::records::{Channel, MessageHeader};
 use mcap::write::Metadata;
-use mcap::{McapError, WriteOptions, Writer};
+use mcap::{McapError, McapResult, WriteOptions, Writer};
 
 use super::about::{self, MOST_SENSORS};
 use super::compression::Compression;
 use super::foxglove::{Schema, SchemaFacts};
 use super::reserved::Reserved;
-use super::sums;
-use super::sums::{MomentSum, Tally};
+use super::sums::{self, MomentSum, Tally};
 use crate::error::{Error, ErrorKind};
 
 /// Bytes after which a chunk ends.
@@ -253,7 +252,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn new(file: File, description: &[Metadata], compression: Compression) -> Result<Self, McapError> {
+    pub(super) fn new(file: File, description: &[Metadata], compression: Compression) -> McapResult<Self> {
         let shared = SharedFile(Rc::new(RefCell::new(BufWriter::new(Reserved::new(file)))));
         let library = concat!("wstac ", env!("CARGO_PKG_VERSION"));
         let options = WriteOptions::new().compression(None).chunk_size(None).library(library);
@@ -292,7 +291,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The file cannot be used.
-    pub(super) fn has_room(&mut self, messages: &[Message]) -> Result<bool, McapError> {
+    pub(super) fn has_room(&mut self, messages: &[Message]) -> McapResult<bool> {
         if self.make_room(messages)? {
             return Ok(true);
         }
@@ -325,7 +324,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn write(&mut self, messages: &[Message]) -> Result<(), McapError> {
+    pub(super) fn write(&mut self, messages: &[Message]) -> McapResult<()> {
         // A moment's messages stand one behind the other, so its channels come first.
         for message in messages {
             self.add_own(message.sensor, message.topic)?;
@@ -348,7 +347,7 @@ impl RecordingFile {
         own: Option<(u8, Topic)>,
         header: &MessageHeader,
         data: &[u8],
-    ) -> Result<(), McapError> {
+    ) -> McapResult<()> {
         if let Some((sensor, topic)) = own {
             self.tally.add(sensor, topic, data);
         }
@@ -359,7 +358,7 @@ impl RecordingFile {
         self.append(header, data)
     }
 
-    fn append(&mut self, header: &MessageHeader, data: &[u8]) -> Result<(), McapError> {
+    fn append(&mut self, header: &MessageHeader, data: &[u8]) -> McapResult<()> {
         self.chunk.0 += data.len() as u64;
         self.chunk.1 += 1;
         self.writer.write_to_known_channel(header, data)
@@ -369,7 +368,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn end_moment(&mut self) -> Result<(), McapError> {
+    pub(super) fn end_moment(&mut self) -> McapResult<()> {
         let moment = std::mem::take(&mut self.moment);
         let Some(time) = self.moment_time.take() else { return Ok(()) };
         if self.is_own {
@@ -387,7 +386,7 @@ impl RecordingFile {
         Ok(())
     }
 
-    fn end_chunk(&mut self) -> Result<(), McapError> {
+    fn end_chunk(&mut self) -> McapResult<()> {
         (self.chunk_start, self.chunk) = (None, (0, 0));
         self.chunks += 1;
         self.writer.flush()
@@ -397,7 +396,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn add_own(&mut self, sensor: u8, topic: Topic) -> Result<u16, McapError> {
+    pub(super) fn add_own(&mut self, sensor: u8, topic: Topic) -> McapResult<u16> {
         let number = topic.number(sensor);
         if !self.channels.contains(&number) {
             // The first checksum comes after the first moment, whose messages must not be parted.
@@ -417,11 +416,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn add_foreign(
-        &mut self,
-        channel: &Channel,
-        schema: Option<&mcap::Schema<'_>>,
-    ) -> Result<u16, McapError> {
+    pub(super) fn add_foreign(&mut self, channel: &Channel, schema: Option<&mcap::Schema<'_>>) -> McapResult<u16> {
         if self.is_own {
             self.add_own(0, Topic::Sums)?;
         }
@@ -442,7 +437,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The errors of [`write`](Self::write).
-    pub(super) fn write_metadata(&mut self, metadata: &Metadata) -> Result<(), McapError> {
+    pub(super) fn write_metadata(&mut self, metadata: &Metadata) -> McapResult<()> {
         (self.chunk_start, self.chunk) = (None, (0, 0));
         self.writer.write_metadata(metadata)
     }
@@ -459,7 +454,7 @@ impl RecordingFile {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub(super) fn finish(mut self) -> Result<u64, McapError> {
+    pub(super) fn finish(mut self) -> McapResult<u64> {
         if self.is_own {
             self.writer.write_metadata(&sums::end_record(&self.tally))?;
         }

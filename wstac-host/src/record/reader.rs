@@ -66,8 +66,7 @@ impl RecordingReader {
         let recover = format!("wstac recover {subject} -o NEW.mcap makes a whole recording of what is in it");
         if !walk.has_magic {
             let hint = if walk.summary.is_some() { format!("; {recover}") } else { String::new() };
-            let message = walk.other_start()?;
-            return Err(Error::new(ErrorKind::Format, &subject, message + &hint));
+            return Err(Error::new(ErrorKind::Format, &subject, walk.other_start()? + &hint));
         }
         let outline = outline(&mut walk)?;
         if let Some(unread) = outline.unread.filter(|unread| unread.damaged) {
@@ -186,9 +185,9 @@ impl RecordingReader {
             self.tally.add(sensor, topic, data);
             if topic == Topic::Sums && self.stated.is_some() {
                 let sum = Sum::parse(data).ok_or_else(|| self.damaged("has a checksum that is none"))?;
-                if !sum.tally().agrees(&self.tally) {
+                if !sum.tally.agrees(&self.tally) {
                     self.is_disordered = true;
-                    return Err(self.has_other_frames(&sum.tally(), " up to a checksum"));
+                    return Err(self.has_other_frames(&sum.tally, " up to a checksum"));
                 }
                 self.moments += 1;
                 self.spare.push(body);
@@ -373,9 +372,6 @@ impl RecordingReader {
 }
 
 fn damaged(subject: &str, what: impl fmt::Display) -> Error {
-    Error::new(
-        ErrorKind::Format,
-        subject,
-        format_args!("{what}; wstac recover makes a whole recording of what is not damaged"),
-    )
+    let message = format_args!("{what}; wstac recover makes a whole recording of what is not damaged");
+    Error::new(ErrorKind::Format, subject, message)
 }

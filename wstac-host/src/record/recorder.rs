@@ -4,7 +4,6 @@ use std::fs::File;
 use std::path::Path;
 use std::time::{Duration, SystemTime};
 
-use mcap::write::Metadata;
 use serde::{Deserialize, Serialize};
 
 use super::about::About;
@@ -65,18 +64,6 @@ pub(crate) fn check_frame_bytes(subject: &dyn std::fmt::Display, info: &StreamIn
     let (found, most) = (frame_bytes >> 20, MOST_MESSAGE >> 20);
     let message = format_args!("has frames of {found} MB, expected less than {most} MB in a recording");
     Err(Error::new(ErrorKind::Unsupported, subject, message))
-}
-
-/// Returns the description of a recording, or of one of several sensors.
-pub(super) fn description(
-    path: &Path,
-    about: &About,
-    processor: &Processor,
-    sensor: Option<&str>,
-) -> Result<Vec<Metadata>, Error> {
-    check_frame_bytes(&path.display(), &about.info)?;
-    let metadata = about.to_metadata(processor.geometry().layout(), sensor);
-    metadata.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))
 }
 
 /// Returns lost frames as a line of JSON.
@@ -285,9 +272,9 @@ impl Recorder {
     pub fn source_event(&mut self, event: &SourceEvent<'_>) {
         match event {
             SourceEvent::Frame(frame) => {
-                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.stamp, frame.sequence);
-                let (topic, data) = self.content.message(taken, frame);
-                let message = Message { sensor: self.sensor, topic, time, taken, sequence, data };
+                let message = self.arrive(frame.timestamp, frame.stamp, frame.sequence);
+                let (topic, data) = self.content.message(message.taken, frame);
+                let message = Message { topic, data, ..message };
                 if topic == Topic::TaxelSums {
                     self.summed = Some((self.messages.len(), message));
                 } else {
@@ -295,10 +282,8 @@ impl Recorder {
                 }
             }
             SourceEvent::Taxels(frame) if self.content.info.taxels_only => {
-                let (time, taken, sequence) = self.frame_arrives(frame.timestamp, frame.stamp, frame.sequence);
-                let data = foxglove::taxel_sums(&frame.sums);
-                let (sensor, topic) = (self.sensor, Topic::TaxelSums);
-                self.messages.push(Message { sensor, topic, time, taken, sequence, data });
+                let message = self.arrive(frame.timestamp, frame.stamp, frame.sequence);
+                self.messages.push(Message { data: foxglove::taxel_sums(&frame.sums), ..message });
             }
             SourceEvent::Lost { frames, reason } => {
                 self.time.frames = self.time.frames.saturating_add(*frames);
@@ -308,13 +293,8 @@ impl Recorder {
         }
     }
 
-    /// Gives a frame its place in time: on the recording's line, when it was taken, and its number.
-    fn frame_arrives(
-        &mut self,
-        timestamp: Option<Duration>,
-        stamp: Option<Stamp>,
-        sequence: Option<u32>,
-    ) -> (u64, u64, u32) {
+    /// Returns the message of a frame without its content: its place in time and its number.
+    fn arrive(&mut self, timestamp: Option<Duration>, stamp: Option<Stamp>, sequence: Option<u32>) -> Message {
         let counted = self.time.frames as u32;
         let (time, taken) = self.time.frame(timestamp);
         for mut message in self.early.drain(..) {
@@ -325,7 +305,8 @@ impl Recorder {
             // Numbers and words can always be JSON.
             self.add_at(time, Topic::Clock, serde_json::to_vec(&line).unwrap_or_default());
         }
-        (time, taken, sequence.filter(|_| self.time.driver_times).unwrap_or(counted))
+        let sequence = sequence.filter(|_| self.time.driver_times).unwrap_or(counted);
+        Message { sensor: self.sensor, topic: Topic::TaxelSums, time, taken, sequence, data: Vec::new() }
     }
 
     /// Takes an output that followed from it. `text` is the line for a person. The output's message has the output's

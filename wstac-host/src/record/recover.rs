@@ -186,8 +186,7 @@ fn attempt(old: &Path, new: &File, path: &Path, order: Order) -> Result<(Recover
     let description: Vec<Metadata> = sound.into_iter().filter(|metadata| is_description(&metadata.name)).collect();
     let mut walk = Walk::open(old, Mode::Salvage)?;
     if !walk.has_magic && description.is_empty() && walk.summary.is_none() {
-        let message = walk.other_start()?;
-        return Err(Error::new(ErrorKind::Format, old.display(), message));
+        return Err(Error::new(ErrorKind::Format, old.display(), walk.other_start()?));
     }
     let problem = match &about {
         _ if missing > 0 || !has_configurations(&description) => Some("has a damaged description".to_owned()),

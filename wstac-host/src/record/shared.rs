@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 use super::about::{About, MOST_SENSORS, of_sensors};
 use super::compression::Compression;
 use super::ordering::turns;
-use super::recorder::{Recorder, description, stored_bytes};
+use super::recorder::{Recorder, check_frame_bytes, stored_bytes};
 use super::writer::{self, Writing, Written, discard};
 use crate::error::{Error, ErrorKind};
 use crate::session::Processor;
@@ -59,36 +59,32 @@ impl SharedRecording {
         compression: Compression,
     ) -> Result<(Self, Vec<Recorder>), Error> {
         let same = file.try_clone().map_err(|error| Error::io(path.display(), error))?;
-        Self::begin(file, path, sensors, compression).inspect_err(|_| discard(&same, path))
-    }
-
-    fn begin(
-        file: File,
-        path: &Path,
-        sensors: &[RecordedSensor<'_>],
-        compression: Compression,
-    ) -> Result<(Self, Vec<Recorder>), Error> {
-        compression.check(&path.display())?;
-        check(path, sensors)?;
-        let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name).collect();
-        let is_alone = names == [""];
-        let mut metadata = Vec::new();
-        if !is_alone {
-            let names = of_sensors(&names);
-            metadata.push(names.map_err(|error| Error::with_cause(ErrorKind::Config, path.display(), error))?);
-        }
-        for RecordedSensor { name, about, processor, .. } in sensors {
-            metadata.extend(description(path, about, processor, Some(*name).filter(|_| !is_alone))?);
-        }
-        let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
-        let (outbox, writing) = writer::start(file, path, metadata, &frame_bytes, compression)?;
-        let is_any_live = sensors.iter().any(|sensor| sensor.about.info.is_live());
-        let mut turns = if is_any_live || is_alone { Vec::new() } else { turns(sensors.len()) }.into_iter();
-        let recorder = |(sensor, at): (&RecordedSensor<'_>, u8)| {
-            Recorder::of_sensor(at, sensor.about, outbox.clone(), turns.next())
+        let begin = || -> Result<_, Error> {
+            compression.check(&path.display())?;
+            check(path, sensors)?;
+            let names: Vec<&str> = sensors.iter().map(|sensor| sensor.name).collect();
+            let is_alone = names == [""];
+            let failed = |error: serde_json::Error| Error::with_cause(ErrorKind::Config, path.display(), error);
+            let mut metadata = Vec::new();
+            if !is_alone {
+                metadata.push(of_sensors(&names).map_err(failed)?);
+            }
+            for RecordedSensor { name, about, processor, .. } in sensors {
+                check_frame_bytes(&path.display(), &about.info)?;
+                let name = Some(*name).filter(|_| !is_alone);
+                metadata.extend(about.to_metadata(processor.geometry().layout(), name).map_err(failed)?);
+            }
+            let frame_bytes: Vec<usize> = sensors.iter().map(|sensor| stored_bytes(&sensor.about.info)).collect();
+            let (outbox, writing) = writer::start(file, path, metadata, &frame_bytes, compression)?;
+            let is_any_live = sensors.iter().any(|sensor| sensor.about.info.is_live());
+            let mut turns = if is_any_live || is_alone { Vec::new() } else { turns(sensors.len()) }.into_iter();
+            let recorder = |(sensor, at): (&RecordedSensor<'_>, u8)| {
+                Recorder::of_sensor(at, sensor.about, outbox.clone(), turns.next())
+            };
+            let recorders = sensors.iter().zip(0..).map(recorder).collect();
+            Ok((Self { writing }, recorders))
         };
-        let recorders = sensors.iter().zip(0..).map(recorder).collect();
-        Ok((Self { writing }, recorders))
+        begin().inspect_err(|_| discard(&same, path))
     }
 
     /// Ends the file, after all recorders have been finished.

@@ -181,16 +181,16 @@ impl Index {
                 // A damaged checksum vouches for nothing.
                 group.extend(sorted.sum(walk, entry)?.map(|sum| (sum, *entry)));
             }
-            group.sort_by_key(|(sum, _)| sum.counts.all());
+            group.sort_by_key(|(sum, _)| sum.tally.all.all());
             while let Some((first, _)) = group.first() {
-                let fewest = first.counts.all();
+                let fewest = first.tally.all.all();
                 let mut of_fewest =
-                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.counts.all() == fewest).enumerate();
+                    group.iter().take(MOST_ALIKE).take_while(|(sum, _)| sum.tally.all.all() == fewest).enumerate();
                 let found = of_fewest.find_map(|(at, (sum, entry))| {
                     moment_of(sum, entry.time, &last, &of_sensors).map(|moment| (at, moment))
                 });
                 let (sum, entry) = group.remove(found.map_or(0, |(at, _)| at));
-                let tally = sum.tally();
+                let tally = sum.tally;
                 for (sensor, queue) in of_sensors.iter_mut().enumerate() {
                     let count = match found {
                         Some((_, (of_sensor, count))) if of_sensor == sensor => count,
@@ -227,7 +227,7 @@ fn frames_of(tally: &Tally, sensor: usize) -> i128 {
 /// Returns the sensor whose first messages are the moment of a checksum with this time, and their count; `None` if
 /// there is none. A sensor whose frames the checksum counts comes first.
 fn moment_of(sum: &Sum, time: u64, last: &Tally, of_sensors: &[VecDeque<Entry>]) -> Option<(usize, usize)> {
-    let tally = sum.tally();
+    let tally = &sum.tally;
     let mut sensors: Vec<usize> = (0..of_sensors.len()).collect();
     sensors.sort_by_key(|&sensor| tally.of(sensor as u8) == last.of(sensor as u8));
     let count = |queue: &VecDeque<Entry>| {

@@ -69,11 +69,13 @@ impl Counts {
 }
 
 /// The content of a recording so far: that of all sensors together, and that of each of several.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 pub(super) struct Tally {
     /// The sum of all sensors.
+    #[serde(flatten)]
     pub(super) all: Counts,
     /// Each of several sensors. It is empty if there is one, or if a recording of before does not say it.
+    #[serde(default, rename = "sensors")]
     pub(super) each: Vec<Counts>,
 }
 
@@ -108,10 +110,10 @@ impl Tally {
     }
 
     /// Returns the tally of a recording of so many sensors; `None` if it does not tell them apart.
-    pub(super) fn told_apart(self, sensors: usize) -> Option<Self> {
+    pub(super) fn told_apart(&self, sensors: usize) -> Option<Self> {
         match sensors {
-            0 | 1 => Some(Self { each: Vec::new(), ..self }),
-            _ => Some(self).filter(|tally| tally.each.len() == sensors),
+            0 | 1 => Some(Self { all: self.all, each: Vec::new() }),
+            _ => Some(self.clone()).filter(|tally| tally.each.len() == sensors),
         }
     }
 
@@ -132,10 +134,7 @@ impl Tally {
 pub(super) struct Sum {
     /// The counts of the recording so far.
     #[serde(flatten)]
-    pub(super) counts: Counts,
-    /// The counts of each sensor: frames, lost frames, and both from the first frame on.
-    #[serde(default, rename = "sensors")]
-    each: Vec<Counts>,
+    pub(super) tally: Tally,
     /// Bytes of the moment's records before this message.
     pub(super) bytes: u64,
     /// The checksum of those bytes, and of this message up to the checksum itself.
@@ -149,13 +148,9 @@ impl Sum {
         serde_json::from_slice(data).ok()
     }
 
-    pub(super) fn tally(&self) -> Tally {
-        Tally { all: self.counts, each: self.each.clone() }
-    }
-
     /// Returns the place of the moment and its checksum, which no other moment has.
     pub(super) fn key(&self) -> (u64, Option<u32>) {
-        (self.counts.all(), self.crc())
+        (self.tally.all.all(), self.crc())
     }
 
     /// Returns the checksum; `None` if it is no number.
@@ -366,7 +361,7 @@ mod tests {
             tally.add_lost((sensors - 1) as u8, 2);
             let data = MomentSum::default().end(&header, &tally);
             let sum = Sum::parse(&data).unwrap();
-            assert_eq!(sum.tally(), tally);
+            assert_eq!(sum.tally, tally);
             String::from_utf8(data).unwrap()
         };
         let one = r#"{"kind":"sum","frames":1,"lost":2,"place":3,"bytes":0,"crc32":"286f31b2"}"#;

@@ -11,6 +11,7 @@ mod resync;
 mod shape;
 
 use std::collections::BTreeSet;
+use std::ops::Range;
 use std::path::Path;
 
 use crc32fast::Hasher;
@@ -281,7 +282,7 @@ impl Walk {
     /// The file cannot be read.
     pub(super) fn unpack_again(&mut self, packed: Packed) -> Result<Vec<u8>, Error> {
         let now = self.file.set_unpacked(None);
-        let unpacked = self.unpacked(packed.content, packed.behind, packed.compression, 0);
+        let unpacked = self.unpacked(packed.content..packed.behind, packed.compression, 0);
         drop(self.file.set_unpacked(now));
         unpacked.map(|(bytes, ..)| bytes)
     }
@@ -462,7 +463,8 @@ impl Walk {
 
     /// Starts to read a chunk's records.
     fn enter(&mut self, span: Span) -> Result<(), Error> {
-        let Some(ChunkHead { content, stored, compression }) = self.chunk_head(span.at)? else { return Ok(()) };
+        let Some(head) = self.chunk_head(span.at)? else { return Ok(()) };
+        let ChunkHead { content, stored, compression } = head;
         self.compression.get_or_insert(compression);
         self.at = content;
         let end = stored.map(|stored| content.saturating_add(stored).min(self.end));
@@ -476,7 +478,7 @@ impl Walk {
             return Ok(());
         }
         if compression != Compression::None {
-            return self.unpack(span.at, content, end, compression, crc);
+            return self.unpack(span.at, head, end, crc);
         }
         self.crc = match end {
             // Bytes are summed once: a chunk in a damaged one is not summed again.
@@ -496,14 +498,8 @@ impl Walk {
     /// Unpacks a chunk, and reads that in place of the file.
     ///
     /// If it is damaged, its length may be, too. Then it ends at the next record that certainly is one.
-    fn unpack(
-        &mut self,
-        at: u64,
-        content: u64,
-        end: Option<u64>,
-        compression: Compression,
-        crc: u32,
-    ) -> Result<(), Error> {
+    fn unpack(&mut self, at: u64, head: ChunkHead, end: Option<u64>, crc: u32) -> Result<(), Error> {
+        let ChunkHead { content, compression, .. } = head;
         let mut behind = end.unwrap_or(self.end).max(content);
         let packed_bytes = behind - content;
         if packed_bytes > MOST_PACKED && end.is_some() && !self.goes_on() {
@@ -514,14 +510,14 @@ impl Walk {
         // Bytes are unpacked once: a chunk in a damaged one ends before the next one.
         let is_known = end.is_some() && packed_bytes <= MOST_PACKED && content >= self.tried;
         let is_known = is_known || !self.goes_on();
-        let mut unpacked = if is_known { Some(self.unpacked(content, behind, compression, crc)?) } else { None };
+        let mut unpacked = if is_known { Some(self.unpacked(content..behind, compression, crc)?) } else { None };
         if !matches!(unpacked, Some((_, Crc::Good | Crc::Unknown, true))) && self.goes_on() {
             self.tried = self.tried.max(behind);
             let next = self.resync_behind(content, behind)?;
             if next < behind || unpacked.is_none() {
                 behind = next;
                 drop(unpacked.take());
-                unpacked = Some(self.unpacked(content, behind, compression, crc)?);
+                unpacked = Some(self.unpacked(content..behind, compression, crc)?);
             }
         }
         if self.mode == Mode::Strict {
@@ -544,15 +540,9 @@ impl Walk {
     }
 
     /// Returns what a chunk's bytes are unpacked to, the verdict of its checksum, and whether that is all.
-    fn unpacked(
-        &self,
-        content: u64,
-        behind: u64,
-        compression: Compression,
-        crc: u32,
-    ) -> Result<(Vec<u8>, Crc, bool), Error> {
+    fn unpacked(&self, of: Range<u64>, compression: Compression, crc: u32) -> Result<(Vec<u8>, Crc, bool), Error> {
         let mut packed = Vec::new();
-        self.file.read(content, (behind - content).min(MOST_PACKED) as usize, &mut packed)?;
+        self.file.read(of.start, (of.end - of.start).min(MOST_PACKED) as usize, &mut packed)?;
         let unpacked = compression.unpack(&packed, MOST_PACKED as usize);
         let (unpacked, is_all) = unpacked.map_err(|error| self.file.failed(error))?;
         let found = Crc::of(crc, crc32fast::hash(&unpacked));
@@ -595,8 +585,7 @@ pub(super) fn outline(walk: &mut Walk) -> Result<Outline, Error> {
             WalkStep::Record(span) if span.op == op::METADATA => {
                 bytes = bytes.saturating_add(span.length);
                 if bytes > MOST_DEFINITIONS || metadata.len() == MOST_METADATA {
-                    let message = format!("has more than {} MB of metadata", MOST_DEFINITIONS >> 20);
-                    return Err(walk.refused(message));
+                    return Err(walk.refused(format!("has more than {} MB of metadata", MOST_DEFINITIONS >> 20)));
                 }
                 walk.body(span, &mut body)?;
                 if let Ok(Record::Metadata(record)) = parse_record(op::METADATA, &body) {

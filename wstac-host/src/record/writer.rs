@@ -168,11 +168,27 @@ fn write(
 ) -> Result<Written, Error> {
     let failed = |error| in_words(path, error);
     let same = file.try_clone().map_err(|error| failed(error.into()))?;
-    let file = RecordingFile::new(file, metadata, compression).map_err(|error| {
+    let mut file = RecordingFile::new(file, metadata, compression).map_err(|error| {
         discard(&same, path);
         write_error(path, error, "; nothing was recorded")
     })?;
-    let written = write_all(file, path, moments, full);
+    let write_all = || {
+        let mut written = Written::default();
+        for messages in moments {
+            let frames = messages.iter().filter(|message| message.topic.is_frame()).count() as u64;
+            if full.load(Ordering::Relaxed) || !file.has_room(&messages).map_err(failed)? {
+                full.store(true, Ordering::Relaxed);
+                written.left_out += frames;
+                continue;
+            }
+            file.write(&messages).map_err(failed)?;
+            file.flush().map_err(|error| failed(error.into()))?;
+            written.frames += frames;
+        }
+        written.bytes = file.finish().map_err(failed)?;
+        Ok(written)
+    };
+    let written: Result<Written, Error> = write_all();
     if full.load(Ordering::Relaxed) && written.as_ref().is_ok_and(|written| written.frames == 0) {
         discard(&same, path);
         let message = "the disk is full (or the file as large as it may get); nothing was recorded";
@@ -183,38 +199,11 @@ fn write(
     let written = written?;
     if full.load(Ordering::Relaxed) {
         let (frames, left_out) = (counted(written.frames, "frame"), written.left_out);
-        return Err(Error::new(
-            ErrorKind::Io,
-            path.display(),
-            format_args!(
-                "the disk is full (or the file as large as it may get): the recording ends after {frames} and is \
-                 finished; frames left out: {left_out}"
-            ),
-        ));
+        let message = format_args!(
+            "the disk is full (or the file as large as it may get): the recording ends after {frames} and is \
+             finished; frames left out: {left_out}"
+        );
+        return Err(Error::new(ErrorKind::Io, path.display(), message));
     }
-    Ok(written)
-}
-
-/// Writes messages to a file that was started, and finishes it.
-fn write_all(
-    mut file: RecordingFile,
-    path: &Path,
-    moments: impl Iterator<Item = Vec<Message>>,
-    full: &AtomicBool,
-) -> Result<Written, Error> {
-    let failed = |error| in_words(path, error);
-    let mut written = Written::default();
-    for messages in moments {
-        let frames = messages.iter().filter(|message| message.topic.is_frame()).count() as u64;
-        if full.load(Ordering::Relaxed) || !file.has_room(&messages).map_err(failed)? {
-            full.store(true, Ordering::Relaxed);
-            written.left_out += frames;
-            continue;
-        }
-        file.write(&messages).map_err(failed)?;
-        file.flush().map_err(|error| failed(error.into()))?;
-        written.frames += frames;
-    }
-    written.bytes = file.finish().map_err(failed)?;
     Ok(written)
 }

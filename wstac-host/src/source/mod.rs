@@ -101,15 +101,6 @@ pub struct StreamInfo {
     pub recorded: Option<Arc<Recorded>>,
 }
 
-impl StreamInfo {
-    /// Returns the name that tells cameras apart: the link with the serial number, else the model; `None` of others.
-    pub fn sensor(&self) -> Option<String> {
-        let camera = self.camera.as_ref()?;
-        let lasting = camera.links.iter().find(|link| link.starts_with("/dev/v4l/by-id"));
-        Some(lasting.map_or_else(|| camera.card.clone(), |link| link.display().to_string()))
-    }
-}
-
 /// The parts of a recording besides frames.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
@@ -330,6 +321,13 @@ impl<P: DerefMut<Target: Source> + Send> Source for P {
 }
 
 impl StreamInfo {
+    /// Returns the name that tells cameras apart: the link with the serial number, else the model; `None` of others.
+    pub fn sensor(&self) -> Option<String> {
+        let camera = self.camera.as_ref()?;
+        let lasting = camera.links.iter().find(|link| link.starts_with("/dev/v4l/by-id"));
+        Some(lasting.map_or_else(|| camera.card.clone(), |link| link.display().to_string()))
+    }
+
     /// Returns whether its frames come from a camera now. Files, scenes and recordings wait for their reader.
     pub fn is_live(&self) -> bool {
         self.camera.is_some() && self.recorded.is_none()

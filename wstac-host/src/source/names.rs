@@ -90,11 +90,8 @@ fn named(text: &OsStr) -> Option<&[u8]> {
 ///
 /// Names are parts of keys and files' names, and other programs take a word that starts with `-` for an option.
 pub fn is_name(name: &str) -> bool {
+    let is_of_name = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_');
     !name.is_empty() && !name.starts_with('-') && name.bytes().all(is_of_name)
-}
-
-fn is_of_name(byte: u8) -> bool {
-    byte.is_ascii_alphanumeric() || matches!(byte, b'-' | b'_')
 }
 
 pub(super) fn refused(source: &OsStr, message: impl std::fmt::Display) -> Error {

@@ -128,7 +128,7 @@ pub fn open(
 ) -> Result<Box<dyn Source>, Error> {
     let name = name.as_ref();
     let path = Path::new(name);
-    let is_missing = is_named_mcap(path) && !path.exists();
+    let is_missing = ends(path, "mcap") && !path.exists();
     if let Some(sensor) = options.sensor.as_ref().filter(|_| !is_recording(name) && !is_missing) {
         let message = format_args!("sensor is {sensor:?}, expected only with a recording of several sensors");
         return Err(Error::new(ErrorKind::Usage, name.display(), message));
@@ -193,7 +193,7 @@ fn open_file(name: &OsStr, options: &OpenOptions, kinds: &[&dyn SourceKind]) -> 
     }
     // The first bytes of a pipe cannot be read without taking them from the source.
     let has_magic = |magic| starts_with(path, magic).map_err(|error| Error::io(name.display(), error));
-    if kind.is_file() && (is_named_mcap(path) || has_magic(MCAP_MAGIC)?) {
+    if kind.is_file() && (ends(path, "mcap") || has_magic(MCAP_MAGIC)?) {
         return open_recording(path, options);
     }
     let is_y4m = kind.is_fifo() || ends(path, "y4m");
@@ -268,17 +268,13 @@ pub fn recorded_sensors(name: &OsStr) -> Result<Vec<String>, Error> {
 
 fn is_recording(name: &OsStr) -> bool {
     let path = Path::new(name);
-    path.is_file() && (is_named_mcap(path) || starts_with(path, MCAP_MAGIC).unwrap_or(false))
-}
-
-fn is_named_mcap(path: &Path) -> bool {
-    ends(path, "mcap")
+    path.is_file() && (ends(path, "mcap") || starts_with(path, MCAP_MAGIC).unwrap_or(false))
 }
 
 /// Returns whether a name ends as those of files of frames do.
 #[cfg(feature = "board")]
 pub(crate) fn is_named_for_frames(path: &Path) -> bool {
-    is_named_mcap(path) || ends(path, "y4m") || video::is_video(path)
+    ends(path, "mcap") || ends(path, "y4m") || video::is_video(path)
 }
 
 fn ends(path: &Path, with: &str) -> bool {

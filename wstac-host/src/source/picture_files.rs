@@ -96,7 +96,7 @@ fn find(folder: &Path, endings: &[&str]) -> Result<Vec<PathBuf>, Error> {
             files.push(file);
         }
     }
-    files.sort_by(|a, b| natural::compare(stem(a), stem(b)).then_with(|| a.cmp(b)));
+    files.sort_by_cached_key(|file| (natural::key(stem(file)), file.clone()));
     Ok(files)
 }
 

@@ -390,7 +390,7 @@ mod tests {
     /// Returns what places 130 pictures, and the place of the last, after it was checked that they are in their order.
     fn last(name: &dyn Fn(u64) -> PathBuf) -> (Positions, f64) {
         let mut files: Vec<_> = (0..130).map(name).collect();
-        files.sort_by(|a, b| crate::source::natural::compare(stem(a), stem(b)));
+        files.sort_by_cached_key(|file| (crate::source::natural::key(stem(file)), file.clone()));
         let (files, places) = in_order(files);
         assert_eq!(files, (0..130).map(name).collect::<Vec<_>>());
         let (kind, places) = places.unwrap();

@@ -307,11 +307,9 @@ impl PushedTimes {
         };
         if let Some((last, now)) = self.last.zip(time).filter(|(last, now)| now <= last) {
             let frame = self.spacing.frame;
-            let message = format!(
-                "the time of frame {frame} is wrong (found {} ns, expected a time above {} ns)",
-                now.as_nanos(),
-                last.as_nanos()
-            );
+            let (found, last) = (now.as_nanos(), last.as_nanos());
+            let message =
+                format_args!("the time of frame {frame} is wrong (found {found} ns, expected a time above {last} ns)");
             return Err(Error::new(ErrorKind::Frame, &self.spacing.subject, message));
         }
         self.last = time.or(self.last);

@@ -123,16 +123,12 @@ impl Y4m {
         let bytes_per_row = green.row_bytes(header.size.width());
         // This is at most 2^14 · 2^15 bytes, or three planes of 2^28.
         let frame_bytes = green.frame_bytes(header.size, bytes_per_row);
-        let about = format!(
-            "{}: Y4M, {}x{} {}, {} frames per second{}{}",
-            reader.subject,
-            header.size.width(),
-            header.size.height(),
-            header.name,
-            replaced_rate::readable(header.rate),
-            replaced_rate::remark(header.own_rate, fps),
-            if header.is_range_assumed { "; no range is stated: limited, unless --range says full" } else { "" }
-        );
+        let ((width, height), rate) = (header.size.into(), replaced_rate::readable(header.rate));
+        let remark = replaced_rate::remark(header.own_rate, fps);
+        let assumed = "; no range is stated: limited, unless --range says full";
+        let range = if header.is_range_assumed { assumed } else { "" };
+        let (subject, format) = (&reader.subject, &header.name);
+        let about = format!("{subject}: Y4M, {width}x{height} {format}, {rate} frames per second{remark}{range}");
         let info = StreamInfo {
             color: header.color,
             bytes_per_row: bytes_per_row as u32,
@@ -144,7 +140,10 @@ impl Y4m {
     /// Reads on until the next frame is whole; it is still the next one then.
     fn gather(&mut self) -> Result<NextFrame, Error> {
         let started = Instant::now();
-        self.reader.discard_used();
+        // Unused bytes go to the buffer's start. Once the buffer has its full size, these are at most a line.
+        let InputBuffer { buffer, filled, used, .. } = &mut self.reader;
+        buffer.copy_within(*used..*filled, 0);
+        (*filled, *used) = (*filled - *used, 0);
         loop {
             let line = self.reader.frame_line(self.frame)?;
             if let Some(line) = line
@@ -231,10 +230,6 @@ impl InputBuffer {
         Error::new(ErrorKind::Format, &self.subject, message)
     }
 
-    fn read_bytes(&self) -> &[u8] {
-        self.buffer.get(..self.filled).unwrap_or_default()
-    }
-
     /// Reads until the header's newline, and returns where that is.
     fn header_line(&mut self) -> Result<usize, Error> {
         loop {
@@ -246,8 +241,7 @@ impl InputBuffer {
                 Got::Bytes(0) if found == 0 => return Err(self.error("is empty, expected a Y4M header")),
                 Got::Bytes(0) => return Err(self.error(format_args!("ends within its header, after {found} bytes"))),
                 Got::Interrupted => {
-                    let message = "interrupted before its header was complete";
-                    return Err(Error::new(ErrorKind::Io, &self.subject, message));
+                    return Err(Error::new(ErrorKind::Io, &self.subject, "interrupted before its header was complete"));
                 }
                 Got::Bytes(_) | Got::Nothing => {}
             }
@@ -268,7 +262,7 @@ impl InputBuffer {
         expected: impl Display,
         name: impl Display,
     ) -> Result<Option<usize>, Error> {
-        let bytes = self.read_bytes();
+        let bytes = self.buffer.get(..self.filled).unwrap_or_default();
         let start = bytes.get(..word.len()).unwrap_or(bytes);
         let next = bytes.get(word.len());
         if !word.starts_with(start) || next.is_some_and(|next| ![b' ', b'\n'].contains(next)) {
@@ -280,14 +274,6 @@ impl InputBuffer {
             return Err(self.error(format_args!("{name} has no end in {LONGEST_LINE} bytes")));
         }
         Ok(newline)
-    }
-
-    /// Makes room by moving unused bytes to the buffer's start. Once the buffer has its full size, these are at most a
-    /// line.
-    fn discard_used(&mut self) {
-        self.buffer.copy_within(self.used..self.filled, 0);
-        self.filled -= self.used;
-        self.used = 0;
     }
 
     /// Reads once, into a buffer of up to `most` bytes.

@@ -27,9 +27,8 @@ use wstac_host::record::about::About;
 use wstac_host::record::plan::{self, PlannedSlide};
 use wstac_host::record::{Compression, Recorder};
 use wstac_host::session::Processor;
-use wstac_host::source::Labels;
 use wstac_host::source::open::OpenOptions;
-use wstac_host::source::{FramePolicy, Source, SourceEvent, StreamInfo};
+use wstac_host::source::{FramePolicy, Labels, Source, SourceEvent, StreamInfo};
 use wstac_host::texture::Textures;
 use wstac_linux::source::is_camera;
 

@@ -21,7 +21,7 @@ use wstac_host::session::{Observer, Processor, Session, Step};
 use wstac_host::source::decorate::Limited;
 use wstac_host::source::every_sensor::NamedSource;
 use wstac_host::source::mcap::McapSource;
-use wstac_host::source::{FramePolicy, Labels, Lag, SourceEvent};
+use wstac_host::source::{FramePolicy, Labels, SourceEvent};
 use wstac_host::texture::Textures;
 
 /// A sensor that is ready for recording.
@@ -91,8 +91,7 @@ pub(super) fn run(arguments: &Arguments, sensors: &[NamedSource]) -> Result<(), 
     });
     let written = recording.finish();
     let replaced = new.map_or(Ok(()), |new| new.finish(written.is_ok(), &outputs));
-    let mut lag = Lag::default();
-    lag.most = ended.iter().map(|ended| ended.lag.most).max().unwrap_or(0);
+    let lag = ended.iter().map(|ended| ended.lag).max().unwrap_or(0);
     say(&arguments.output, written.as_ref().ok(), lag, shared.events.into_inner(), is_live);
     let mut failures: Vec<Error> = ended.into_iter().filter_map(|ended| ended.failure).collect();
     let last = failures.pop();
@@ -151,7 +150,7 @@ impl Opened<'_> {
 /// The end of a sensor's recording.
 #[derive(Default)]
 struct Ended {
-    lag: Lag,
+    lag: u32,
     failure: Option<Error>,
 }
 
@@ -182,7 +181,7 @@ fn read(opened: Opened<'_>, recorder: Recorder, shared: &StopCondition<'_>) -> E
     };
     let Recording { recorder, shown, losses, .. } = observer;
     losses.say(|message| shown.records.note(message));
-    let lag = session.lag();
+    let lag = session.lag().most;
     // The file goes on, and its errors come when it ends.
     let _ = recorder.finish();
     Ended { lag, failure }

@@ -1,7 +1,6 @@
 //! Reads the sources of one run: files in the order of their frames' times, others each in its own thread to its end.
 
 use std::collections::VecDeque;
-use std::ffi::OsStr;
 use std::fs::File;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -13,7 +12,7 @@ use super::super::csv::Table;
 use super::super::output::{LossReport, Stop, note};
 use super::super::records::{Destination, Form, Records};
 use super::super::signals::{Ending, finishing};
-use super::super::source_arguments::{doubts_of_textures, models_of};
+use super::super::source_arguments::{can_be_read_again, doubts_of_textures, models_of};
 use super::Arguments;
 use super::no_event::NoEvent;
 use super::range::Range;
@@ -393,11 +392,9 @@ impl Observer for Printer<'_> {
                 None => u32::from(event.frames_filled) > LONGEST_FILLED_GAP,
             };
             self.unreliable += u64::from(!event.reliable && has_gap);
-        }
-        if lacks_model(&output)
-            && let Some(hint) = self.hint.take()
-        {
-            self.records.note(hint);
+            if event.speed.is_ok() && event.texture == Err(NoTexture::NoModel) {
+                self.hint.take().into_iter().for_each(|hint| self.records.note(hint));
+            }
         }
         self.outputs.push_back(output);
         Ok(())
@@ -412,17 +409,6 @@ impl Observer for Printer<'_> {
         }
         true
     }
-}
-
-/// Returns whether an event has a speed, but no texture because there is no model.
-fn lacks_model(output: &Output) -> bool {
-    matches!(output, Output::Event(event) if event.speed.is_ok() && event.texture == Err(NoTexture::NoModel))
-}
-
-/// Returns whether a source gives the same frames again if it is opened again.
-fn can_be_read_again(source: &OsStr) -> bool {
-    let is_file = std::fs::metadata(source).is_ok_and(|file| file.is_file() || file.is_dir());
-    port_of(source).is_none() && (is_file || source.as_encoded_bytes().starts_with(b"scene:"))
 }
 
 /// Reports the largest delay behind a camera.

@@ -46,11 +46,8 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         note(format_args!("measuring what effects cost: about {seconds:.0} s"));
     }
     let mut costs = if arguments.no_cost { Vec::new() } else { costs(&script)? }.into_iter();
-    writeln!(
-        out,
-        "\nModeled:{}",
-        if arguments.no_cost { "" } else { "                                     ns per frame" }
-    )?;
+    let head = if arguments.no_cost { "" } else { "                                     ns per frame" };
+    writeln!(out, "\nModeled:{head}")?;
     let total = |out: &mut Visible<_>, name: &str, cost: Option<Option<f64>>, what: &str| match cost.flatten() {
         Some(cost) => writeln!(out, "  {name:18} {:22} {cost:>10.0}  {what}", ""),
         None => Ok(()),

@@ -15,8 +15,7 @@ use wstac_host::source::open::OpenOptions;
 use wstac_host::source::video::not_started;
 use wstac_host::source::y4m::header_of;
 use wstac_host::source::{Frame, Source, SourceEvent};
-use wstac_scene::source::SceneSource;
-use wstac_scene::source::script;
+use wstac_scene::source::{SceneSource, script};
 
 /// Write a scene's frames to a new file
 ///

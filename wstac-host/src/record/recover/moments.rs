@@ -98,7 +98,7 @@ impl Recovery<'_> {
         let is_of_time =
             last == Some(time) && frames.next().is_none_or(|of| of.header.log_time == time) && frames.next().is_none();
         let is_good = self.pending.iter().all(|of| of.crc == Crc::Good);
-        let Some(known) = sum.tally().told_apart(self.own.sensors.count()) else { return false };
+        let Some(known) = sum.tally.told_apart(self.own.sensors.count()) else { return false };
         let there = &self.out.tally;
         is_good
             && is_of_time
@@ -117,7 +117,7 @@ impl Recovery<'_> {
         let own = frames_of(moment);
         (self.is_suspect, self.suspects) = (false, 0);
         self.spacings.clear();
-        let known = sum.tally().told_apart(self.own.sensors.count());
+        let known = sum.tally.told_apart(self.own.sensors.count());
         let (place, crc) = sum.key();
         let of_moment = own.values().fold(0_u64, |all, counts| all.saturating_add(counts.all()));
         let (before, there) = (place.saturating_sub(of_moment), self.out.tally.all.all());

@@ -53,7 +53,7 @@ impl Recovery<'_> {
 
     /// Enters what is missing of a recording whose end says how many frames it had.
     fn settle_by(&mut self, end: &Tally) -> Result<(), Error> {
-        let Some(end) = end.clone().told_apart(self.own.sensors.count()) else {
+        let Some(end) = end.told_apart(self.own.sensors.count()) else {
             return self.lost_of_any(end.all.all());
         };
         for sensor in self.own.sensors.places() {

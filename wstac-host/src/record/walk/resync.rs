@@ -122,15 +122,10 @@ impl Walk {
                 _ => {}
             }
             at = span.end();
-            if at >= end || self.is_empty_start(at)? {
+            if at >= end || self.file.peek(at, 1 << 16)?.iter().all(|&byte| byte == 0) {
                 return Ok(true);
             }
         }
         Ok(true)
-    }
-
-    /// Returns whether the file has no more bytes here than zeros, as far as a look goes.
-    fn is_empty_start(&mut self, at: u64) -> Result<bool, Error> {
-        Ok(self.file.peek(at, 1 << 16)?.iter().all(|&byte| byte == 0))
     }
 }

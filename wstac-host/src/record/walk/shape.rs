@@ -88,7 +88,8 @@ impl Walk {
         }
         let inside = chunk.end().is_some();
         let has_shape = match op {
-            op::MESSAGE => length >= MESSAGE_HEADER && length <= self.most_of_message(),
+            // A reader of whole files reports a message that is too long itself.
+            op::MESSAGE => length >= MESSAGE_HEADER && (length <= MOST_MESSAGE || !self.goes_on()),
             op::SCHEMA | op::CHANNEL => self.fits(op, at, length)?,
             op::METADATA => !inside && self.fits(op, at, length)?,
             op::HEADER => at == mcap::MAGIC.len() as u64 && self.fits(op, at, length)?,
@@ -102,11 +103,6 @@ impl Walk {
             _ => false,
         };
         Ok(has_shape.then_some(Span { op, at, length }))
-    }
-
-    /// Returns the most bytes of a message that is walked over. A reader of whole files reports a longer one itself.
-    fn most_of_message(&self) -> u64 {
-        if self.goes_on() { MOST_MESSAGE } else { u64::MAX }
     }
 
     fn fits(&self, op: u8, at: u64, length: u64) -> Result<bool, Error> {

@@ -155,13 +155,8 @@ impl Stated {
             matrix: self.matrix.unwrap_or(frames.color.matrix),
             range: self.range.unwrap_or(frames.color.range),
         };
-        let mut about = format!(
-            "{subject}: video, {}x{} {}, {} frames per second",
-            frames.size.width(),
-            frames.size.height(),
-            self.pixels,
-            replaced_rate::readable(frames.rate)
-        );
+        let ((width, height), rate) = (frames.size.into(), replaced_rate::readable(frames.rate));
+        let mut about = format!("{subject}: video, {width}x{height} {}, {rate} frames per second", self.pixels);
         about += &replaced_rate::remark(self.rate, given);
         if self.rate.is_none() && given.is_none() {
             about += " (assumed: state another with --fps)";

@@ -150,14 +150,10 @@ pub fn header_of(info: &StreamInfo) -> Result<String, String> {
         return Err("matrix is bt709, expected bt601: Y4M cannot say another".into());
     }
     let (width, height) = info.size.into();
-    let rate = info.rate;
+    let (frames, time): (u32, u32) = info.rate.into();
     // Gray is read as it is. ffmpeg would take it for limited range, and cut off what is dark, where nothing is stated.
     let is_limited = info.format.is_ycbcr() && info.color.range == QuantizationRange::Limited;
     let range = if is_limited { "LIMITED" } else { "FULL" };
     let magic = String::from_utf8_lossy(MAGIC);
-    Ok(format!(
-        "{magic} W{width} H{height} F{}:{} Ip A1:1 C{name} XCOLORRANGE={range}\n",
-        rate.numerator(),
-        rate.denominator()
-    ))
+    Ok(format!("{magic} W{width} H{height} F{frames}:{time} Ip A1:1 C{name} XCOLORRANGE={range}\n"))
 }
