@@ -191,7 +191,7 @@ impl SourceArguments {
     }
 }
 
-/// Returns whether a source gives the same frames again if it is opened again: a file or a folder of frames, or a scene.
+/// Returns whether a source gives the same frames if it is opened again: a file or a folder of frames, or a scene.
 pub(super) fn can_be_read_again(source: &OsStr) -> bool {
     let is_file = Path::new(source).metadata().is_ok_and(|there| there.is_file() || there.is_dir());
     port_of(source).is_none() && (is_file || source.as_encoded_bytes().starts_with(b"scene:"))

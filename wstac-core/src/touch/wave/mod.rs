@@ -115,8 +115,8 @@ const OF_PHASE: f32 = 600.0;
 /// The deviation by which a changing speed is told: frames by which interpolation is late, and times the mean square of
 /// lateness without a dome.
 const BY_PHASES: [f32; 2] = [0.011, 1.5];
-/// Limit of the change of slowness of a third of the touch, in these deviations; and times that of the sensor's, without
-/// sharp edges.
+/// Limit of a change of slowness in a third of the touch, in these deviations; and times that of a change along the
+/// sensor, without sharp edges.
 const CHANGE_OF_PHASES: [f32; 2] = [2.3, 1.2];
 /// How far the slowness across the motion of a third of the touch may be off, in standard deviations, if at most one
 /// whisker is dark; and the parts of what is beyond that, which are deviations along and across the motion: an oblique

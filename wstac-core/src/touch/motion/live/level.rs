@@ -52,9 +52,6 @@ impl Level {
     /// the factor by which light has grown, 0 if lines do not share it, and infinite once it was too large; and whether
     /// the speed has changed by it.
     pub(super) fn push(&mut self, recent: Sample<'_>, slowness: f32, frames: u8) -> (f32, bool) {
-        if self.is_lost {
-            return (f32::INFINITY, false);
-        }
         let [touched, settled] = &mut self.waits;
         if *touched > 0 {
             *touched = touched.saturating_sub(frames);
@@ -71,8 +68,8 @@ impl Level {
         // Every line has changed by at least half of the mean.
         let is_shared = changes.into_iter().all(|change| if sum > 0 { 20 * change > sum } else { 20 * change < sum });
         self.changing = self.changing.saturating_sub(frames);
-        if is_shared && sum.abs() >= LARGEST {
-            self.is_lost = true;
+        self.is_lost |= is_shared && sum.abs() >= LARGEST;
+        if self.is_lost {
             return (f32::INFINITY, false);
         }
         let has_changed = is_shared && sum.abs() > CHANGES[usize::from(self.changing > 0)];
@@ -80,8 +77,7 @@ impl Level {
             self.changing = (PASSED[0] + PASSED[1] * slowness) as u8;
             self.reference = means;
         }
-        let number = if is_shared { sum as f32 / ONE as f32 } else { 0.0 };
-        (number, has_changed)
+        (if is_shared { sum as f32 / ONE as f32 } else { 0.0 }, has_changed)
     }
 }
 
