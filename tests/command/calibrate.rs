@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde_json::Value;
-use wstac_tests::command::{ends, event, good, records, refusal, refused, run, said, says};
+use wstac_tests::command::{ends, event, good, records, refusal, refused, run, says};
 use wstac_tests::folder::Folder;
 
 /// A camera that is turned, tilted, curved, shifted and uneven, with a little ambient light.
@@ -40,21 +40,18 @@ fn a_calibrated_camera_tells_directions_and_speeds() {
     assert!(std::fs::read(folder.0.join("wstac.png")).unwrap().starts_with(b"\x89PNG"));
     // Everything in the configuration except the layout.
     let written = std::fs::read_to_string(config).unwrap();
-    let published = folder.file("published.toml", &written[written.find("[features]").unwrap()..]);
+    let published = folder.written("published.toml", &written[written.find("[features]").unwrap()..]);
     let (wrong, errors) = answers(&folder, config);
-    let (wrong_as_published, as_published) = answers(&folder, published.to_str().unwrap());
+    let (wrong_as_published, as_published) = answers(&folder, &published);
     println!(
         "of 5 slides before a turned camera, directions wrong or none, and how far off speeds are: calibrated {wrong}, \
          {errors:.3?}; with the paper's layout {wrong_as_published}, {as_published:.3?}"
     );
     assert_eq!(wrong, 0);
     // It is valid only for frames of this size.
-    let other = folder
-        .scene("other.toml", format!("specimen = \"Fla0\"\nspeed = 150\n{CAMERA}").replace("240, 240", "250, 250"));
-    refused(
-        &["run", &other, "--config", config],
-        &["wstac.toml: [layout] frame is [240, 240], but frames are 250 x 250 pixels"],
-    );
+    let other = format!("specimen = \"Fla0\"\nspeed = 150\n{}", CAMERA.replace("240, 240", "250, 250"));
+    let expected = "wstac.toml: [layout] frame is [240, 240], but frames are 250 x 250 pixels";
+    refused(&["run", &folder.scene("other.toml", other), "--config", config], &[expected]);
     assert!(wrong_as_published >= 2, "the paper's layout would do");
     let mean = |errors: &[f64]| errors.iter().sum::<f64>() / errors.len() as f64;
     assert!(mean(&errors) < 0.08 && mean(&as_published) > 1.5 * mean(&errors), "{errors:?} {as_published:?}");
@@ -83,15 +80,13 @@ fn presses_tell_the_readout() {
 #[test]
 fn measured_cross_talk_is_taken_out_of_speeds() {
     let folder = Folder::new("calibrate-crosstalk");
-    let config = folder.file("wstac.toml", "[layout] # mine\npreset = \"paper\"\n").display().to_string();
+    let config = folder.written("wstac.toml", "[layout] # mine\npreset = \"paper\"\n");
     let keys = "gap = 10\n[light]\ncrosstalk = 0.08\n[sensor]\nsize = [240, 240]\n";
     let poke = |at: usize| format!("[[touch]]\nkind = \"poke\"\nwhisker = [{}, {}]\n", at / 5 + 1, at % 5 + 1);
     let pokes = |count: usize| format!("{keys}{}", (0..count).map(poke).collect::<String>());
     let few = folder.scene("few.toml", pokes(24));
-    refused(
-        &["calibrate", &few, "--crosstalk", "-o", &config],
-        &["1 of 25 whiskers have too little light (row 5, column 5), expected a touch"],
-    );
+    let dark = "1 of 25 whiskers have too little light (row 5, column 5), expected a touch";
+    refused(&["calibrate", &few, "--crosstalk", "-o", &config], &[dark]);
     let all = folder.scene("all.toml", pokes(25));
     let record = records(&["calibrate", &all, "--crosstalk", "-o", &config, "--json"]).remove(0);
     assert!(record["kind"] == "crosstalk" && (record["largest"].as_f64().unwrap() - 0.08).abs() < 0.005, "{record}");
@@ -104,10 +99,9 @@ fn measured_cross_talk_is_taken_out_of_speeds() {
     let [without, with] = [speed(&[&slide]), speed(&[&slide, "--model", "none", "--config", &config])];
     println!("at 60 mm/s with cross-talk of 8 %: {without:.2} mm/s without the matrix, {with:.2} with it");
     assert!((without / 60.0 - 1.0).abs() > 0.015 && (with / 60.0 - 1.0).abs() < 0.005, "{without} {with}");
-    let other =
-        folder.file("other.toml", format!("{written}[speed]\nestimator = \"coherence\"\n")).display().to_string();
-    let unused = said(&run(["run", &slide, "--config", &other]));
-    assert!(unused.contains("[layout] crosstalk corrects no speeds but those of estimator = \"wave\""), "{unused}");
+    let other = folder.written("other.toml", format!("{written}[speed]\nestimator = \"coherence\"\n"));
+    let unused = "[layout] crosstalk corrects no speeds but those of estimator = \"wave\"";
+    ends(&["run", &slide, "--config", &other], 0, &[unused]);
     // A recording has the matrix in it.
     let recording = folder.path("slide.mcap");
     good(&["record", &slide, "-o", &recording, "--config", &config]);
@@ -117,21 +111,17 @@ fn measured_cross_talk_is_taken_out_of_speeds() {
 #[test]
 fn a_refusal_leaves_a_picture_and_no_configuration() {
     let folder = Folder::new("calibrate-refusal");
-    let (config, picture) = (folder.0.join("wstac.toml"), folder.0.join("seen.png"));
-    let [config, picture] = [&config, &picture].map(|path| path.to_str().unwrap());
-    let press = format!(
-        "specimen = \"Fla0\"\nspeed = 150\n{}",
-        CAMERA.replace("leak", "dead = [[1, 1], [3, 4], [5, 2]]\nleak")
-    );
-    let source = folder.scene("press.toml", &press);
+    let [config, picture] = &["wstac.toml", "seen.png"].map(|name| folder.path(name));
+    let camera = CAMERA.replace("leak", "dead = [[1, 1], [3, 4], [5, 2]]\nleak");
+    let source = folder.scene("press.toml", format!("specimen = \"Fla0\"\nspeed = 150\n{camera}"));
     let output = run(["calibrate", &source, "-o", config, "--overlay", picture]);
     says(&output, 1, &["found 22 spots of light, expected 25 whiskers", "seen.png shows"]);
     assert!(output.stdout.is_empty() && !Path::new(config).exists());
     assert!(std::fs::read(picture).unwrap().starts_with(b"\x89PNG"));
     // Only the default picture of a refusal is overwritten without --force.
     for _ in 0..2 {
-        let unnamed = refusal(&["calibrate", &source, "-o", config]);
-        assert!(unnamed.contains("found 22") && folder.0.join("wstac.refused.png").exists());
+        refused(&["calibrate", &source, "-o", config], &["found 22"]);
+        assert!(folder.0.join("wstac.refused.png").exists());
     }
 }
 
@@ -139,14 +129,19 @@ fn a_refusal_leaves_a_picture_and_no_configuration() {
 fn what_cannot_be_calibrated_is_said() {
     let folder = Folder::new("calibrate-wrong");
     let config = &*folder.path("wstac.toml");
-    let refused = |arguments: &[&str], code: i32, expected: &str| {
+    let early = folder.scene("early.toml", "specimen = \"Saw3\"\nspeed = 150\nlead_in = 5\n");
+    let sums = folder.scene("sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
+    for (arguments, code, expected) in [
+        (&["nothing", "-o", config][..], 1, "no such file"),
+        (&["scene:Saw3@150"], 2, "--output"),
+        (&["scene:Saw3@150", "-o", config, "--frames", "29"], 2, "29"),
+        (&["scene:Saw3@150", "-o", config, "--overlay", config], 2, "expected two names"),
+        (&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed"),
+        (&[&early, "-o", config], 1, "cut the start of a video off (ffmpeg -ss SECONDS"),
+        (&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames"),
+    ] {
         ends(&[&["calibrate"], arguments].concat(), code, &[expected]);
-    };
-    refused(&["nothing", "-o", config], 1, "no such file");
-    refused(&["scene:Saw3@150"], 2, "--output");
-    refused(&["scene:Saw3@150", "-o", config, "--frames", "29"], 2, "29");
-    refused(&["scene:Saw3@150", "-o", config, "--overlay", config], 2, "expected two names");
-    refused(&["scene:Saw3@150", "-o", config, "--frames", "40"], 1, "nothing glowed");
+    }
     // No folder that can be written to, not even by root: the source is not opened.
     for (command, name) in [
         ("calibrate", "/proc/new.toml"),
@@ -161,8 +156,4 @@ fn what_cannot_be_calibrated_is_said() {
         let said = refusal(&[command, source, "-o", name]);
         assert!(said.contains(name) && !said.contains("nothing:"), "{said}");
     }
-    let early = folder.scene("early.toml", "specimen = \"Saw3\"\nspeed = 150\nlead_in = 5\n");
-    refused(&[&early, "-o", config], 1, "cut the start of a video off (ffmpeg -ss SECONDS");
-    let sums = folder.scene("sums.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"");
-    refused(&[&sums, "-o", config, "--force"], 1, "taxel sums, expected frames");
 }

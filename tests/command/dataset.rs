@@ -6,7 +6,7 @@ use std::path::Path;
 use std::process::Output;
 
 use wstac_tests::command::{assert_has, program, said, says, wstac};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 
 const SWEEP: &str =
     "specimens = [\"Fla0\", \"Saw3\"]\nspeeds = [100, 150.5]\ndirections = [0, 270]\nslides = 5\nseed = 7\n";
@@ -67,34 +67,26 @@ fn every_recording_that_cannot_be_used_is_named() {
 fn a_set_of_lerobot_needs_the_python_package_and_recordings() {
     let folder = Folder::new("lerobot");
     let set = folder.0.join("set");
-    let run = |python: &str, arguments: &[&str]| {
+    let ends = |python: &str, arguments: &[&str], code: i32, parts: &[&str]| {
         let mut command = program(wstac());
-        let done =
-            command.env("WSTAC_PYTHON", python).args(["dataset", "--lerobot"]).arg(&set).args(arguments).output();
-        let done = done.unwrap();
-        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+        command.env("WSTAC_PYTHON", python).args(["dataset", "--lerobot"]).arg(&set).args(arguments);
+        says(&command.output().unwrap(), code, parts)
     };
     let python = folder.file("python", "#!/bin/sh\necho 'ModuleNotFoundError: No module named wstac' >&2\nexit 1\n");
     fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
-    for (name, why) in [(python.to_str().unwrap(), "No module named wstac"), ("/nowhere/python3", "No such file")] {
-        let (code, said) = run(name, &["a.mcap"]);
-        assert!(
-            code == Some(2) && said.contains(why) && said.contains("help: install the wheel with [lerobot]"),
-            "{said}"
-        );
+    for (name, why) in [(text(&python), "No module named wstac"), ("/nowhere/python3", "No such file")] {
+        ends(name, &["a.mcap"], 2, &[why, "help: install the wheel with [lerobot]"]);
     }
-    let (code, said) = run("/nowhere/python3", &[]);
-    assert!(code == Some(2) && said.contains("has no recordings"), "{said}");
-    let (code, said) = run("/nowhere/python3", &["a.mcap", "--units", "0..1"]);
-    assert!(code == Some(2) && said.contains("--units"), "{said}");
+    ends("/nowhere/python3", &[], 2, &["has no recordings"]);
+    ends("/nowhere/python3", &["a.mcap", "--units", "0..1"], 2, &["--units"]);
     // It becomes the package's program, with every option as one word.
     let script = "#!/bin/sh\n[ \"$1\" = -c ] && exit 0\nprintf '%s|' \"$@\" > \"$0.said\"\nexit 7\n";
     let python = folder.file("package", script);
     fs::set_permissions(&python, fs::Permissions::from_mode(0o755)).unwrap();
-    let (code, _) = run(python.to_str().unwrap(), &["-b.mcap", "scene:Saw3@150", "--task=-t", "--arm", "arm.toml"]);
-    assert_eq!(code, Some(2), "a source that begins with a hyphen is no option");
-    let (code, said) = run(python.to_str().unwrap(), &["a.mcap", "scene:Saw3@150", "--task=-t", "--arm", "arm.toml"]);
-    assert_eq!(code, Some(7), "{said}");
+    // A source that begins with a hyphen is no option.
+    for (source, code) in [("-b.mcap", 2), ("a.mcap", 7)] {
+        ends(text(&python), &[source, "scene:Saw3@150", "--task=-t", "--arm", "arm.toml"], code, &[]);
+    }
     let said = fs::read_to_string(folder.0.join("package.said")).unwrap();
     let expected = format!("-m|wstac.lerobot|--arm=arm.toml|--task=-t|--|{}|a.mcap|scene:Saw3@150|", set.display());
     assert_eq!(said, expected);

@@ -3,7 +3,8 @@
 use std::fs;
 use std::process::Output;
 
-use wstac_tests::command::{printed, refused, run, says};
+use serde_json::{Value, json};
+use wstac_tests::command::{assert_has, printed, refused, run, said, says};
 use wstac_tests::folder::{Folder, text};
 use wstac_tests::npz::{header, npz, zip64};
 use wstac_tests::trained::XGBOOST;
@@ -16,6 +17,22 @@ fn good(arguments: &[&str]) -> String {
     printed(&model(arguments))
 }
 
+/// Returns the object that a command prints.
+fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&good(&[arguments, &["--json"]].concat())).unwrap()
+}
+
+/// Returns the array `X` of these numbers.
+fn array_x(shape: &str, numbers: &[[i16; 700]]) -> (&'static str, String, Vec<u8>) {
+    ("X", header("<i2", shape), numbers.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect())
+}
+
+/// Returns an array of labels, whose letters follow each other in `labels`.
+fn array_of(name: &'static str, letters: usize, labels: &str) -> (&'static str, String, Vec<u8>) {
+    let shape = format!("({},)", labels.len() / letters);
+    (name, header(&format!("<U{letters}"), &shape), labels.chars().flat_map(|c| u32::from(c).to_le_bytes()).collect())
+}
+
 fn bad(arguments: &[&str], parts: &[&str]) {
     refused(&[&["model"], arguments].concat(), parts);
 }
@@ -23,13 +40,12 @@ fn bad(arguments: &[&str], parts: &[&str]) {
 #[test]
 fn from_a_trainers_file_to_answers() {
     let folder = Folder::new("whole");
-    let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
-    let (file, out) = (text(&file), text(&out));
+    let (file, out) = (&*folder.written("trained", XGBOOST), &*folder.path("out.wsm"));
     good(&["import", file, "-o", out, "--labels", "Fla,Saw"]);
     let first = fs::read(out).unwrap();
     good(&["import", file, "-o", out, "--labels", "Fla,Saw", "--force"]);
     assert_eq!(fs::read(out).unwrap(), first);
-    let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
+    let found = json(&["inspect", out]);
     assert_eq!((&found["task"], &found["trees"]["splits"]), (&"pattern".into(), &1.into()));
     assert_eq!(found["training"], r#"{"file":"trained","trainer":"XGBoost 3.2.0"}"#);
     assert!(good(&["inspect", out]).contains("Fla, Saw"));
@@ -37,40 +53,31 @@ fn from_a_trainers_file_to_answers() {
     for (sample, x) in samples.iter_mut().zip([-3073, -3072, -32_768, 5]) {
         sample[69] = x;
     }
-    let samples: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    let truth: Vec<u8> = "FlaSawSawSaw".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
-    let x = ("X", header("<i2", "(4, 10, 70)"), samples);
-    let data = npz(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
-    let data = folder.file("data.npz", &data);
-    let all = good(&["eval", out, text(&data), "--json"]);
-    let found: serde_json::Value = serde_json::from_str(&all).unwrap();
-    let expected = serde_json::json!({
-        "n": 4,
-        "right": 3,
-        "accuracy": 0.75,
-        "answered": 4,
-        "accuracy_of_answered": 0.75,
-        "predictions": ["Fla", "Saw", "Fla", "Saw"],
-    });
-    assert_eq!(found, expected);
+    let x = array_x("(4, 10, 70)", &samples);
+    let arrays = [x.clone(), array_of("y_pattern", 3, "FlaSawSawSaw")];
+    let data = folder.file("data.npz", npz(&arrays));
+    let all = json(&["eval", out, text(&data)]);
+    let counts = json!({"n": 4, "right": 3, "accuracy": 0.75, "answered": 4, "accuracy_of_answered": 0.75});
+    let mut expected = counts.as_object().unwrap().clone();
+    expected.insert("predictions".to_owned(), json!(["Fla", "Saw", "Fla", "Saw"]));
+    assert_eq!(all, Value::Object(expected));
     assert!(good(&["eval", out, text(&data)]).contains("75.00 % right: 3 of 4 samples, by y_pattern"));
-    let large = zip64(&[("X", &x.1, x.2.clone()), ("y_pattern", &header("<U3", "(4,)"), truth.clone())]);
-    assert_eq!(good(&["eval", out, text(&folder.file("large.npz", &large)), "--json"]), all);
+    let large = zip64(&arrays);
+    assert_eq!(json(&["eval", out, text(&folder.file("large.npz", &large))]), all);
     for at in (0..large.len()).step_by(3) {
         // Damage is an error, or changes numbers and names only. It never panics.
         if !(150..large.len() - 350).contains(&at) {
             let mut damaged = large.clone();
             damaged[at] ^= 0x41;
             let done = model(&["eval", out, text(&folder.file("damaged.npz", &damaged))]);
-            assert!(matches!(done.status.code(), Some(0 | 1)), "{at}: {}", String::from_utf8_lossy(&done.stderr));
+            assert!(matches!(done.status.code(), Some(0 | 1)), "{at}: {}", said(&done));
         }
     }
-    let data = folder.file("no-truth.npz", npz(&[("X", &x.1, x.2.clone())]));
-    let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
-    assert!(found["accuracy"].is_null());
+    let data = folder.file("no-truth.npz", npz(std::slice::from_ref(&x)));
+    assert!(json(&["eval", out, text(&data)])["accuracy"].is_null());
     for (name, bytes, parts) in [
         ("zip", b"no archive".to_vec(), &["no zip archive"][..]),
-        ("empty", npz(&[]), &["array X", "is missing"]),
+        ("empty", npz::<&str>(&[]), &["array X", "is missing"]),
         ("type", npz(&[("X", &header("<f4", "(4, 700)"), vec![])]), &["array X", "<f4", "<i2"]),
         ("shape", npz(&[("X", &header("<i2", "(4, 70, 10)"), vec![])]), &["array X", "[4, 70, 10]", "(n, 10, 70)"]),
         ("many", npz(&[("X", &header("<i2", "(99999999999, 700)"), vec![])]), &["array X", "99999999999"]),
@@ -109,21 +116,15 @@ fn from_a_trainers_file_to_answers() {
 #[test]
 fn truth_of_other_labels_is_said() {
     let folder = Folder::new("others");
-    let (file, out) = (folder.file("trained", XGBOOST.as_bytes()), folder.0.join("out.wsm"));
-    let out = text(&out);
-    good(&["import", text(&file), "-o", out, "--labels", "Fla,Saw"]);
+    let (file, out) = (&*folder.written("trained", XGBOOST), &*folder.path("out.wsm"));
+    good(&["import", file, "-o", out, "--labels", "Fla,Saw"]);
     let said = |truth: [i64; 2], labels: &str| {
-        let letters: Vec<u8> = labels.chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
-        let numbers: Vec<u8> = truth.iter().flat_map(|number| number.to_le_bytes()).collect();
-        let truth = if labels.is_empty() { ("<i8", numbers) } else { ("<U3", letters) };
-        let arrays =
-            [("X", &header("<i2", "(2, 700)")[..], vec![0; 2 * 2 * 700]), ("y", &header(truth.0, "(2,)"), truth.1)];
-        says(&model(&["eval", out, text(&folder.file("data.npz", npz(&arrays))), "--json"]), 0, &[])
+        let numbers = ("y", header("<i8", "(2,)"), truth.map(i64::to_le_bytes).concat());
+        let truth = if labels.is_empty() { numbers } else { array_of("y", 3, labels) };
+        let data = folder.file("data.npz", npz(&[array_x("(2, 700)", &[[0; 700]; 2]), truth]));
+        says(&model(&["eval", out, text(&data), "--json"]), 0, &[])
     };
-    let numbers = said([0, 1], "");
-    assert!(
-        numbers.contains("out.wsm names Fla, Saw; y of ") && numbers.contains("data.npz also has 0, 1: 2 of 2 samples")
-    );
+    assert_has(&said([0, 1], ""), &["out.wsm names Fla, Saw; y of ", "data.npz also has 0, 1: 2 of 2 samples"]);
     assert!(said([0, 0], "TriSin").contains(" also has Tri, Sin: 2 of 2 samples cannot be right"));
     // Labels that are shared in part.
     assert!(said([0, 0], "TriSaw").contains(" also has Tri: 1 of 2 samples cannot be right"));
@@ -136,18 +137,13 @@ fn options_of_other_models_are_refused() {
     let boosted = folder.file("boosted.json", XGBOOST.as_bytes());
     let forest = folder.file("forest.onnx", include_bytes!("../fuzz/seeds/model_import/forest.onnx"));
     let set = folder.file("set.npz", npz(&[("X", &header("<i2", "(1, 700)"), vec![1; 1400])]));
-    let out = folder.0.join("out");
+    let (out, weights) = (folder.0.join("out"), "--weights is for linear models");
     for (file, option, output, parts) in [
-        (
-            &boosted,
-            ["--weights", "int16"],
-            "wsm",
-            ["--weights is for linear models", "boosted.json holds boosted trees"],
-        ),
+        (&boosted, ["--weights", "int16"], "wsm", [weights, "boosted.json holds boosted trees"]),
         (&boosted, ["--note", "a"], "rs", ["--note is for model files", "leave it out"]),
         (&forest, ["--leaves", "auto"], "wsm", ["--leaves is for boosted trees", "forest.onnx holds a forest"]),
         (&forest, ["--check", text(&set)], "rs", ["--check is for model files", "check one of them"]),
-        (&forest, ["--weights", "int8"], "rs", ["--weights is for linear models", "forest.onnx holds a forest"]),
+        (&forest, ["--weights", "int8"], "rs", [weights, "forest.onnx holds a forest"]),
     ] {
         let out = out.with_extension(output);
         says(&model(&["import", text(file), "-o", text(&out), option[0], option[1]]), 2, &parts);
@@ -225,63 +221,46 @@ fn what_is_no_model_is_refused_by_field() {
 fn a_model_of_the_first_frames_looks_at_no_others() {
     let folder = Folder::new("early");
     let out = &folder.path("out.wsm");
-    // Ten features of two frames; input 3 is feature 1 of frame 1.
-    let early = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", "\"20\"", 1);
-    good(&["import", text(&folder.file("trained", early.as_bytes())), "-o", out]);
-    let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
-    assert_eq!(found["frames"], 2);
+    // Ten features of each frame; input 3 is feature 1 of frame 1.
+    let of = |inputs: &str| {
+        let early = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", &format!("\"{inputs}\""), 1);
+        folder.written("trained", early)
+    };
+    good(&["import", &of("20"), "-o", out]);
+    assert_eq!(json(&["inspect", out])["frames"], 2);
     let mut samples = vec![[0_i16; 700]; 2];
     // In a data set all frames of a feature follow each other.
     samples[0][70 + 1] = -3073;
     samples[1].fill(-3073);
     samples[1][70 + 1] = -3072;
-    let samples: Vec<u8> = samples.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
-    let data = folder.file("data.npz", npz(&[("X", &header("<i2", "(2, 10, 70)"), samples)]));
-    let found: serde_json::Value = serde_json::from_str(&good(&["eval", out, text(&data), "--json"])).unwrap();
-    assert_eq!(found["predictions"], serde_json::json!(["0", "1"]));
-    let of = |inputs: &str| {
-        let early = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", &format!("\"{inputs}\""), 1);
-        folder.file("trained", early.as_bytes())
+    let data = folder.file("data.npz", npz(&[array_x("(2, 10, 70)", &samples)]));
+    assert_eq!(json(&["eval", out, text(&data)])["predictions"], json!(["0", "1"]));
+    let import = |inputs: &str, more: &[&str], code: i32, parts: &[&str]| {
+        says(&model(&[&["import", &of(inputs), "-o", out, "--force"], more].concat()), code, parts)
     };
-    let said = |inputs: &str, more: &[&str]| {
-        let done = model(&[&["import", text(&of(inputs)), "-o", out, "--force"], more].concat());
-        (done.status.code(), String::from_utf8(done.stderr).unwrap())
-    };
-    let (code, assumed) = said("20", &[]);
-    assert!(
-        code == Some(0) && assumed.contains("20 inputs: taken as the first 2 frames over time; help: "),
-        "{assumed}"
-    );
-    assert!(!said("20", &["--input", "frames"]).1.contains("taken as"));
-    assert!(!said("700", &[]).1.contains("taken as"));
+    import("20", &[], 0, &["20 inputs: taken as the first 2 frames over time; help: "]);
+    assert!(!import("20", &["--input", "frames"], 0, &[]).contains("taken as"));
+    assert!(!import("700", &[], 0, &[]).contains("taken as"));
     // So many are those of taxels, and of no other input.
     for taxels in [&[][..], &["--input", "taxels"]] {
-        assert_eq!(said("1750", taxels).0, Some(0));
+        import("1750", taxels, 0, &[]);
         assert!(good(&["inspect", out]).contains("taxels"));
     }
     for (inputs, input) in [("1750", "path"), ("1750", "frames"), ("700", "taxels")] {
-        let (code, refused) = said(inputs, &["--input", input]);
         let expected =
             format!("{inputs} inputs, expected 1750 with --input taxels, and at most 700 with another input");
-        assert!(code == Some(1) && refused.contains(&expected), "{refused}");
+        import(inputs, &["--input", input], 1, &[&expected]);
     }
     // These are as many as shipped models along the path take.
     for (inputs, option) in [("390", "path"), ("280", "taxel-path")] {
-        let (code, refused) = said(inputs, &[]);
-        assert_eq!(code, Some(2), "{refused}");
         let expected = format!("expected --input {option} or --input frames");
-        assert!(refused.contains(&expected) && refused.contains(&format!("has {inputs} inputs")), "{refused}");
+        import(inputs, &[], 2, &[&expected, &format!("has {inputs} inputs")]);
         for input in [option, "frames"] {
-            assert_eq!(said(inputs, &["--input", input]).0, Some(0));
+            import(inputs, &["--input", input], 0, &[]);
         }
     }
     for inputs in ["0", "15", "710"] {
-        let file = XGBOOST.replacen("[69, 0, 0]", "[3, 0, 0]", 1).replacen("\"700\"", &format!("\"{inputs}\""), 1);
-        let file = folder.file("refused", file.as_bytes());
-        bad(
-            &["import", text(&file), "-o", text(&folder.0.join("no.wsm"))],
-            &[&format!("{inputs} inputs, expected 700"), "X_path or X_taxel_path"],
-        );
+        import(inputs, &[], 1, &[&format!("{inputs} inputs, expected 700"), "X_path or X_taxel_path"]);
     }
 }
 
@@ -293,16 +272,14 @@ fn leaves_are_int16_where_that_is_proven() {
         let trained = XGBOOST.replacen("[-1.5, -1, 1]", &format!("[-1.5, {leaves}]"), 1);
         let file = folder.file("trained", trained.as_bytes());
         let said = says(&model(&[&["import", text(&file), "-o", out, "--force"], option].concat()), 0, &[]);
-        let found: serde_json::Value = serde_json::from_str(&good(&["inspect", out, "--json"])).unwrap();
-        (found["numbers"].as_str().unwrap().to_owned(), said)
+        (json(&["inspect", out])["numbers"].as_str().unwrap().to_owned(), said)
     };
     // Thresholds in units of samples instead of features.
     let (_, said) = kept("-1, 1", &[]);
     assert!(!said.contains("beyond all features"), "{said}");
     let file = folder.file("units", XGBOOST.replacen("[-1.5, ", "[-3072, ", 1).as_bytes());
-    let done = model(&["import", text(&file), "-o", out, "--force"]);
-    let said = String::from_utf8(done.stderr).unwrap();
-    assert!(said.contains("1 of 1 thresholds are beyond all features: was it trained on X times its scale?"), "{said}");
+    let beyond = "1 of 1 thresholds are beyond all features: was it trained on X times its scale?";
+    says(&model(&["import", text(&file), "-o", out, "--force"]), 0, &[beyond]);
     for (leaves, option, numbers, says) in [
         ("-1, 1", &[][..], "int16", "proven to be those of float32"),
         ("-0.9765625E-3, 31.9990234375", &[], "int16", "proven"),
@@ -320,21 +297,15 @@ fn leaves_are_int16_where_that_is_proven() {
 #[test]
 fn one_class_is_the_answer_whatever_its_score() {
     let folder = Folder::new("one-class");
-    let one = XGBOOST.replacen("binary:logistic", "multi:softprob", 1).replacen(
-        "\"num_class\": \"0\"",
-        "\"num_class\": \"1\"",
-        1,
-    );
+    let one = XGBOOST.replacen("binary:logistic", "multi:softprob", 1);
+    let one = one.replacen("\"num_class\": \"0\"", "\"num_class\": \"1\"", 1);
     let (file, out) = (folder.file("one.json", one.as_bytes()), folder.0.join("one.wsm"));
     good(&["import", text(&file), "-o", text(&out), "--labels", "Saw3"]);
     // Not zeros, which would be no samples.
-    let samples = vec![1; 2 * 2 * 700];
-    let truth: Vec<u8> = "Saw3Saw3".chars().flat_map(|letter| u32::from(letter).to_le_bytes()).collect();
-    let arrays = [("X", &header("<i2", "(2, 700)")[..], samples), ("y", &header("<U4", "(2,)")[..], truth)];
-    let data = folder.file("data.npz", npz(&arrays));
-    let found: serde_json::Value = serde_json::from_str(&good(&["eval", text(&out), text(&data), "--json"])).unwrap();
+    let data = npz(&[array_x("(2, 700)", &[[257; 700]; 2]), array_of("y", 4, "Saw3Saw3")]);
+    let found = json(&["eval", text(&out), text(&folder.file("data.npz", data))]);
     assert_eq!((&found["n"], &found["right"], &found["answered"]), (&2.into(), &2.into(), &2.into()), "{found}");
-    assert_eq!((&found["accuracy"], &found["predictions"]), (&1.0.into(), &serde_json::json!(["Saw3", "Saw3"])));
+    assert_eq!((&found["accuracy"], &found["predictions"]), (&1.0.into(), &json!(["Saw3", "Saw3"])));
 }
 
 #[test]
@@ -347,9 +318,7 @@ fn trees_that_are_left_out_are_said() {
         .replacen("\"attributes\": {}", "\"attributes\": {\"best_iteration\": \"0\"}", 1)
         .replacen("\"tree_info\": [0]", "\"tree_info\": [0, 0]", 1);
     let (file, out) = (folder.file("two.json", two.as_bytes()), folder.0.join("two.wsm"));
-    let done = model(&["import", text(&file), "-o", text(&out)]);
-    let said = String::from_utf8_lossy(&done.stderr).into_owned();
-    assert!(done.status.success() && said.contains("1 of 2 trees are used"), "{said}");
+    says(&model(&["import", text(&file), "-o", text(&out)]), 0, &["1 of 2 trees are used"]);
 }
 
 /// The names of a model's own classes are in the demo of the tests of escapes.

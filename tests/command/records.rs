@@ -5,8 +5,8 @@ use std::io::{BufRead, BufReader, Write};
 
 use serde_json::{Map, Value};
 
-use wstac_tests::command::{Signal, ends, good, program, refused, run, said, says, send, start};
-use wstac_tests::folder::{self, Folder, GRAY, frames, text};
+use wstac_tests::command::{Signal, ends, event, good, program, refused, run, said, says, send, start};
+use wstac_tests::folder::{self, Folder, GRAY, frames};
 
 /// Prints the rows of a table as JSON Lines, as Python's own reader sees them.
 const READER: &str = "\
@@ -98,12 +98,11 @@ fn tables_have_what_json_has() {
         (&[&named, "--motion"], "motion"),
     ] {
         let table = good(&[&["run"], arguments, &["--output-format", "csv"]].concat());
-        let rows = rows(&table);
-        let lines = objects(&good(&[&["run"], arguments, &["--json"]].concat()));
-        let mut lines: Vec<_> = lines.into_iter().filter(|line| line["kind"] == kind).collect();
+        let mut rows = rows(&table);
+        let mut lines = objects(&good(&[&["run"], arguments, &["--json"]].concat()));
+        lines.retain(|line| line["kind"] == kind);
         let sensor =
             |object: &Map<String, Value>| object.get("sensor").map_or("", |name| name.as_str().unwrap()).to_owned();
-        let mut rows = rows;
         // Sensors take turns as their threads do.
         lines.sort_by_key(&sensor);
         rows.sort_by_key(&sensor);
@@ -127,11 +126,8 @@ fn tables_have_what_json_has() {
     // Every column was seen, except those that no scene has.
     found.sort();
     found.dedup();
-    let seen = |name: &str| found.iter().any(|found| found == name);
-    for name in
-        ["sensor", "r1", "c5", "speed_sd", "direction_confidence", "texture_specimen", "why_texture", "why_speed"]
-    {
-        assert!(seen(name), "{name}: {found:?}");
+    for name in "sensor r1 c5 speed_sd direction_confidence texture_specimen why_texture why_speed".split(' ') {
+        assert!(found.iter().any(|found| found == name), "{name}: {found:?}");
     }
 }
 
@@ -156,13 +152,13 @@ fn a_name_says_the_form_and_files_have_what_standard_output_has() {
         ("a.log", &["--output-format", "text"], &[]),
         ("records", &["--json"], &["--json"]),
     ] {
-        let path = folder.0.join(name);
-        let arguments = ["run", SMALL[0], SMALL[1], SMALL[2], "-o", path.to_str().unwrap()];
+        let path = folder.path(name);
+        let arguments = ["run", SMALL[0], SMALL[1], SMALL[2], "-o", &path];
         let done = run(&[&arguments[..], stated].concat());
-        assert!(done.status.success() && done.stdout.is_empty(), "{name}: {}", said(&done));
+        says(&done, 0, &[&format!("{name}: "), " record"]);
+        assert!(done.stdout.is_empty(), "{name}");
         let expected = good(&[&["run"], &SMALL[..], printed].concat());
         assert_eq!(fs::read_to_string(&path).unwrap(), expected, "{name}");
-        assert!(said(&done).contains(&format!("{name}: ")) && said(&done).contains(" record"), "{}", said(&done));
         good(&[&arguments[..], stated, &["--force"]].concat());
         assert_eq!(fs::read_to_string(&path).unwrap(), expected);
     }
@@ -173,20 +169,17 @@ fn a_name_says_the_form_and_files_have_what_standard_output_has() {
 #[test]
 fn forms_that_contradict_each_other_are_refused() {
     for (arguments, part) in [
-        (
-            vec!["--features", "--motion", "--output-format", "csv"],
-            "one kind of record, expected --features or --motion",
-        ),
-        (vec!["--samples"], "--samples needs JSON"),
-        (vec!["--samples", "--output-format", "csv"], "--samples needs JSON"),
-        (vec!["--json", "--output-format", "text"], "cannot be used with"),
-        (vec!["--force"], "--output"),
-        (vec!["--output-format", "xml"], "text, json, csv"),
-        (vec!["--since", "2", "--until", "2"], "expected --since before --until"),
-        (vec!["--since=-1"], "expected seconds"),
-        (vec!["--until", "nan"], "expected seconds"),
+        ("--features --motion --output-format csv", "one kind of record, expected --features or --motion"),
+        ("--samples", "--samples needs JSON"),
+        ("--samples --output-format csv", "--samples needs JSON"),
+        ("--json --output-format text", "cannot be used with"),
+        ("--force", "--output"),
+        ("--output-format xml", "text, json, csv"),
+        ("--since 2 --until 2", "expected --since before --until"),
+        ("--since=-1", "expected seconds"),
+        ("--until nan", "expected seconds"),
     ] {
-        let done = run(&[&["run", "scene:Saw3@150"], &arguments[..]].concat());
+        let done = run(["run", "scene:Saw3@150"].into_iter().chain(arguments.split(' ')));
         says(&done, 2, &[part]);
         assert!(done.stdout.is_empty(), "{arguments:?}");
     }
@@ -196,24 +189,20 @@ fn forms_that_contradict_each_other_are_refused() {
 #[test]
 fn a_file_is_whole_or_not_there() {
     let folder = Folder::new("records-whole");
-    let path = folder.0.join("a.jsonl");
-    let name = path.to_str().unwrap();
+    let name = &*folder.path("a.jsonl");
     // No source: no file.
     refused(&["run", "none.y4m", "-o", name], &["no such file"]);
     refused(&["run", "cam:a=scene:Saw3@150", "cam:b=none.y4m", "-o", name], &["1 of 2 sensors"]);
     assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 0);
     // The source fails inside: its records and its end are there.
-    let clip = folder.0.join("a.y4m");
-    fs::write(&clip, [GRAY, &frames(3, 40), b"NONSENSE\n"].concat()).unwrap();
-    let done = run(&["run", clip.to_str().unwrap(), "--features", "-o", name]);
-    assert_eq!(done.status.code(), Some(1), "{}", said(&done));
-    let lines = objects(&fs::read_to_string(&path).unwrap());
+    let clip = folder.written("a.y4m", [GRAY, &frames(3, 40), b"NONSENSE\n"].concat());
+    ends(&["run", &clip, "--features", "-o", name], 1, &[]);
+    let lines = objects(&fs::read_to_string(name).unwrap());
     // A note about the layout comes first.
     assert_eq!(lines.len(), 42);
     assert_eq!((&lines[41]["kind"], &lines[41]["frames"]), (&"end".into(), &40.into()));
     // A signal ends it properly.
-    let path = folder.0.join("a.csv");
-    let name = path.to_str().unwrap();
+    let name = &*folder.path("a.csv");
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         let mut child = start(&["run", "-", "--features", "--output-format", "csv", "-o", name, "--force"]);
         let mut stdin = child.stdin.take().unwrap();
@@ -231,7 +220,7 @@ fn a_file_is_whole_or_not_there() {
         }
         send(&child, signal);
         assert_eq!(child.wait().unwrap().code(), Some(0));
-        assert_eq!(rows(&fs::read_to_string(&path).unwrap()).len(), 8);
+        assert_eq!(rows(&fs::read_to_string(name).unwrap()).len(), 8);
     }
     assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 3);
 }
@@ -332,19 +321,18 @@ fn several_files_have_their_records_in_the_order_of_their_times() {
 
 /// Writes the file of a scene in small pictures, and returns its name.
 fn scene(folder: &Folder, speed: &str) -> String {
-    text(&folder.file("scene.toml", folder::SMALL.replace("150", speed))).to_owned()
+    folder.written("scene.toml", folder::SMALL.replace("150", speed))
 }
 
 #[test]
 fn a_source_without_a_layout_says_so_at_once_and_a_scene_does_not() {
     let folder = Folder::new("records-layout");
-    let (file, config) = (folder.path("a.y4m"), folder.path("a.toml"));
-    fs::write(&config, "[layout]\npreset = \"paper\"\n").unwrap();
+    let (file, config) = (folder.path("a.y4m"), folder.written("a.toml", "[layout]\npreset = \"paper\"\n"));
     good(&["scene", "render", &scene(&folder, "150"), "-o", &file]);
     let done = run(["run", &file, "--json"]);
     let first = objects(&String::from_utf8_lossy(&done.stdout)).remove(0);
     assert_eq!((&first["kind"], &first["note"]), (&"note".into(), &"default-layout".into()));
-    assert!(said(&done).contains("help: run wstac calibrate"), "{}", said(&done));
+    says(&done, 0, &["help: run wstac calibrate"]);
     for silent in [&["run", "--json", &file, "--config", &config][..], &[&["run", "--json"][..], &SMALL].concat()] {
         let done = run(silent);
         assert!(!String::from_utf8_lossy(&done.stdout).contains("default-layout") && !said(&done).contains("[layout]"));
@@ -354,8 +342,7 @@ fn a_source_without_a_layout_says_so_at_once_and_a_scene_does_not() {
 #[test]
 fn the_published_law_says_that_the_rate_is_another_one() {
     let folder = Folder::new("records-rate");
-    let law = folder.file("a.toml", "[speed]\nlaw = \"published\"\n");
-    let (config, rate) = (law.to_str().unwrap(), "rate".into());
+    let (config, rate) = (&*folder.written("a.toml", "[speed]\nlaw = \"published\"\n"), "rate".into());
     for (fps, law, expected) in [
         ("25", &["--config", config][..], Some("25.00 times per second, and law = \"published\" counts frames at 30")),
         ("62", &["--config", config], Some("31.00 times per second")),
@@ -382,15 +369,12 @@ fn a_file_that_begins_in_a_touch_has_a_baseline_from_later() {
     let head = bytes.iter().position(|byte| *byte == b'\n').unwrap() + 1;
     let frame = b"FRAME\n".len() + 40 * 40;
     fs::write(&cut, [&bytes[..head], &bytes[head + 34 * frame..]].concat()).unwrap();
-    let event = |arguments: &[&str]| {
-        let lines = objects(&good(&[&["run", "--json"], arguments].concat()));
-        lines.into_iter().find(|line| line["kind"] == "event").unwrap()
-    };
+    let event = |arguments: &[&str]| event(&[&["run"], arguments].concat());
     let expected = event(&[&whole]);
     assert_eq!((event(&[&cut])["reliable"].as_bool(), expected["reliable"].as_bool()), (Some(false), Some(true)));
     let found = event(&[&cut, "--baseline-at", "1.8"]);
     assert_eq!((&found["reliable"], &found["contact"]), (&expected["reliable"], &expected["contact"]));
-    let touch = |event: &Map<String, Value>| event["touch_frame"].as_u64().unwrap();
+    let touch = |event: &Value| event["touch_frame"].as_u64().unwrap();
     assert_eq!(touch(&found) + 34, touch(&expected));
     let [speed, other] = [&found, &expected].map(|event| event["speed"]["mm_s"].as_f64().unwrap());
     assert!((speed / other - 1.0).abs() < 0.01, "{speed} {other}");

@@ -4,7 +4,7 @@ use std::fs;
 
 use serde_json::Value;
 
-use wstac_tests::command::{ends, good, program, records, run, said};
+use wstac_tests::command::{assert_has, ends, good, program, records, said};
 use wstac_tests::folder::Folder;
 
 /// Reads a page as a browser does: prints its elements, the addresses in it and its text, and writes its picture.
@@ -66,28 +66,22 @@ fn a_page_has_advice_picture_numbers_system_and_configuration() {
     let report = records(&[&arguments[..], &["--json"]].concat()).remove(0);
     assert_eq!(report["healthy"], false);
     for finding in report["verdict"].as_array().unwrap() {
-        assert!(
-            text.contains(finding["found"].as_str().unwrap()) && text.contains(finding["advice"].as_str().unwrap())
-        );
+        assert_has(&text, &["found", "advice"].map(|key| finding[key].as_str().unwrap()));
     }
-    for part in ["<b>scene&.toml", "architecture", std::env::consts::ARCH, "kernel", "processor", "wstac doctor scene:"]
-    {
-        assert!(text.contains(part), "{part}: {text}");
-    }
+    let system = ["architecture", std::env::consts::ARCH, "kernel", "processor", "wstac doctor scene:"];
+    assert_has(&text, &[&["<b>scene&.toml"], &system[..]].concat());
     let json = text.lines().find(|line| line.starts_with("{\"source\"")).unwrap();
     let shown: Value = serde_json::from_str(json).unwrap();
     assert_eq!(shown["verdict"], report["verdict"]);
     // The picture is a PNG file with light at the taxels.
-    let pictures = folder.0.join("pictures");
-    ends(&["run", pictures.to_str().unwrap()], 0, &["8-bit RGB"]);
+    ends(&["run", &folder.path("pictures")], 0, &["8-bit RGB"]);
 }
 
 #[test]
 fn a_page_is_not_overwritten_and_sources_without_pictures_have_one() {
     let folder = Folder::new("report-again");
     let text = "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n";
-    let scene = format!("scene:{}", folder.file("scene.toml", text).display());
-    let page = folder.0.join("report.html").to_str().unwrap().to_owned();
+    let (scene, page) = (folder.scene("scene.toml", text), folder.path("report.html"));
     good(&["doctor", &scene, "--report", &page]);
     let found = read(&folder, &page);
     assert_eq!(found["addresses"].as_array().unwrap().len(), 0);
@@ -97,7 +91,6 @@ fn a_page_is_not_overwritten_and_sources_without_pictures_have_one() {
     good(&["doctor", &scene, "--report", &page, "--force"]);
     ends(&["doctor", &scene, "--report", &page.replace(".html", ".png")], 2, &["expected .html"]);
     // A source that cannot be measured has no page.
-    let other = folder.0.join("other.html");
-    assert_eq!(run(&["doctor", "none.y4m", "--report", other.to_str().unwrap()]).status.code(), Some(1));
-    assert!(!other.exists());
+    ends(&["doctor", "none.y4m", "--report", &folder.path("other.html")], 1, &[]);
+    assert!(!folder.0.join("other.html").exists());
 }

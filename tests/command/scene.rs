@@ -31,10 +31,8 @@ fn every_direction_is_right() {
 #[test]
 fn a_rendered_file_gives_the_events_of_its_scene() {
     let folder = Folder::new("scene-rendered");
-    let scene = &folder.written(
-        "s.toml",
-        "specimen = \"Saw3\"\nspeed = 150\ndirection = 180\n[sensor]\nsize = [80, 60]\nformat = \"422P\"",
-    );
+    let scene = "specimen = \"Saw3\"\nspeed = 150\ndirection = 180\n[sensor]\nsize = [80, 60]\nformat = \"422P\"";
+    let scene = &folder.written("s.toml", scene);
     let y4m = &folder.written("s.y4m", "");
     run(&["scene", "render", scene, "-o", y4m, "--force"]);
     let live = good(&["run", &format!("scene:{scene}"), "--json", "--features", "--model", "none"]);

@@ -19,11 +19,8 @@ fn serve(options: &[&str], parts: &[&str]) {
 #[test]
 fn recordings_need_a_folder() {
     let folder = Folder::new("serve-folder");
-    let missing = folder.0.join("missing");
-    serve(&["--record-to", missing.to_str().unwrap()], &["missing: does not exist, expected a folder"]);
-    let file = folder.0.join("a.mcap");
-    fs::write(&file, "").unwrap();
-    serve(&["--record-to", file.to_str().unwrap()], &["a.mcap: is no folder, expected a folder"]);
+    serve(&["--record-to", &folder.path("missing")], &["missing: does not exist, expected a folder"]);
+    serve(&["--record-to", &folder.written("a.mcap", "")], &["a.mcap: is no folder, expected a folder"]);
 }
 
 #[test]
@@ -64,10 +61,8 @@ fn a_calibration_goes_to_a_new_file() {
     // Each of several sensors has a file of its own.
     fs::write(path("two-right.toml"), "").unwrap();
     let (left, right) = (format!("cam:left={SCENE}"), format!("cam:right={SCENE}"));
-    refused(
-        &["serve", &left, &right, "--listen", "127.0.0.1:0", "--calibrate-to", &path("two.toml")],
-        &["two-right.toml: exists already"],
-    );
+    let both = ["serve", &left, &right, "--listen", "127.0.0.1:0", "--calibrate-to", &path("two.toml")];
+    refused(&both, &["two-right.toml: exists already"]);
     assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 2, "nothing was written");
 }
 
@@ -77,10 +72,8 @@ fn all_sensors_of_a_recording_are_shown() {
     let both = &*folder.path("both.mcap");
     let sources = ["left=scene:Saw3@150", "right=scene:Tri3@120"];
     good(&[&["record"], &sources[..], &["--features-only", "-o", both]].concat());
-    refused(
-        &["serve", &format!("middle={both}"), "--listen", "127.0.0.1:0"],
-        &["the recording has no sensor middle, expected one of left, right before ="],
-    );
+    let no_sensor = "the recording has no sensor middle, expected one of left, right before =";
+    refused(&["serve", &format!("middle={both}"), "--listen", "127.0.0.1:0"], &[no_sensor]);
     for (source, expected) in [(both.to_owned(), &["left", "right"][..]), (format!("right={both}"), &["right"])] {
         let mut server = start(&["serve", &source, "--listen", "127.0.0.1:0"]);
         let lines = BufReader::new(server.stderr.take().unwrap()).lines().map(Result::unwrap);
@@ -98,8 +91,7 @@ fn all_sensors_of_a_recording_are_shown() {
 #[test]
 fn what_is_not_stated_is_said_once() {
     let folder = Folder::new("serve-notes");
-    let video = &*folder.path("slide.y4m");
-    fs::write(video, [GRAY, &frames(3, 1)].concat()).unwrap();
+    let video = &*folder.written("slide.y4m", [GRAY, &frames(3, 1)].concat());
     let mut server = start(&["serve", video, "--listen", "127.0.0.1:0"]);
     let mut lines = BufReader::new(server.stderr.take().unwrap()).lines().map(Result::unwrap);
     let host = lines.next().unwrap().trim_start_matches("http://").trim_end_matches('/').to_owned();
@@ -128,17 +120,13 @@ fn socket(host: &str) -> TcpStream {
 #[test]
 fn pages_that_read_nothing_take_little_memory() {
     let folder = Folder::new("serve-memory");
-    let scene = folder.path("long.toml");
-    fs::write(&scene, "specimen = \"Saw3\"\nspeed = 150\nlead_in = 100000\n[sensor]\nsize = [320, 240]").unwrap();
-    let source = format!("scene:{scene}");
+    let long = "specimen = \"Saw3\"\nspeed = 150\nlead_in = 100000\n[sensor]\nsize = [320, 240]";
+    let source = folder.scene("long.toml", long);
     let wstac = wstac().display().to_string();
     let limited = "ulimit -v 262144; exec \"$@\"";
-    let mut server = Command::new("sh")
-        .args(["-c", limited, "sh", &wstac, "serve", &source, "--listen", "127.0.0.1:0", "--record-to"])
-        .arg(&folder.0)
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let mut command = Command::new("sh");
+    command.args(["-c", limited, "sh", &wstac, "serve", &source, "--listen", "127.0.0.1:0", "--record-to"]);
+    let mut server = command.arg(&folder.0).stderr(Stdio::piped()).spawn().unwrap();
     let mut lines = BufReader::new(server.stderr.take().unwrap()).lines().map(Result::unwrap);
     let address = lines.next().unwrap();
     let host = address.trim_start_matches("http://").trim_end_matches('/');

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use wstac_tests::command::{assert_has, good, records, refusal, refused, run, said};
+use wstac_tests::command::{assert_has, ends, good, records, refusal, refused, run, says};
 use wstac_tests::folder::{Folder, text};
 use wstac_tests::npz::{header, npz};
 
@@ -47,8 +47,6 @@ fn set(folder: &Folder, name: &str, rows: usize, labels: [&str; 2], zeros: &[usi
     let both = labels.map(points);
     all.push(texts("y", &(0..rows).map(|row| both[row % 2].as_slice()).collect::<Vec<_>>()));
     all.extend(more);
-    let all: Vec<(&str, &str, Vec<u8>)> =
-        all.iter().map(|(name, head, data)| (*name, head.as_str(), data.clone())).collect();
     folder.file(name, npz(&all))
 }
 
@@ -106,8 +104,6 @@ fn labels_that_are_no_text_or_no_names_are_refused() {
     let lone: Vec<&[u32]> = (0..16).map(|row| if row % 2 == 0 { &[0xD800][..] } else { &[98][..] }).collect();
     let mut all = samples(16, &[]);
     all.extend([texts("y", &lone), sensors(16)]);
-    let all: Vec<(&str, &str, Vec<u8>)> =
-        all.iter().map(|(name, head, data)| (*name, head.as_str(), data.clone())).collect();
     let path = folder.file("lone.npz", npz(&all));
     all_refuse(&folder, &path, "lone.npz: array y: is no text: it has U+D800", &READING);
     let forged = set(&folder, "forged.npz", 16, ["Saw3\n\x1b[31mred", "b"], &[], vec![sensors(16)]);
@@ -148,8 +144,8 @@ fn what_has_no_answer_counts_as_wrong_in_training_and_evaluation() {
     assert_eq!((&found["n"], &found["right"], &found["answered"]), (&32.into(), &31.into(), &31.into()), "{found}");
     assert_eq!((&found["accuracy"], &found["accuracy_of_answered"]), (&(31.0 / 32.0).into(), &1.0.into()));
     let printed = good(&["model", "eval", text(&model), text(&path)]);
-    assert!(printed.contains("96.88 % right: 31 of 32 samples, by y"), "{printed}");
-    assert!(printed.contains("100.00 % right of those with an answer: 31 of 31"), "{printed}");
+    let of_all = "96.88 % right: 31 of 32 samples, by y";
+    assert_has(&printed, &[of_all, "100.00 % right of those with an answer: 31 of 31"]);
     assert!(printed.lines().any(|line| line.ends_with("none")), "{printed}");
     // The shipped models say of such noise that it is unknown: no label is right, whatever it is.
     let unknown = records(&["model", "eval", "builtin:path-svm", text(&path), "--json"]).remove(0);
@@ -160,23 +156,23 @@ fn what_has_no_answer_counts_as_wrong_in_training_and_evaluation() {
     let side: Vec<Vec<u32>> = (0..32).map(|_| points("test")).collect();
     let side = texts("split", &side.iter().map(Vec::as_slice).collect::<Vec<_>>());
     let path = set(&folder, "b.npz", 32, ["a", "b"], &[], vec![sensors(32), side]);
-    refused(
-        &["train", text(&path), "--task", "other", "-o", text(&folder.0.join("b.wsm"))],
-        &["the array split has all slides for tests, expected train and test"],
-    );
     let sweep = folder.file("s.toml", "specimens = [\"Fla0\", \"Saw4\"]\nslides = 20\nsensors = 4\ntest = 0\n");
-    refused(&["train", text(&sweep), "-o", text(&folder.0.join("b.wsm"))], &["the sweep has all slides for training"]);
+    for (slides, more, why) in [
+        (path, &["--task", "other"][..], "the array split has all slides for tests, expected train and test"),
+        (sweep, &[], "the sweep has all slides for training"),
+    ] {
+        refused(&[&["train", text(&slides), "-o", &folder.path("b.wsm")], more].concat(), &[why]);
+    }
 }
 
 #[test]
 fn slides_of_five_rows_are_learned_and_counted() {
     let folder = Folder::new("sets-learn");
     let path = set(&folder, "a.npz", 10, ["a", "b"], &[], vec![]);
-    let done = run(&["model", "learn", "builtin:embedding", text(&path), "-o", text(&folder.0.join("a.wsm"))]);
-    assert!(done.status.success() && said(&done).contains(" 2 textures, 5 slides each"), "{}", said(&done));
+    let learn = ["model", "learn", "builtin:embedding"];
+    ends(&[&learn[..], &[text(&path), "-o", &folder.path("a.wsm")]].concat(), 0, &[" 2 textures, 5 slides each"]);
     let path = set(&folder, "b.npz", 2, ["a", "b"], &[], vec![]);
-    let done = run(&["model", "learn", "builtin:embedding", text(&path), "-o", text(&folder.0.join("b.wsm"))]);
-    assert!(said(&done).contains(" 2 textures, 1 slide each"), "{}", said(&done));
+    ends(&[&learn[..], &[text(&path), "-o", &folder.path("b.wsm")]].concat(), 0, &[" 2 textures, 1 slide each"]);
 }
 
 #[test]
@@ -196,24 +192,19 @@ fn a_model_is_calibrated_by_slides_that_were_held_out() {
         let sets: Vec<&str> = sets.iter().map(|set| text(set)).collect();
         run(&[&["model", "calibrate", text(&model)], &sets[..], &["-o", text(&path(name))]].concat())
     };
-    let done = calibrate(&[&train, &held], "a.wsm");
-    assert!(done.status.success() && !said(&done).contains("sensors of"), "{}", said(&done));
-    assert!(said(&done).contains(" held out: "), "{}", said(&done));
+    let by_held = says(&calibrate(&[&train, &held], "a.wsm"), 0, &[" held out: "]);
+    assert!(!by_held.contains("sensors of"), "{by_held}");
     // The tests of a set's own split are held out, too.
-    let done = calibrate(&[&train], "b.wsm");
-    assert!(done.status.success() && said(&done).contains(" samples held out: "), "{}", said(&done));
     let common = "with one limit of all classes, as 0.02 of a class's right answers is less than a sample";
-    assert!(said(&done).contains(common), "{}", said(&done));
-    let out = path("own.wsm");
-    let own = run(["model", "calibrate", text(&model), text(&train), "-o", text(&out), "--rejected", "0.3"]);
-    assert!(said(&own).contains(" dimension, with a limit of each class"), "{}", said(&own));
-    let refused = calibrate(&[&train, &train], "c.wsm");
-    assert!(said(&refused).contains("train.npz: is TRAIN and HELD, expected slides that were held out"));
-    assert!(!refused.status.success() && !path("c.wsm").exists());
+    says(&calibrate(&[&train], "b.wsm"), 0, &[" samples held out: ", common]);
+    let own = ["model", "calibrate", text(&model), text(&train), "-o", &folder.path("own.wsm"), "--rejected", "0.3"];
+    ends(&own, 0, &[" dimension, with a limit of each class"]);
+    let same = "train.npz: is TRAIN and HELD, expected slides that were held out";
+    says(&calibrate(&[&train, &train], "c.wsm"), 2, &[same]);
+    assert!(!path("c.wsm").exists());
     let again = path("again.npz");
     fs::copy(&train, &again).unwrap();
-    let noted = calibrate(&[&train, &again], "d.wsm");
-    assert!(noted.status.success() && said(&noted).contains("again.npz has 10 sensors of "), "{}", said(&noted));
+    says(&calibrate(&[&train, &again], "d.wsm"), 0, &["again.npz has 10 sensors of "]);
     let plain = set(&folder, "plain.npz", 16, ["Fla0", "Saw4"], &[], vec![]);
-    assert_has(&said(&calibrate(&[&plain], "e.wsm")), &["plain.npz: has no array split"]);
+    says(&calibrate(&[&plain], "e.wsm"), 1, &["plain.npz: has no array split"]);
 }

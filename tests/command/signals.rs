@@ -8,7 +8,7 @@ use std::process::{Child, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use wstac_tests::command::{Signal, good, prints, program, run, run_script, said, says, send, start, wstac};
+use wstac_tests::command::{Signal, ends, good, prints, program, run_script, said, says, send, start, wstac};
 use wstac_tests::folder::{Folder, GRAY, SMALL, frames};
 
 const SIGNALS: [Signal; 3] = [Signal::INT, Signal::TERM, Signal::HUP];
@@ -28,10 +28,18 @@ fn end(child: &mut Child, signal: Signal) -> Result<ExitStatus, String> {
     Err(format!("still runs 2 minutes after {signal:?}"))
 }
 
+/// Sends a signal, which ends a program with exit code 0, and returns what it has printed.
+fn printed_until(child: &mut Child, signal: Signal) -> String {
+    assert_eq!(end(child, signal).unwrap().code(), Some(0));
+    let mut text = String::new();
+    child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
+    text
+}
+
 fn pipe(folder: &Folder, name: &str) -> String {
-    let path = folder.0.join(name);
+    let path = folder.path(name);
     assert!(program("mkfifo").arg(&path).status().unwrap().success());
-    path.to_str().unwrap().to_owned()
+    path
 }
 
 #[test]
@@ -50,8 +58,8 @@ fn every_signal_ends_a_stream_with_its_end_record_from_the_first_byte_on() {
             stdin.write_all(&[&frames(3, 1)[..], b"FRAME\nhalf"].concat()).unwrap();
             let (out, err) = (child.stdout.take().unwrap(), child.stderr.take().unwrap());
             let (mut out, mut err) = (BufReader::new(out), BufReader::new(err));
-            let mut first = [0];
-            if first_on_stdout { out.read_exact(&mut first) } else { err.read_exact(&mut first) }.unwrap();
+            let first = &mut [0];
+            if first_on_stdout { out.read_exact(first) } else { err.read_exact(first) }.unwrap();
             let status = end(&mut child, signal).unwrap();
             let mut text = String::new();
             out.read_to_string(&mut text).unwrap();
@@ -79,38 +87,30 @@ fn a_pipe_that_nobody_writes_to_is_said_to_be_waited_for() {
 #[test]
 fn every_signal_ends_several_sensors_a_monitor_and_a_recording() {
     let folder = Folder::new("signals-kinds");
-    let file = folder.0.join("a.mcap");
-    let slow = SMALL.replace("150", "1\nlead_in = 100000");
+    let file = &folder.path("a.mcap");
+    let slow = folder.scene("slow.toml", SMALL.replace("150", "1\nlead_in = 100000"));
     for signal in SIGNALS {
-        let slow = folder.file("slow.toml", &slow);
-        let slow = format!("=scene:{}", slow.display());
-        let (left, right) = (format!("cam:left{slow}"), format!("cam:right{slow}"));
-        let mut child = start(&["run", &left, &right, "--json"]);
+        let mut child = start(&["run", &format!("cam:left={slow}"), &format!("cam:right={slow}"), "--json"]);
         let mut notes = BufReader::new(child.stderr.take().unwrap()).lines();
         assert!(notes.by_ref().take(2).all(|note| note.is_ok()));
         thread::sleep(Duration::from_millis(200));
-        let status = end(&mut child, signal).unwrap();
-        let mut text = String::new();
-        child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
-        assert_eq!((status.code(), text.matches(r#""kind":"end""#).count()), (Some(0), 2), "{signal:?} {text}");
+        let text = printed_until(&mut child, signal);
+        assert_eq!(text.matches(r#""kind":"end""#).count(), 2, "{signal:?} {text}");
 
         let mut child = start(&["monitor", "-"]);
         thread::sleep(Duration::from_millis(300));
-        let status = end(&mut child, signal).unwrap();
-        let mut text = String::new();
-        child.stdout.take().unwrap().read_to_string(&mut text).unwrap();
-        assert_eq!(status.code(), Some(0));
+        let text = printed_until(&mut child, signal);
         assert!(text.starts_with("end after 0 frames"), "{text}");
 
-        let mut child = start(&["record", "-", "-o", file.to_str().unwrap(), "--force"]);
+        let mut child = start(&["record", "-", "-o", file, "--force"]);
         let mut stdin = child.stdin.take().unwrap();
         stdin.write_all(GRAY).unwrap();
         stdin.write_all(&frames(3, 40)).unwrap();
         let mut notes = BufReader::new(child.stderr.take().unwrap()).lines();
         notes.next().unwrap().unwrap();
         thread::sleep(Duration::from_millis(300));
-        assert_eq!(end(&mut child, signal).unwrap().code(), Some(0));
-        prints(&["run", file.to_str().unwrap(), "--json"], &[r#""kind":"end","frames":40,"#]);
+        printed_until(&mut child, signal);
+        prints(&["run", file, "--json"], &[r#""kind":"end","frames":40,"#]);
     }
 }
 
@@ -118,13 +118,13 @@ fn every_signal_ends_several_sensors_a_monitor_and_a_recording() {
 #[test]
 fn a_reader_that_takes_nothing_holds_up_no_end() {
     let folder = Folder::new("signals-reader");
-    let file = folder.0.join("a.mcap");
-    let slow = folder.file("slow.toml", "specimen = \"Saw3\"\nspeed = 150\nlead_in = 50000\nfidelity = \"taxel\"\n");
-    let mut child = start(&["run", &format!("scene:{}", slow.display()), "--json", "--features"]);
+    let file = &folder.path("a.mcap");
+    let slow = "specimen = \"Saw3\"\nspeed = 150\nlead_in = 50000\nfidelity = \"taxel\"\n";
+    let mut child = start(&["run", &folder.scene("slow.toml", slow), "--json", "--features"]);
     thread::sleep(Duration::from_millis(800));
     end(&mut child, Signal::INT).unwrap();
     // A recording whose records fill the pipe is whole.
-    let mut child = start(&["record", "-", "-o", file.to_str().unwrap(), "--json"]);
+    let mut child = start(&["record", "-", "-o", file, "--json"]);
     let mut stdin = child.stdin.take().unwrap();
     stdin.write_all(GRAY).unwrap();
     let dark_and_lit = [frames(3, 40), frames(240, 20)].concat();
@@ -135,11 +135,8 @@ fn a_reader_that_takes_nothing_holds_up_no_end() {
     thread::sleep(Duration::from_millis(2500));
     assert_eq!(end(&mut child, Signal::INT).unwrap().code(), Some(0));
     writer.join().unwrap();
-    prints(&["run", file.to_str().unwrap(), "--json"], &[r#""kind":"end""#]);
-    assert!(
-        said(&run(&["recover", file.to_str().unwrap(), "-o", &folder.path("b.mcap")]))
-            .contains("the recording was finished properly")
-    );
+    prints(&["run", file, "--json"], &[r#""kind":"end""#]);
+    ends(&["recover", file, "-o", &folder.path("b.mcap")], 0, &["the recording was finished properly"]);
 }
 
 /// Commands without an end of their own end like programs without handlers, and leave nothing behind.

@@ -49,11 +49,8 @@ fn a_scene_that_the_wave_answers_has_the_best_model() {
 #[test]
 fn a_source_without_a_model_is_told_of_one_once() {
     let folder = Folder::new("hint");
-    let scene = folder.scene(
-        "two.toml",
-        "[[slide]]\nspecimen = \"Saw3\"\nspeed = 150\n[[slide]]\nspecimen = \"Sin3\"\nspeed = 150\n",
-    );
-    let recording = folder.0.join("two.mcap").display().to_string();
+    let two = "[[slide]]\nspecimen = \"Saw3\"\nspeed = 150\n[[slide]]\nspecimen = \"Sin3\"\nspeed = 150\n";
+    let (scene, recording) = (folder.scene("two.toml", two), folder.path("two.mcap"));
     good(&["record", &scene, "--size", "160x160", "-o", &recording, "--features-only"]);
     let hints = |arguments: &[&str]| {
         let done = run(&[&["run"], arguments].concat());

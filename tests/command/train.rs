@@ -59,8 +59,6 @@ fn a_data_set_along_the_path_says_which_sensors_test() {
     // model eval reads the same file, and its answers to all slides are as good.
     let all = records(&["model", "eval", text(&model), text(&set), "--json"]).remove(0);
     assert!(all["accuracy"].as_f64().unwrap() >= 0.9, "{all}");
-    refused(
-        &["train", text(&set), "-o", text(&folder.0.join("b.wsm")), "--input", "frames"],
-        &["array X: is missing", "--input path"],
-    );
+    let frames = ["train", text(&set), "-o", &folder.path("b.wsm"), "--input", "frames"];
+    refused(&frames, &["array X: is missing", "--input path"]);
 }

@@ -5,10 +5,10 @@
 
 /// Returns an `.npz` file of arrays: name, header and data of each. Its members are stored without checksums, which the
 /// reader does not check.
-pub fn npz(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
+pub fn npz<H: AsRef<str>>(arrays: &[(&str, H, Vec<u8>)]) -> Vec<u8> {
     let (mut archive, mut directory) = (Vec::new(), Vec::new());
     for (name, header, data) in arrays {
-        let name = format!("{name}.npy");
+        let (name, header) = (format!("{name}.npy"), header.as_ref());
         let mut npy = b"\x93NUMPY\x01\x00".to_vec();
         npy.extend((header.len() as u16).to_le_bytes());
         npy.extend(header.as_bytes());
@@ -42,7 +42,7 @@ pub fn header(descr: &str, shape: &str) -> String {
 }
 
 /// Returns the archive of [`npz`] as zip64, which has sizes and places of more than 32 bits.
-pub fn zip64(arrays: &[(&str, &str, Vec<u8>)]) -> Vec<u8> {
+pub fn zip64(arrays: &[(&str, String, Vec<u8>)]) -> Vec<u8> {
     let entry = |field: usize, rest: &[u8]| rest[field..].first_chunk().map_or(0, |bytes| u32::from_le_bytes(*bytes));
     let small = npz(arrays);
     let end = small.len() - 22;

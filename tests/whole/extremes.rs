@@ -133,11 +133,8 @@ fn frame_sizes_from_1_to_16384() {
         assert!(matches!(outside, Err(ConfigError::TaxelOutside { taxel: 0, .. })));
     }
     let corner = Layout::new(size(10, 10), [u16::MAX, u16::MAX], [[u16::MAX, u16::MAX]; 25]);
-    assert_eq!(
-        corner,
-        Err(ConfigError::TaxelOutside { taxel: 0, end: (131_070, 131_070), frame: (10, 10) }),
-        "ends do not wrap"
-    );
+    let expected = Err(ConfigError::TaxelOutside { taxel: 0, end: (131_070, 131_070), frame: (10, 10) });
+    assert_eq!(corner, expected, "ends do not wrap");
 }
 
 /// 5 · A · G at the end of 32 bits: it is accepted and exact up to there, and refused beyond when the geometry is

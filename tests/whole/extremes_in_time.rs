@@ -178,10 +178,8 @@ fn losses_up_to_the_largest_number() {
         assert_eq!(pipeline.end().frames, 0, "lost before the first frame");
         pipeline.push_frame(&[9; 4]).unwrap();
         pipeline.push_lost(u64::MAX);
-        assert_eq!(
-            pipeline.end().frames,
-            ((u128::from(u64::MAX) + 1) / u128::from(added)).min(u128::from(u64::MAX)) as u64
-        );
+        let expected = ((u128::from(u64::MAX) + 1) / u128::from(added)).min(u128::from(u64::MAX)) as u64;
+        assert_eq!(pipeline.end().frames, expected);
         pipeline.push_lost(u64::MAX);
         pipeline.finish();
     }

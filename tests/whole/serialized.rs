@@ -132,10 +132,8 @@ fn trigger_parameters_that_cannot_be_are_refused() {
     let read = |window: u8, backtrack: u8, rule: Rule, multiplier: f64| {
         read_as::<TriggerConfig>((window, backtrack, rule, q16(multiplier), q16(0.2), false))
     };
-    assert_eq!(
-        read(7, 9, Rule::Signed, 1.5),
-        Ok(TriggerConfig::new(7, 1.5, 9, Rule::Signed, f64::from(q16(0.2)) / 65_536.0).unwrap())
-    );
+    let expected = Ok(TriggerConfig::new(7, 1.5, 9, Rule::Signed, f64::from(q16(0.2)) / 65_536.0).unwrap());
+    assert_eq!(read(7, 9, Rule::Signed, 1.5), expected);
     assert!(read(5, 25, Rule::Literal, 0.5).is_ok() && read(1, 5, Rule::Signed, 1.0).is_ok());
     for (window, backtrack, rule, multiplier) in [
         (0, 0, Rule::Signed, 1.2),

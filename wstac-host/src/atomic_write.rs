@@ -341,10 +341,8 @@ mod tests {
             symlink(&victim, folder.path().join(name)).unwrap();
         }
         atomic_write(&path, "ours").unwrap();
-        assert_eq!(
-            (fs::read_to_string(&victim).unwrap().as_str(), fs::read(&path).unwrap()),
-            ("theirs", b"ours".into())
-        );
+        let expected = ("theirs", b"ours".into());
+        assert_eq!((fs::read_to_string(&victim).unwrap().as_str(), fs::read(&path).unwrap()), expected);
         // The link that had the name is replaced, the others are as they were.
         assert!(!fs::symlink_metadata(&path).unwrap().is_symlink());
         for name in &planted[1..] {

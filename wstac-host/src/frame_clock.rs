@@ -338,10 +338,8 @@ mod tests {
             let elapsed = counted.elapsed();
             assert_eq!(elapsed, Elapsed { time_ns: (seconds * 1e9) as u64, time_s: seconds });
             counted.frame_arrives(frame, None, None);
-            assert_eq!(
-                counted.nanoseconds(frame + 30).and_then(|time| elapsed.nanoseconds(time)),
-                Some(elapsed.time_ns + 1000 * MS)
-            );
+            let expected = Some(elapsed.time_ns + 1000 * MS);
+            assert_eq!(counted.nanoseconds(frame + 30).and_then(|time| elapsed.nanoseconds(time)), expected);
         }
         // The driver's clock goes on. Its frames come late, and seconds are its own.
         let mut driver = with(&[(0, 5000), (1, 5040)]);

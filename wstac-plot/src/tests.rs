@@ -5,6 +5,7 @@ use wstac_core::paper::direction::Direction;
 use wstac_core::reason::Reason;
 use wstac_core::touch::motion::Contact;
 use wstac_host::config::Config;
+use wstac_host::error::Error;
 use wstac_host::json::{JsonLine, rounded, with_deviation};
 use wstac_host::output::{Output, OutputOptions};
 use wstac_host::session::Processor;
@@ -17,19 +18,31 @@ fn figure(source: &str, config: &str) -> (Found, String) {
 
 /// Returns an event of a source, and its figure.
 fn figure_of(source: &str, config: &str, number: u64) -> (Found, String) {
-    let mut source = open(
-        source,
-        &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() },
-        &[&wstac_scene::source::Scenes],
-    )
-    .unwrap();
-    let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
-    let mut reading =
-        Processor::new(&info, &config, OutputOptions { samples: true, ..OutputOptions::default() }).unwrap();
-    let found = find(source.as_mut(), &info, &mut reading, &config, number).unwrap();
-    let text = draw(&found);
-    well_formed(&text);
+    let found = found_in(source, config, number).unwrap();
+    let text = drawn(&found);
     (found, text)
+}
+
+fn found_in(source: &str, config: &str, number: u64) -> Result<Found, Error> {
+    let options = OpenOptions { size: Some((320, 180)), ..OpenOptions::default() };
+    let mut source = open(source, &options, &[&wstac_scene::source::Scenes]).unwrap();
+    let (info, config) = (source.info().clone(), Config::parse(config).unwrap());
+    let outputs = OutputOptions { samples: true, ..OutputOptions::default() };
+    let mut reading = Processor::new(&info, &config, outputs).unwrap();
+    find(source.as_mut(), &info, &mut reading, &config, number)
+}
+
+/// Draws an event, and checks the figure.
+fn drawn(found: &Found) -> String {
+    let text = draw(found);
+    well_formed(&text);
+    legible(&text);
+    text
+}
+
+/// Returns the words of a figure.
+fn all_words(text: &str) -> String {
+    words(text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ")
 }
 
 /// Checks tags, nesting, quotes and entities of an SVG, and that all places are numbers on the page.
@@ -106,8 +119,7 @@ fn legible(text: &str) {
 #[test]
 fn the_numbers_are_those_of_the_event() {
     let (found, text) = figure("scene:Saw3@150,90deg", "");
-    legible(&text);
-    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    let caption = all_words(&text);
     let event = serde_json::to_value(JsonLine::new(&Output::Event(Box::new(found.record.clone())))).unwrap();
     let [speed, sd] = ["mm_s", "sd"].map(|key| event["speed"][key].as_f64().unwrap());
     for expected in [
@@ -133,13 +145,12 @@ fn the_numbers_are_those_of_the_event() {
 #[test]
 fn the_light_moves_over_the_map_as_the_slide_does() {
     for (degrees, near, far) in [(0, 10, 14), (90, 22, 2), (180, 14, 10), (270, 2, 22)] {
-        let (found, text) = figure(&format!("scene:Saw3@150,{degrees}deg"), "");
+        let (found, _) = figure(&format!("scene:Saw3@150,{degrees}deg"), "");
         let arrivals = arrival::arrivals(&found);
         assert!(arrivals[near].unwrap() + 1.0 < arrivals[far].unwrap(), "{degrees}: {arrivals:?}");
         let found = f64::from(found.record.direction.degrees.unwrap());
         let off = (found - f64::from(degrees) + 180.0).rem_euclid(360.0) - 180.0;
         assert!(off.abs() < 2.0, "{degrees}: {found}");
-        legible(&text);
     }
 }
 
@@ -148,7 +159,6 @@ fn a_cut_off_event_shows_its_bound() {
     let (found, text) = figure("scene:Saw3@50", "[speed]\nlaw = \"published\"");
     let bound = rounded(found.record.speed_at_most.unwrap().mm_s);
     assert!(text.contains(&format!("speed at most {bound:.0} mm/s")) && text.contains("at least"), "{text}");
-    legible(&text);
 }
 
 #[test]
@@ -158,13 +168,10 @@ fn no_answers_are_no_trouble() {
     assert!(found.lit.is_none() && text.contains(">no speed<"), "{text}");
     // Panel and caption give the same reason.
     assert!(caption::caption(&found).ends_with("d: empty, because the event has no speed."));
-    legible(&text);
     let (mut found, _) = figure("scene:Saw3@150", "[speed]\nthreshold_on = \"above_baseline\"\nlaw = \"published\"");
     found.record.direction.degrees = Err(Reason::NoOrder);
     found.taxels.iter_mut().flatten().for_each(|taxels| taxels[7] = 1.0);
-    let text = draw(&found);
-    well_formed(&text);
-    legible(&text);
+    let text = drawn(&found);
     assert!(text.contains(">unclear<") && text.contains("One taxel reached full scale"), "{text}");
     assert!(text.contains(">no direction<"), "{text}");
     assert!(caption::caption(&found).ends_with("d: empty, because the event has no direction."));
@@ -172,9 +179,7 @@ fn no_answers_are_no_trouble() {
     found.features = [[-4.0; 70]; 10];
     found.baseline = [-4.0; 10];
     found.taxels.fill(None);
-    let text = draw(&found);
-    well_formed(&text);
-    legible(&text);
+    drawn(&found);
 }
 
 #[test]
@@ -189,8 +194,7 @@ fn centroids_of_light_before_the_motion_have_no_line() {
     let (found, text) = figure_of(&format!("scene:{}", file.display()), coherence, 2);
     std::fs::remove_dir_all(&folder).unwrap();
     assert!(found.record.speed.is_ok());
-    legible(&text);
-    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    let caption = all_words(&text);
     assert!(caption.contains("d: empty, because the centroids") && !text.contains("<circle"), "{caption}");
     assert!(text.contains(">light is not of the motion<"), "{text}");
     // All frames of the touch are in the sample.
@@ -211,17 +215,15 @@ fn a_touch_that_is_no_slide_names_its_kind() {
     (found.record.contact, found.record.basis) = (Some(Contact::Press), None);
     found.record.speed = Err(Reason::NoSlide(Contact::Press));
     found.record.direction = Direction::by_arrival(Err(Reason::NoSlide(Contact::Press)));
-    let text = draw(&found);
-    well_formed(&text);
-    legible(&text);
-    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    let text = drawn(&found);
+    let caption = all_words(&text);
     assert!(text.contains(">press<") && caption.contains(" s): press,"), "{caption}");
 }
 
 #[test]
 fn a_law_of_durations_says_when_a_taxel_is_lit() {
     let (_, text) = figure("scene:Saw3@150,90deg", "[speed]\nlaw = \"published\"");
-    let caption = words(&text).into_iter().map(|(_, words)| words).collect::<Vec<_>>().join(" ");
+    let caption = all_words(&text);
     for expected in ["d  Arrival along the motion", "Lit: above 0.", "direction 90° (confidence 0.9"] {
         assert!(caption.contains(expected), "{expected}: {caption}");
     }
@@ -230,34 +232,17 @@ fn a_law_of_durations_says_when_a_taxel_is_lit() {
 #[test]
 fn very_slow_and_very_fast_stay_on_the_page() {
     for law in ["arrival", "published"] {
-        very_slow_and_very_fast(law);
-    }
-}
-
-fn very_slow_and_very_fast(law: &str) {
-    let (mut found, _) = figure("scene:Saw3@150", &format!("[speed]\nlaw = \"{law}\""));
-    for mm_s in [0.001, 3.0, 990.0, 1e6] {
-        found.record.speed.as_mut().unwrap().mm_s = mm_s;
-        let text = draw(&found);
-        well_formed(&text);
-        legible(&text);
+        let (mut found, _) = figure("scene:Saw3@150", &format!("[speed]\nlaw = \"{law}\""));
+        for mm_s in [0.001, 3.0, 990.0, 1e6] {
+            found.record.speed.as_mut().unwrap().mm_s = mm_s;
+            drawn(&found);
+        }
     }
 }
 
 #[test]
 fn a_source_without_the_event_says_how_many_it_has() {
-    let failed = |number| {
-        let mut source = open(
-            "scene:Saw3@150",
-            &OpenOptions { size: Some((320, 180)), ..OpenOptions::default() },
-            &[&wstac_scene::source::Scenes],
-        )
-        .unwrap();
-        let (info, config) = (source.info().clone(), Config::default());
-        let mut reading =
-            Processor::new(&info, &config, OutputOptions { samples: true, ..OutputOptions::default() }).unwrap();
-        find(source.as_mut(), &info, &mut reading, &config, number).unwrap_err().to_string()
-    };
+    let failed = |number| found_in("scene:Saw3@150", "", number).unwrap_err().to_string();
     assert!(failed(2).ends_with("has 1 event, expected number 2"), "{}", failed(2));
 }
 
@@ -265,7 +250,5 @@ fn a_source_without_the_event_says_how_many_it_has() {
 fn a_long_name_of_a_source_stays_on_the_page() {
     let (mut found, _) = figure("scene:Saw3@150", "");
     found.about = format!("/{}/WWWWWWWWWWWWWWWWWWWW\u{1b} & a <clip>.y4m", "a-folder/".repeat(40));
-    let text = draw(&found);
-    well_formed(&text);
-    legible(&text);
+    drawn(&found);
 }

@@ -211,13 +211,7 @@ fn all_light_is_the_change_of_strain() {
             "specimen = \"{specimen}\"\nspeed = {speed}\nnoise = 0\n{more}\n{bare}\nrelaxation_ms = {relaxation}"
         );
         let script = SceneConfig::from_toml("scene", &text).unwrap();
-        let mut seen = [0.0; TAXELS];
-        let mut scene = Scene::new(&script).unwrap();
-        while let Some((light, _)) = scene.next_light() {
-            for (seen, light) in seen.iter_mut().zip(light) {
-                *seen += light / 30.0;
-            }
-        }
+        let seen = light_between(&lights(&text), 0.0, f64::INFINITY).map(|light| light / 30.0);
         let surface = Surface::new(&script.touches[0].slide().unwrap().specimen, script.whisker.overlap_mm);
         let bending = Bending::new(&script.whisker);
         for (whisker, seen) in script.whisker.whiskers().iter().flatten().zip(seen) {
@@ -240,11 +234,11 @@ fn a_level_surface_is_dark_without_rubbing() {
         let light = "[light]\nrubbing_ms = 0\nafterglow_ms = 0";
         let whisker = format!("[whisker]\nrelaxation_ms = {relaxation}");
         let text = format!("specimen = \"Fla0\"\nspeed = {speed}\nlength = 300\nnoise = 0\n{light}\n{whisker}");
-        let mut scene = Scene::new(&SceneConfig::from_toml("scene", &text).unwrap()).unwrap();
-        let (start, end) = (scene.truth()[0].start_s * 30.0, scene.truth()[0].end_s * 30.0);
+        let truth = scene(&text).truth()[0];
+        let (start, end) = (truth.start_s * 30.0, truth.end_s * 30.0);
         let mut frames = 0;
-        while let Some((light, _)) = scene.next_light() {
-            let frame = scene.frame() as f64;
+        for (number, light) in (1..).zip(lights(&text)) {
+            let frame = f64::from(number);
             // All whiskers are on the plateau.
             if frame > start + (end - start) * 0.15 && frame < end - (end - start) * 0.15 {
                 assert!(light.iter().all(|light| *light < 1e-9), "{speed} {relaxation} {frame}: {light:?}");
@@ -259,17 +253,10 @@ fn a_level_surface_is_dark_without_rubbing() {
 fn light_of_a_slide_goes_on_through_the_next_ones_start() {
     let slide = "[[slide]]\nspecimen = \"Fla0\"\nspeed = 150\n";
     let light = "[light]\nrun_deviation = 0.3\nafterglow_ms = 5000\n";
-    let scene = format!("noise = 1\nseed = 2\n{light}{slide}{slide}");
-    let mut scene = Scene::new(&SceneConfig::from_toml("scene", &scene).unwrap()).unwrap();
-    let second = scene.truth()[1].start_frame();
-    let (mut before, mut frame) = (f64::NAN, 0);
-    while let Some((light, _)) = scene.next_light() {
-        let mean = light.iter().sum::<f64>();
-        if frame == second {
-            assert!((mean / before - 1.0).abs() < 0.1, "{before} {mean}");
-        }
-        (before, frame) = (mean, frame + 1);
-    }
+    let text = format!("noise = 1\nseed = 2\n{light}{slide}{slide}");
+    let second = scene(&text).truth()[1].start_frame() as usize;
+    let [before, mean] = [second - 1, second].map(|frame| lights(&text)[frame].iter().sum::<f64>());
+    assert!((mean / before - 1.0).abs() < 0.1, "{before} {mean}");
 }
 
 #[test]
@@ -364,17 +351,10 @@ fn a_shorter_exposure_is_darker_and_a_gain_makes_up_for_it() {
 #[test]
 fn presses_flash_when_they_come_and_when_they_go() {
     let text = "noise = 0\n[[touch]]\nkind = \"hold\"\nhold = 2\nlift = 20\n[[touch]]\nkind = \"poke\"\nwhisker = [2, 4]\nhold = 0.5";
-    let mut scene = Scene::new(&SceneConfig::from_toml("scene", text).unwrap()).unwrap();
-    let [hold, poke] = [0, 1].map(|k| scene.truth()[k]);
+    let [hold, poke] = [0, 1].map(|k| scene(text).truth()[k]);
     assert!((hold.end_s - hold.start_s - 2.1575).abs() < 1e-9);
-    let mut lights = Vec::new();
-    while let Some((light, _)) = scene.next_light() {
-        lights.push(light);
-    }
-    let total = |from: f64, to: f64| -> [f64; TAXELS] {
-        let frames = lights[(from * 30.0) as usize..(to * 30.0) as usize].iter();
-        frames.fold([0.0; TAXELS], |sum, light| core::array::from_fn(|k| sum[k] + light[k]))
-    };
+    let lights = lights(text);
+    let total = |from: f64, to: f64| light_between(&lights, from, to);
     let (down, up) = (total(hold.start_s, hold.start_s + 0.5), total(hold.end_s - 0.16, hold.end_s + 0.5));
     let between = total(hold.start_s + 1.0, hold.end_s - 0.2);
     for taxel in 0..TAXELS {
@@ -397,19 +377,11 @@ fn presses_flash_when_they_come_and_when_they_go() {
 #[test]
 fn an_oblique_slide_reaches_whiskers_in_their_order() {
     let text = "specimen = \"Fla0\"\nspeed = 40\ndirection = 30\nnoise = 0\n[whisker]\ndome_degrees = 0\n[light]\ngain_deviation = 0";
-    let mut scene = Scene::new(&SceneConfig::from_toml("scene", text).unwrap()).unwrap();
-    let start = scene.truth()[0].start_s;
-    let mut first = [f64::NAN; TAXELS];
-    while let Some((light, _)) = scene.next_light() {
-        for (first, light) in first.iter_mut().zip(light) {
-            if first.is_nan() && light > 1e-9 {
-                *first = (scene.frame() - 1) as f64 / 30.0;
-            }
-        }
-    }
+    let (start, lights) = (scene(text).truth()[0].start_s, lights(text));
     let whiskers = WhiskerConfig::default().whiskers();
     let (c, s) = touch::unit(30.0);
-    for (whisker, first) in whiskers.iter().flatten().zip(first) {
+    for (taxel, whisker) in whiskers.iter().flatten().enumerate() {
+        let first = lights.iter().position(|light| light[taxel] > 1e-9).unwrap() as f64 / 30.0;
         let expected = start + (8.0 * (c + s) + whisker.along(c, s)) / 40.0;
         assert!((-1e-9..1.0 / 30.0 + 1e-9).contains(&(expected - first)), "{whisker:?}: {first} {expected}");
     }
@@ -420,12 +392,7 @@ fn an_oblique_slide_reaches_whiskers_in_their_order() {
 fn an_even_profile_is_an_even_slide() {
     let light = |speed: &str| {
         let text = format!("specimen = \"Saw3\"\nspeed = {speed}\nnoise = 0\ndirection = 90");
-        let mut scene = Scene::new(&SceneConfig::from_toml("scene", &text).unwrap()).unwrap();
-        let mut all = Vec::new();
-        while let Some((light, _)) = scene.next_light() {
-            all.extend(light);
-        }
-        all
+        lights(&text).into_flattened()
     };
     let (even, points) = (light("120"), light("[[0, 120], [50, 120]]"));
     let most = even.iter().fold(0.0_f64, |most, light| most.max(*light));
@@ -469,9 +436,13 @@ fn no_key_makes_a_frame_take_for_ever() {
     }
 }
 
+fn scene(text: &str) -> Scene {
+    Scene::new(&SceneConfig::from_toml("scene", text).unwrap()).unwrap()
+}
+
 /// Returns the light of all frames of a scene.
 fn lights(text: &str) -> Vec<[f64; TAXELS]> {
-    let mut scene = Scene::new(&SceneConfig::from_toml("scene", text).unwrap()).unwrap();
+    let mut scene = scene(text);
     std::iter::from_fn(|| scene.next_light().map(|(light, _)| light)).collect()
 }
 
@@ -544,7 +515,7 @@ fn bodies_light_the_whiskers_that_they_meet_when_they_do() {
 
 /// Returns the light of every taxel over the frames between two moments in s.
 fn light_between(lights: &[[f64; TAXELS]], from: f64, to: f64) -> [f64; TAXELS] {
-    let frames = &lights[(from * 30.0) as usize..(to * 30.0) as usize];
+    let frames = &lights[(from * 30.0) as usize..((to * 30.0) as usize).min(lights.len())];
     core::array::from_fn(|taxel| frames.iter().map(|light| light[taxel]).sum())
 }
 
@@ -576,7 +547,7 @@ fn two_objects_bend_the_whiskers_that_each_of_them_meets() {
     let sum = |lights: &[[f64; TAXELS]]| lights.iter().flatten().sum::<f64>();
     assert!((sum(&twice) / sum(&once) - 1.0).abs() < 1e-3, "{} {}", sum(&twice), sum(&once));
     let scene = "[[touch]]\nkind = \"hold\"\nhold = 1\n".to_owned() + &ball(0, 60, "after = 0.5");
-    let truth = Scene::new(&SceneConfig::from_toml("s", &scene).unwrap()).unwrap().truth().to_vec();
+    let truth = self::scene(&scene).truth().to_vec();
     assert!((truth[1].start_s - truth[0].start_s - 0.5).abs() < 1e-9);
 }
 
@@ -584,7 +555,7 @@ fn two_objects_bend_the_whiskers_that_each_of_them_meets() {
 fn a_held_block_is_dark_until_it_slides() {
     let slide = "[[touch]]\nkind = \"slide\"\nspecimen = \"Tri3\"\nspeed = 60\nhold = 1.5\ntravel = 20\nlift = 40\n";
     let text = format!("{NO_NOISE}\nrubbing_ms = 0\n{slide}");
-    let truth = Scene::new(&SceneConfig::from_toml("s", &text).unwrap()).unwrap().truth()[0];
+    let truth = scene(&text).truth()[0];
     assert!((truth.end_s - truth.start_s - (3.0 / 400.0 + 1.5 + 20.0 / 60.0 + 3.0 / 40.0)).abs() < 1e-9);
     let (lights, start) = (lights(&text), truth.start_s);
     let pressed = light_between(&lights, start, start + 0.5);
@@ -608,7 +579,7 @@ fn lights_of_flat(text: &str) -> Vec<[f64; TAXELS]> {
 fn a_twist_lights_what_is_far_from_its_pivot() {
     let twist = "[[touch]]\nkind = \"twist\"\nspecimen = \"Tri3\"\nby = 60\nrate = 60\nhold = 1\npivot = [-8, 8]\n";
     let text = format!("{NO_NOISE}\nrubbing_ms = 0\n{twist}");
-    let truth = Scene::new(&SceneConfig::from_toml("s", &text).unwrap()).unwrap().truth()[0];
+    let truth = scene(&text).truth()[0];
     let lights = lights(&text);
     let light = light_between(&lights, truth.start_s + 1.05, truth.start_s + 1.95);
     // A whisker crosses teeth in proportion to its distance, here four times as many.
@@ -657,7 +628,7 @@ fn light_is_seen_beside_and_decays_over_touches() {
     let poke = "[[touch]]\nkind = \"poke\"\nwhisker = [1, 2]\n";
     let text = |more: &str| format!("{NO_NOISE}\n{more}\n{poke}{poke}{poke}");
     let of = |more: &str| {
-        let truth = Scene::new(&SceneConfig::from_toml("s", &text(more)).unwrap()).unwrap().truth().to_vec();
+        let truth = scene(&text(more)).truth().to_vec();
         let lights = lights(&text(more));
         truth.iter().map(|one| light_between(&lights, one.start_s - 0.1, one.end_s + 1.5)).collect::<Vec<_>>()
     };

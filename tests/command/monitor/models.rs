@@ -6,13 +6,12 @@ use wstac_core::wire::{
     AcceptedModels, BoardModel, Message, ModelId, ModelKind, ModelRefusal, ModelStep, Request, SettingsInUse,
 };
 use wstac_host::model_file::ModelFile;
-use wstac_tests::command::said;
+use wstac_tests::command::{refused, said};
 use wstac_tests::folder::Folder;
 use wstac_train::model::trained::{Kind, Linear, Row, Trained};
 use wstac_train::model::write::{Options, Weights, write};
 
 use super::board::Sent;
-use super::path;
 use super::settings::{Board, compiled_in};
 
 /// The damage of a model on its way.
@@ -140,10 +139,7 @@ fn a_model_is_sent_shown_and_forgotten() {
 fn a_piece_an_answer_or_a_start_that_is_lost_does_not_matter() {
     for line in [Line::Loses(0), Line::Forgets(1600), Line::Restarts(1600)] {
         let board = Board::that(takes(line, ACCEPTS));
-        let done = board.run(&["--model", "builtin:svm", "--json"]);
-        assert!(done.status.success(), "{line:?}: {}", said(&done));
-        let found: Value = serde_json::from_slice(&done.stdout).unwrap();
-        assert_eq!(found["model"], in_use(&json!("builtin:svm")), "{line:?}");
+        assert_eq!(board.json(&["--model", "builtin:svm"])["model"], in_use(&json!("builtin:svm")), "{line:?}");
     }
 }
 
@@ -163,16 +159,15 @@ fn a_model_that_the_board_does_not_take_is_refused_with_the_reason() {
         (Board::that(takes(Line::Refuses(ModelRefusal::Damaged), ACCEPTS)), "it arrived damaged, or is no model"),
         (Board::that(takes(Line::Refuses(ModelRefusal::Memory), ACCEPTS)), "the board's memory for models failed"),
     ] {
-        let message = board.refused(&["--model", "builtin:svm"]);
-        assert!(message.contains(&format!("builtin:svm: the board does not take it: {reason}")), "{message}");
+        let expected = format!("builtin:svm: the board does not take it: {reason}");
+        board.refuses(&["--model", "builtin:svm"], &expected);
     }
     let folder = Folder::new("board-models");
     let mut damaged = file_bytes();
     damaged[5000] ^= 1;
-    let file = folder.file("damaged.wsm", damaged);
+    let file = folder.written("damaged.wsm", damaged);
     // It is checked before the port is opened.
-    let done = wstac_tests::command::run(&["board", "/dev/nowhere", "--model", path(&file)]);
-    assert!(!done.status.success() && said(&done).contains("its checksum is wrong"), "{}", said(&done));
+    refused(&["board", "/dev/nowhere", "--model", &file], &["its checksum is wrong"]);
 }
 
 /// Tests a board before version 0.4, whose state ends with the last step.
@@ -186,27 +181,16 @@ fn a_board_of_0_3_gets_no_second_layout() {
     let model = Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks: Vec::new(), mean: None };
     let options = Options { weights: Some(Weights::Int32), ..Options::default() };
     let folder = Folder::new("board-layout");
-    let file = folder.file("wide.wsm", write(&model, "", options).unwrap().bytes());
+    let file = folder.written("wide.wsm", write(&model, "", options).unwrap().bytes());
     let old = Board::that(takes(Line::Old, ACCEPTS));
-    let message = old.refused(&["--model", path(&file)]);
-    assert!(
-        message.contains("it is WSM2, and the firmware reads WSM1: build the firmware of this version"),
-        "{message}"
-    );
-    let done = Board::that(takes(Line::Old, ACCEPTS)).run(&["--model", "builtin:svm", "--json"]);
-    assert!(done.status.success(), "{}", said(&done));
+    old.refuses(&["--model", &file], "it is WSM2, and the firmware reads WSM1: build the firmware of this version");
+    Board::that(takes(Line::Old, ACCEPTS)).json(&["--model", "builtin:svm"]);
 }
 
 #[test]
 fn a_firmware_without_models_says_what_it_needs() {
     let board = Board::that(super::learning::learns(super::learning::Line::Whole));
     for option in [&["--model", "builtin:svm"][..], &["--forget-model"]] {
-        let done = board.run(option);
-        assert!(!done.status.success());
-        assert!(
-            said(&done).contains("takes no models, expected a firmware with the feature models"),
-            "{}",
-            said(&done)
-        );
+        board.refuses(option, "takes no models, expected a firmware with the feature models");
     }
 }

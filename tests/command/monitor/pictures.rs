@@ -1,19 +1,19 @@
 //! Tests `wstac calibrate` with a board: it finds what it finds in the same frames of a camera.
 
-use std::io::{Read, Write};
 use std::path::Path;
 
 use wstac_core::green::any::PixelFormat;
 use wstac_core::layout::FrameSize;
-use wstac_core::wire::{Decoder, Fault, Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
+use wstac_core::wire::{Fault, Hello, Message, PICTURE_PART, PictureEnd, PicturePart, Request};
 use wstac_host::source::open::{OpenOptions, open};
 use wstac_host::source::{Frame, SourceEvent};
 use wstac_scene::source::Scenes;
-use wstac_tests::command::{good, printed, refusal, run, said, start};
+use wstac_tests::command::{good, printed, refused, run, said, says};
 use wstac_tests::folder::Folder;
 
 use super::board::{Sent, hello};
-use super::{path, pty};
+use super::settings::Board;
+use super::{bytes_of, path};
 
 const SCENE: &str = "specimen = \"Fla0\"\nspeed = 150\nlead_in = 45\n[sensor]\nsize = [320, 240]\n";
 const SIZE: [u32; 2] = [320, 240];
@@ -97,8 +97,7 @@ fn a_recorded_board_is_calibrated_like_a_camera() {
     let done = run(&["calibrate", &name, "-o", path(&config), "--json"]);
     assert_eq!(printed(&done), printed_of_camera);
     assert_eq!(written(&config), expected);
-    let stderr = said(&done);
-    assert!(stderr.contains("pictures of test-board 1.2.3, 320x240 Gray"), "{stderr}");
+    let stderr = says(&done, 0, &["pictures of test-board 1.2.3, 320x240 Gray"]);
     let lost = "board: a part of a picture was lost on the line; it is asked for again";
     assert_eq!(stderr.matches(lost).count(), frames.len() / 2, "{stderr}");
 }
@@ -109,34 +108,19 @@ fn a_board_on_a_line_is_asked_for_one_picture_after_another() {
     let frames = frames(&folder);
     let (expected, _) = of_camera(&folder, &frames);
     let config = folder.0.join("board.toml");
-    let (mut board, name) = pty();
-    let count = frames.len().to_string();
-    let calibrate =
-        start(&["calibrate", path(&name), "--baud", "921600", "-o", path(&config), "--frames", count.as_str()]);
-    let (mut decoder, mut sent, mut said_so) = (Decoder::<16>::new(), Sent { frames: Vec::new() }, 0);
-    let mut next = 0;
-    while next < frames.len() {
-        let mut byte = [0];
-        let Ok(1) = board.read(&mut byte) else {
-            std::thread::yield_now();
-            continue;
-        };
-        match decoder.push::<Request>(byte[0]).map(|received| received.unwrap().message) {
-            Some(Request::Hello) => sent.push(&Message::Hello(hello())),
-            Some(Request::Picture) => {
-                sent.push(&Message::Fault(Fault::SensorBack));
-                picture(&mut sent, next as u8, &frames[next]);
-                next += 1;
-            }
-            Some(other) => panic!("{other:?}"),
-            None => continue,
+    let (count, mut next) = (frames.len().to_string(), (0..).zip(frames));
+    let board = Board::that(move |request, sent| match request {
+        Request::Hello => sent.push(&Message::Hello(hello())),
+        Request::Picture => {
+            sent.push(&Message::Fault(Fault::SensorBack));
+            next.next().into_iter().for_each(|(number, frame)| picture(sent, number, &frame));
         }
-        board.write_all(&sent.frames[said_so..].concat()).unwrap();
-        said_so = sent.frames.len();
-    }
-    let done = calibrate.wait_with_output().unwrap();
+        other => panic!("{other:?}"),
+    });
+    let line = [path(&board.line), "--baud", "921600", "--frames", &count];
+    let done = run(&[&["calibrate", "-o", path(&config)], &line[..]].concat());
     assert!(printed(&done).starts_with("25 whiskers found"), "{}", said(&done));
-    assert!(said(&done).contains("board: the camera sends frames\n"), "{}", said(&done));
+    says(&done, 0, &["board: the camera sends frames\n"]);
     assert_eq!(written(&config), expected);
 }
 
@@ -144,20 +128,19 @@ fn a_board_on_a_line_is_asked_for_one_picture_after_another() {
 fn what_is_no_board_and_what_a_board_does_not_take_is_refused() {
     let folder = Folder::new("pictures-refused");
     let config = folder.0.join("new.toml");
-    let of = |arguments: &[&str]| refusal(&[&["calibrate", "-o", path(&config)], arguments].concat());
-    let file = format!("board:{}", path(&folder.file("noise.bin", [7; 999])));
-    assert!(of(&[&file]).contains("has no description of a board, expected a board"));
-    let mut sent = Sent { frames: Vec::new() };
-    sent.push(&Message::Hello(hello()));
-    let file = format!("board:{}", path(&folder.file("hello.bin", sent.frames.concat())));
-    assert!(of(&[&file]).contains("found 0 frames, expected 25 untouched ones"));
-    assert!(of(&[&file, "--size", "320x240"]).contains("leave options of a camera out"));
-    assert!(of(&["scene:Fla0@100", "--baud", "9600"]).contains("is no board; leave --baud out"));
+    let file = |name: &str, bytes: &[u8]| format!("board:{}", folder.written(name, bytes));
+    let described = file("hello.bin", &bytes_of(&[Message::Hello(hello())]));
     // Frames of which no picture has a number of parts.
-    let mut sent = Sent { frames: Vec::new() };
     let size = FrameSize::new(16_384, 16_384).unwrap();
-    sent.push(&Message::Hello(Hello { size, ..hello() }));
-    let file = format!("board:{}", path(&folder.file("large.bin", sent.frames.concat())));
-    assert!(of(&[&file]).contains("has pictures of 268435456 bytes, expected at most 10485600"));
+    let large = bytes_of(&[Message::Hello(Hello { size, ..hello() })]);
+    for (arguments, part) in [
+        (&[&*file("noise.bin", &[7; 999])][..], "has no description of a board, expected a board"),
+        (&[&described], "found 0 frames, expected 25 untouched ones"),
+        (&[&described, "--size", "320x240"], "leave options of a camera out"),
+        (&["scene:Fla0@100", "--baud", "9600"], "is no board; leave --baud out"),
+        (&[&file("large.bin", &large)], "has pictures of 268435456 bytes, expected at most 10485600"),
+    ] {
+        refused(&[&["calibrate", "-o", path(&config)], arguments].concat(), &[part]);
+    }
     assert!(!config.exists());
 }

@@ -88,10 +88,8 @@ fn a_recording_with_the_removed_law_is_read_with_another() {
         text.replace("law = \"published\"", "law = \"physical\"")
     };
     for more in [&[][..], &["--features-only"]] {
-        good(
-            &[&["record", "scene:Saw3@150", "--size", "80x60", "--config", &published, "-o", &whole, "--force"], more]
-                .concat(),
-        );
+        let record = ["record", "scene:Saw3@150", "--size", "80x60", "--config", &published, "-o", &whole, "--force"];
+        good(&[&record, more].concat());
         fs::write(&old, with_configuration(&fs::read(&whole).unwrap(), &of_before)).unwrap();
         good(&["recover", &old, "-o", &new, "--force"]);
         let lines = |file: &str| good(&["run", file, "--json", "--features", "--config", &arrival]);

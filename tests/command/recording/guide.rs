@@ -6,7 +6,7 @@ use std::io::Write;
 use std::process::{Output, Stdio};
 
 use wstac_tests::command::{ends, good, prints, program, run, said, says, wstac};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, text};
 
 #[test]
 fn what_the_plan_gives_is_no_label() {
@@ -14,12 +14,8 @@ fn what_the_plan_gives_is_no_label() {
     let plan = folder.path("plan.toml");
     let files = folder.0.join("files");
     for label in ["specimen=Fla0", "speed=100"] {
-        let files = files.to_str().unwrap();
-        ends(
-            &["record", "scene:Saw3@150", "--guide", &plan, "-o", files, "--label", label],
-            2,
-            &["gives it; leave it out"],
-        );
+        let record = ["record", "scene:Saw3@150", "--guide", &plan, "-o", text(&files), "--label", label];
+        ends(&record, 2, &["gives it; leave it out"]);
     }
     assert!(!files.exists());
 }
@@ -68,13 +64,10 @@ fn a_press_is_not_the_planned_slide() {
     let scene = format!("gap = 140\n{press}{slide}{press}[sensor]\nsize = [240, 180]\n");
     fs::write(folder.0.join("s.toml"), scene).unwrap();
     let done = guided(&folder, "\n\nr\n");
-    says(
-        &done,
-        0,
-        &["wrote ", "1 slide recorded now, 1 of 4 in total", "it ended; a file has all slides of the plan, in order"],
-    );
+    let ended = "it ended; a file has all slides of the plan, in order";
+    let said = says(&done, 0, &["wrote ", "1 slide recorded now, 1 of 4 in total", ended]);
     let why = "the touch is a press, which does not slide: repeat the same slide";
-    assert_eq!(said(&done).matches(why).count(), 2, "{}", said(&done));
+    assert_eq!(said.matches(why).count(), 2, "{said}");
     let files: Vec<_> = fs::read_dir(folder.0.join("files")).unwrap().map(|file| file.unwrap().path()).collect();
     assert_eq!(files, [folder.0.join("files/Saw3-150mm_s-1.mcap")]);
     prints(&["run", files[0].to_str().unwrap()], &["slide, speed 1"]);

@@ -40,8 +40,7 @@ fn scene(folder: &Folder, format: &str) -> String {
 fn every_kind_of_format_replays_to_the_byte() {
     let folder = Folder::new("recording-formats");
     for format in ["GREY", "YUYV", "NV12", "Y10", "Y16", "RGGB", "RGBP", "MJPG"] {
-        let (scene, file) = (scene(&folder, format), folder.0.join(format!("{format}.mcap")));
-        let file = file.to_str().unwrap();
+        let (scene, file) = (scene(&folder, format), &*folder.path(&format!("{format}.mcap")));
         let model = ["--model", "builtin:svm", "--json"];
         let live = good(&[&["run", &scene, "--features"], &model[..]].concat());
         let recorded = good(&[&["record", &scene, "-o", file, "--label", "specimen=Saw3"], &model[..]].concat());
@@ -64,10 +63,9 @@ fn every_kind_of_format_replays_to_the_byte() {
 #[test]
 fn the_configuration_is_the_recordings_own_unless_another_is_given() {
     let folder = Folder::new("recording-configuration");
-    let (scene, file) = (scene(&folder, "GREY"), folder.0.join("a.mcap"));
-    let (file, config) = (file.to_str().unwrap(), folder.0.join("c.toml"));
-    fs::write(&config, "[trigger]\nwindow = 8\nbacktrack = 12\n[features]\nln = \"libm\"\n").unwrap();
-    let config = config.to_str().unwrap();
+    let (scene, file) = (scene(&folder, "GREY"), &*folder.path("a.mcap"));
+    let config = "[trigger]\nwindow = 8\nbacktrack = 12\n[features]\nln = \"libm\"\n";
+    let config = &*folder.written("c.toml", config);
     good(&["record", &scene, "-o", file, "--config", config]);
     let live = |more: &[&str]| good(&[&["run", &scene, "--json", "--features", "--model", "none"], more].concat());
     assert_eq!(good(&["run", file, "--json", "--features"]), live(&["--config", config]));
@@ -82,9 +80,7 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     let (file, scene) = (folder.0.join("a.mcap"), "scene:Saw3@150");
     let name = file.to_str().unwrap();
     // The code is 2 for arguments that are wrong whatever the files are.
-    let bad = |code: i32, arguments: &[&str], part: &str| {
-        ends(arguments, code, &[part]);
-    };
+    let bad = |code: i32, arguments: &[&str], part: &str| ends(arguments, code, &[part]);
     let twice = ["--label", "speed=1", "--label", "speed=2"];
     bad(2, &[&["record", scene, "-o", name][..], &twice].concat(), "speed is \"1\" and \"2\"");
     // Labels that a data set would refuse are refused before anything is recorded.
@@ -95,14 +91,13 @@ fn nothing_is_written_over_and_nothing_useless_is_written() {
     bad(2, &["record", "scene:None@1", "-o", name], "None");
     assert!(!file.exists());
     fs::write(&file, "mine").unwrap();
-    assert_eq!(run(&["record", scene, "-o", name, "--label", "speed"]).status.code(), Some(2));
+    ends(&["record", scene, "-o", name, "--label", "speed"], 2, &[]);
     good(&["record", scene, "-o", name, "--force", "--frames", "10"]);
     prints(&["run", name, "--json"], &[r#""frames":10,"#]);
     // A picture of the source is not overwritten either; outputs.rs tries other sources.
     let pictures = Folder::new("recording-new-pictures");
-    let picture = pictures.file("1.png", "a picture");
-    let (source, picture_name) = (pictures.0.to_str().unwrap(), picture.to_str().unwrap());
-    bad(2, &["record", source, "-o", picture_name, "--force"], "is an input of the command");
+    let picture = pictures.written("1.png", "a picture");
+    bad(2, &["record", text(&pictures.0), "-o", &picture, "--force"], "is an input of the command");
     assert_eq!(fs::read(picture).unwrap(), b"a picture");
 }
 
@@ -227,26 +222,22 @@ fn a_killed_recording_comes_back() {
 #[test]
 fn force_replaces_a_recording_at_its_end() {
     let folder = Folder::new("recording-force");
-    let (file, beside, new_name) =
-        (folder.file("a.mcap", "old"), folder.0.join("a.mcap.new"), &*folder.path("new.mcap"));
-    let [name, beside_name] = [&file, &beside].map(|path| text(path));
+    let (name, beside, new_name) =
+        (&*folder.written("a.mcap", "old"), folder.0.join("a.mcap.new"), &*folder.path("new.mcap"));
     let forced = |frames| {
         let mut command = program(wstac());
         command.args(["record", "-", "--force", "-o", name]);
         piped_to(command, &beside, frames, |bytes| has_frames(bytes, frames))
     };
     let (mut child, _open) = forced(40);
-    assert_eq!(fs::read(&file).unwrap(), b"old");
+    assert_eq!(fs::read(name).unwrap(), b"old");
     // Another recorder does not destroy its work.
-    ends(
-        &["record", "scene:Saw3@150", "--force", "-o", name, "--frames", "10"],
-        1,
-        &["a.mcap: another wstac is writing it"],
-    );
+    let another = ["record", "scene:Saw3@150", "--force", "-o", name, "--frames", "10"];
+    ends(&another, 1, &["a.mcap: another wstac is writing it"]);
     child.kill().unwrap();
     child.wait().unwrap();
-    assert_eq!(fs::read(&file).unwrap(), b"old");
-    good(&["recover", beside_name, "-o", new_name]);
+    assert_eq!(fs::read(name).unwrap(), b"old");
+    good(&["recover", text(&beside), "-o", new_name]);
     prints(&["run", new_name, "--json"], &[r#"{"kind":"end","frames":40,"dropped":0,"#]);
     fs::remove_file(&beside).unwrap();
     let (mut child, _open) = forced(30);
@@ -308,27 +299,22 @@ fn a_recording_that_cannot_start_leaves_no_file() {
     ends(&["record", "scene:Saw3@150", "--size", "9000x9000", "-o", &folder.path("a.mcap")], 1, &["frames of 77 MB"]);
     assert_eq!(folder.names(), before);
     // A recording of before stays.
-    let old = folder.0.join("a.mcap");
-    fs::write(&old, "old").unwrap();
+    let old = &folder.written("a.mcap", "old");
     limited(0, "--force");
-    assert_eq!((folder.names(), fs::read(&old).unwrap()), (vec!["a.mcap".to_owned()], b"old".to_vec()));
-    fs::remove_file(&old).unwrap();
+    assert_eq!((folder.names(), fs::read(old).unwrap()), (vec!["a.mcap".to_owned()], b"old".to_vec()));
+    fs::remove_file(old).unwrap();
     let text = limited(200, "");
     let (_, after) = text.split_once("the recording ends after ").unwrap();
     let frames: u64 = after.split(' ').next().unwrap().parse().unwrap();
     assert!((40..70).contains(&frames), "{text}");
-    let found = flips::ended(good(&["run", old.to_str().unwrap(), "--json", "--features"]).as_bytes());
+    let found = flips::ended(good(&["run", old, "--json", "--features"]).as_bytes());
     assert_eq!(found, (frames, 0));
 }
 
 #[test]
 fn what_is_no_recording_is_said() {
     let folder = Folder::new("recording-foreign");
-    let file = folder.0.join("a.mcap");
-    let refused = |bytes: &[u8], part: &str| {
-        fs::write(&file, bytes).unwrap();
-        ends(&["run", file.to_str().unwrap()], 1, &[part]);
-    };
+    let refused = |bytes: &[u8], part: &str| ends(&["run", &folder.written("a.mcap", bytes)], 1, &[part]);
     refused(b"", "expected an MCAP file");
     refused(b"YUV4MPEG2 ", "expected an MCAP file");
     refused(b"\x89MCAP0\r\n", "was not finished");

@@ -93,8 +93,8 @@ fn a_calibration_of_a_part_is_one_of_the_camera() {
     let whole = recorded(&folder, &scene, "whole.mcap", &[]);
     let part = recorded(&folder, &scene, "part.mcap", &["--crop"]);
     let calibrated = |file: &str, name: &str| {
-        let output = folder.0.join(name);
-        good(&["calibrate", file, "-o", output.to_str().unwrap(), "--force"]);
+        let output = folder.path(name);
+        good(&["calibrate", file, "-o", &output, "--force"]);
         fs::read_to_string(output).unwrap()
     };
     let (of_whole, of_part) = (calibrated(&whole, "whole.toml"), calibrated(&part, "part.toml"));
@@ -102,8 +102,8 @@ fn a_calibration_of_a_part_is_one_of_the_camera() {
     assert!(keys(&of_whole).contains("frame = [320, 180]"), "{of_whole}");
     assert_eq!(keys(&of_whole), keys(&of_part));
     // It fits the recording, too, and gives the same events there.
-    let config = folder.0.join("part.toml");
-    let lines = |file: &str| good(&["run", file, "--json", "--features", "--config", config.to_str().unwrap()]);
+    let config = folder.path("part.toml");
+    let lines = |file: &str| good(&["run", file, "--json", "--features", "--config", &config]);
     assert!(lines(&whole) == lines(&part));
 }
 
@@ -113,28 +113,21 @@ fn what_needs_other_pixels_is_refused() {
     let scene = scene(&folder, "YUYV");
     let part = recorded(&folder, &scene, "part.mcap", &["--crop=0"]);
     let sums = recorded(&folder, &scene, "sums.mcap", &["--features-only", "--label", "specimen=Saw3"]);
-    let config = |name: &str, text: &str| {
-        let path = folder.0.join(name);
-        fs::write(&path, text).unwrap();
-        path.to_str().unwrap().to_owned()
-    };
+    let config = |name: &str, text: &str| folder.written(name, text);
     let corners: Vec<String> = (0..25).map(|k| format!("[{}, {}]", 20 + 30 * (k % 5), 10 + 30 * (k / 5))).collect();
     let layout = config("l.toml", &format!("[layout]\ntaxel = [20, 20]\ncorners = [{}]", corners.join(", ")));
     let stride = config("s.toml", "[green]\nstride = 2\n");
     let linear = config("y.toml", "[green]\nyuv = \"linear\"\n");
     let trigger = config("t.toml", "[trigger]\nwindow = 6\n[features]\nln = \"libm\"\nfloor_levels = 1\n");
-    let new = &*folder.path("new");
+    let (new, no_pictures) = (&*folder.path("new"), "not those of the recording, which has no pictures");
     for (arguments, parts) in [
         (
             &["run", &part, "--config", &layout][..],
             &["[layout] taxel 0 lies outside of what was recorded", "--crop"][..],
         ),
-        (
-            &["run", &sums, "--config", &layout],
-            &["not those of the recording, which has no pictures", "--features-only"],
-        ),
-        (&["run", &sums, "--config", &stride], &["not those of the recording, which has no pictures"]),
-        (&["run", &sums, "--config", &linear], &["not those of the recording, which has no pictures"]),
+        (&["run", &sums, "--config", &layout], &[no_pictures, "--features-only"]),
+        (&["run", &sums, "--config", &stride], &[no_pictures]),
+        (&["run", &sums, "--config", &linear], &[no_pictures]),
         (&["dataset", &sums, "-o", new, "--config", &stride], &["not those of the recording"]),
         (&["run", &sums, "--matrix", "bt601"], &["recorded without pictures", "--matrix and --range"]),
         (&["run", &sums, "--save-raw", new], &["has no frames for --save-raw", "a recording with pictures"]),
@@ -152,8 +145,7 @@ fn what_needs_other_pixels_is_refused() {
     ends(&["doctor", &sums], 0, &[]);
     ends(&["record", &scene, "-o", new, "--crop", "--features-only"], 2, &[]);
     // A simulated sensor without pixels can be recorded so.
-    let taxels = config("x.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n");
-    let taxels = format!("scene:{taxels}");
+    let taxels = folder.scene("x.toml", "specimen = \"Saw3\"\nspeed = 150\nfidelity = \"taxel\"\n");
     let file = recorded(&folder, &taxels, "taxels.mcap", &["--features-only"]);
     let live = good(&["run", &taxels, "--json", "--features", "--model", "none"]);
     assert!(live.contains(r#""kind":"event""#) && good(&["run", &file, "--json", "--features"]) == live);

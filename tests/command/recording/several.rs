@@ -14,7 +14,7 @@ use wstac_host::session::Processor;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{LossReason, Source, StreamInfo};
 use wstac_tests::command::{ends, good, prints, records};
-use wstac_tests::folder::Folder;
+use wstac_tests::folder::{Folder, SMALL};
 
 use super::stream::{Owned, info, record};
 
@@ -26,11 +26,9 @@ fn recorded(folder: &Folder) -> (Vec<String>, String) {
     let mut sources = Vec::new();
     for ((name, rate), slide) in SCENES.iter().zip([("Saw3", 150, 90), ("Tri3", 120, 0)]) {
         let (specimen, speed, direction) = slide;
-        let file = folder.0.join(format!("{name}.toml"));
         let sensor = format!("[sensor]\nsize = [40, 40]\n{rate}\n");
         let slide = format!("specimen = \"{specimen}\"\nspeed = {speed}\ndirection = {direction}\n");
-        fs::write(&file, slide + &sensor).unwrap();
-        sources.push(format!("cam:{name}=scene:{}", file.display()));
+        sources.push(format!("cam:{name}={}", folder.scene(&format!("{name}.toml"), slide + &sensor)));
     }
     let file = folder.path("both.mcap");
     good(&["record", &sources[0], &sources[1], "-o", &file, "--label", "specimen=Saw3"]);
@@ -90,21 +88,18 @@ fn each_sensor_replays_as_it_was_and_all_at_once() {
     let times: Vec<_> = features.map(|line| line["time_ns"].as_u64().unwrap()).collect();
     assert!(times.is_sorted(), "{times:?}");
     assert_eq!(records(&[&["run", &file], &asked[..]].concat()), replayed);
-    let whole = folder.0.join("whole.mcap");
-    good(&["recover", &file, "-o", whole.to_str().unwrap()]);
-    assert_eq!(of(&records(&["run", whole.to_str().unwrap(), "--json"]), "right").len(), 3);
+    let whole = &folder.path("whole.mcap");
+    good(&["recover", &file, "-o", whole]);
+    assert_eq!(of(&records(&["run", whole, "--json"]), "right").len(), 3);
 }
 
 /// Lost frames have times once the next frame has come. The other sensor waits for it.
 #[test]
 fn records_are_in_the_order_of_their_times_if_one_sensor_loses_frames() {
     let folder = Folder::new("recording-several-losses");
-    let sources = [("left", "dropped = 0.75\nseed = 3"), ("right", "dropped = 0\nseed = 4")].map(|(name, lines)| {
-        let (file, [drops, seed]) =
-            (folder.0.join(format!("{name}.toml")), lines.split_once('\n').map(<[_; 2]>::from).unwrap());
-        let text = format!("specimen = \"Saw3\"\nspeed = 150\n{seed}\n[sensor]\nsize = [40, 40]\n{drops}\n");
-        fs::write(&file, text).unwrap();
-        format!("cam:{name}=scene:{}", file.display())
+    let sources = [("left", 3, 0.75), ("right", 4, 0.0)].map(|(name, seed, dropped)| {
+        let text = format!("seed = {seed}\n{SMALL}dropped = {dropped}\n");
+        format!("cam:{name}={}", folder.scene(&format!("{name}.toml"), text))
     });
     let file = folder.path("both.mcap");
     good(&["record", &sources[0], &sources[1], "-o", &file]);
@@ -173,7 +168,7 @@ fn where_one_sensor_is_needed_the_error_names_the_option() {
 fn sensors_are_a_data_set_if_their_rates_are_equal() {
     let folder = Folder::new("recording-several-set");
     let (_, file) = recorded(&folder);
-    let [both, set] = ["same.mcap", "set.npz"].map(|name| folder.0.join(name).display().to_string());
+    let [both, set] = ["same.mcap", "set.npz"].map(|name| folder.path(name));
     ends(&["dataset", &file, "-o", &set], 1, &["both.mcap:right: its rate of frames differs from that of"]);
     let sources = ["cam:left=scene:Saw3@150", "cam:right=scene:Saw3@120", "--features-only", "--size", "40x40"];
     good(&[&["record"], &sources[..], &["-o", &both, "--label", "specimen=Saw3"]].concat());
@@ -187,9 +182,9 @@ fn of_camera<const N: usize>(folder: &Folder, starts_s: [u64; N]) -> [String; N]
         let frames = (0..40).map(|frame| Owned::Frame(vec![1; 64 * 48], time(frame), Some(frame as u32), None));
         let items: Vec<_> = frames.chain([Owned::Lost(1, LossReason::Dropped), Owned::End]).collect();
         let (path, _) = record(folder, &info(PixelFormat::Gray, 64), &items);
-        let named = folder.0.join(format!("{start}.mcap"));
+        let named = folder.path(&format!("{start}.mcap"));
         fs::rename(path, &named).unwrap();
-        named.display().to_string()
+        named
     })
 }
 
@@ -236,13 +231,11 @@ fn a_camera_and_a_recording_share_no_file() {
             let about = About::new(info, &config, [].into(), Vec::new()).unwrap();
             (about, Processor::new(info, &config, OutputOptions::default()).unwrap())
         });
-        let sensors: Vec<_> = ["left", "right"]
-            .iter()
-            .zip(&sensors)
-            .map(|(name, (about, processor))| RecordedSensor { name, about, processor, wall_zero: None })
-            .collect();
+        let named = ["left", "right"].iter().zip(&sensors);
+        let sensors =
+            named.map(|(name, (about, processor))| RecordedSensor { name, about, processor, wall_zero: None });
         let file = File::create_new(&path).unwrap();
-        let started = SharedRecording::start(file, &path, &sensors, Compression::None);
+        let started = SharedRecording::start(file, &path, &sensors.collect::<Vec<_>>(), Compression::None);
         started.map(drop).map_err(|error| error.to_string())
     };
     let error = start([&recorded, &live]).unwrap_err();

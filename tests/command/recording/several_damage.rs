@@ -9,7 +9,7 @@ use wstac_host::session::Session;
 use wstac_host::source::mcap::McapSource;
 use wstac_host::source::{Source, SourceEvent};
 use wstac_tests::command::{good, run, said};
-use wstac_tests::folder::{Folder, text};
+use wstac_tests::folder::Folder;
 use wstac_tests::random::Random;
 
 use super::cuts::chunks;
@@ -29,12 +29,10 @@ pub(super) fn recorded(folder: &Folder, options: &[&str]) -> Vec<u8> {
         let text = format!(
             "specimen = \"{specimen}\"\nspeed = {speed}\n[sensor]\nsize = [40, 40]\nfps = {fps}\ndropped = {dropped}\n"
         );
-        let scene = folder.file(&format!("{name}.toml"), text);
-        format!("cam:{name}=scene:{}", scene.display())
+        format!("cam:{name}={}", folder.scene(&format!("{name}.toml"), text))
     });
-    let file = folder.0.join("whole.mcap");
-    let sources: Vec<&str> = sources.iter().map(String::as_str).collect();
-    good(&[&["record", "-o", file.to_str().unwrap(), "--force"], &sources[..], options].concat());
+    let file = &folder.path("whole.mcap");
+    good(&[&["record", "-o", file, "--force"], &sources.each_ref().map(String::as_str)[..], options].concat());
     fs::read(file).unwrap()
 }
 
@@ -166,7 +164,7 @@ pub(super) fn message_moved(bytes: &mut Vec<u8>, random: &mut Random) {
 fn every_answer_of_every_sensor_is_right_or_absent() {
     let count = std::env::var("WSTAC_LONG_DAMAGE").map_or(15, |count| count.parse().unwrap());
     let folder = Folder::new("recording-several-damage");
-    let [old, new, again] = ["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.0.join(name));
+    let [old, new, again] = &["old.mcap", "new.mcap", "again.mcap"].map(|name| folder.path(name));
     let (mut random, mut whole_ones, mut lost_ones, mut events) = (Random::new(31), 0, 0, 0);
     for options in [&[][..], &["--features-only"], &["--compress", "zstd"]] {
         let mut is_repeated = false;
@@ -175,12 +173,12 @@ fn every_answer_of_every_sensor_is_right_or_absent() {
         assert!(truth.iter().all(|stream| stream.events.len() == 1 && stream.frames.len() > 100));
         assert!(truth[0].frames.iter().any(Option::is_none), "the simulated driver lost frames");
         for number in 0..count {
-            fs::write(&old, damaged(&bytes, &mut random)).unwrap();
-            let done = run(&["recover", old.to_str().unwrap(), "-o", new.to_str().unwrap(), "--force"]);
+            fs::write(old, damaged(&bytes, &mut random)).unwrap();
+            let done = run(&["recover", old, "-o", new, "--force"]);
             let code = done.status.code();
             assert!(matches!(code, Some(0 | 1)), "{options:?} {number}: {}", said(&done));
             for ((name, ..), truth) in SENSORS.iter().zip(&truth) {
-                let Some(found) = stream(&new, Some(name)) else {
+                let Some(found) = stream(new.as_ref(), Some(name)) else {
                     assert_eq!(code, Some(1), "{options:?} {number}: {}", said(&done));
                     continue;
                 };
@@ -195,10 +193,10 @@ fn every_answer_of_every_sensor_is_right_or_absent() {
             }
             // A recovery of a recovery changes nothing.
             if code == Some(0) && !std::mem::replace(&mut is_repeated, true) {
-                good(&["recover", new.to_str().unwrap(), "-o", again.to_str().unwrap(), "--force"]);
-                assert!(fs::read(&new).unwrap() == fs::read(&again).unwrap(), "{options:?}");
+                good(&["recover", new, "-o", again, "--force"]);
+                assert!(fs::read(new).unwrap() == fs::read(again).unwrap(), "{options:?}");
             }
-            let _ = fs::remove_file(&new);
+            let _ = fs::remove_file(new);
         }
         assert!(is_repeated, "{options:?}: no damage was recovered");
     }
@@ -222,8 +220,8 @@ fn a_file_of_before_is_recovered_up_to_the_first_damage() {
     }
     let (mut random, mut is_cut) = (Random::new(5), 0);
     for number in 0..20 {
-        let old = folder.file("old.mcap", damaged(&bytes, &mut random));
-        let done = run(["recover", text(&old), "-o", new_name, "--force"]);
+        let old = folder.written("old.mcap", damaged(&bytes, &mut random));
+        let done = run(["recover", &old, "-o", new_name, "--force"]);
         for (name, truth) in ["left", "right"].iter().zip(&truth) {
             let Some(found) = stream(&new, Some(name)) else { continue };
             check(&found, truth).unwrap_or_else(|why| panic!("{number}, {name}: {why}: {}", said(&done)));

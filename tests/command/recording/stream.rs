@@ -184,12 +184,9 @@ fn words_and_counts_of_a_recording_are_harmless() {
     }
     items.push(Owned::Lost(u64::MAX, LossReason::Dropped));
     items.extend([items[0].clone(), Owned::Lost(1, LossReason::Dropped), Owned::End]);
-    let path = folder.0.join("a.mcap");
     assert!(again(&folder, &info(PixelFormat::Gray, 64), &items).0.len() == items.len());
-    let named = folder.0.join(format!("{evil}.mcap"));
-    std::fs::rename(&path, &named).unwrap();
-    let (named, new) = (named.to_str().unwrap(), folder.0.join("new"));
-    let new = new.to_str().unwrap();
+    let (named, new) = (&*folder.path(&format!("{evil}.mcap")), &*folder.path("new"));
+    std::fs::rename(folder.0.join("a.mcap"), named).unwrap();
     let shows = |c: char| c.is_control() && c != '\n';
     for arguments in [
         &["run", named][..],

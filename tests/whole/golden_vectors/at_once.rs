@@ -71,11 +71,7 @@ fn every_answer_at_once_is_that_of_the_reference() {
     let (mut early, mut late) = (0, 0);
     for case in &cases {
         let (name, said) = (&case.name, case.said());
-        assert_eq!(
-            (&said.ends, &said.incomplete),
-            (&case.ends, &case.incomplete),
-            "{name}: ends of touches and incomplete samples"
-        );
+        assert_eq!((&said.ends, &said.incomplete), (&case.ends, &case.incomplete), "{name}: ends, incomplete samples");
         assert_eq!(said.answers.len(), case.answers.len(), "{name}: {:?}", said.answers);
         for (found, (frame, event_frame, frames, expected)) in said.answers.iter().zip(&case.answers) {
             let (answer, at) = (&found.3, format!("{name}, frame {frame}"));

@@ -7,8 +7,7 @@ use serde::Deserialize;
 use wstac_core::features::Features;
 use wstac_core::frame::Stride;
 use wstac_core::green::any::{Any, PixelFormat, YcbcrMethod};
-use wstac_core::green::bayer::BayerOrder;
-use wstac_core::green::ycbcr::{QuantizationRange, YcbcrEncoding, YcbcrMatrix};
+use wstac_core::green::ycbcr::YcbcrEncoding;
 use wstac_core::layout::{FrameSize, Layout};
 use wstac_core::paper::baseline_policy::TrackingBaseline;
 use wstac_core::paper::speed::{Law, SpeedConfig, ThresholdOn};
@@ -16,6 +15,7 @@ use wstac_core::paper::trigger::{ContactEnd, InterruptedSample, Rule, TriggerCon
 use wstac_core::params::TAXELS;
 use wstac_core::rate::FrameRate;
 use wstac_core::taxels::FrameGeometry;
+use wstac_tests::formats::COLORS;
 
 #[derive(Deserialize)]
 pub(super) struct Manifest {
@@ -89,7 +89,7 @@ pub(super) struct Expected {
     pub(super) partial_frames: Option<Vec<u64>>,
     pub(super) trigger: Option<Thresholds>,
     pub(super) events: Vec<EventOf>,
-    pub(super) incomplete_samples: Vec<IncompleteOf>,
+    pub(super) incomplete_samples: Vec<InterruptedSample>,
     #[serde(default)]
     pub(super) contact_ends: Vec<ContactEnd>,
     pub(super) end: End,
@@ -141,25 +141,12 @@ pub(super) struct DirectionAnswer {
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct IncompleteOf {
-    pub(super) frame: u64,
-    pub(super) frames: u8,
-}
-
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(super) struct End {
     pub(super) frames: u64,
     pub(super) dropped: u64,
     pub(super) baseline: String,
     pub(super) quiet: Option<bool>,
-    pub(super) incomplete: Option<IncompleteOf>,
-}
-
-impl From<IncompleteOf> for InterruptedSample {
-    fn from(other: IncompleteOf) -> Self {
-        Self::new(other.frame, other.frames)
-    }
+    pub(super) incomplete: Option<InterruptedSample>,
 }
 
 /// Frames of a stream of taxels.
@@ -200,52 +187,27 @@ pub(super) fn read<T: for<'a> Deserialize<'a>>(path: &Path) -> T {
 impl Case {
     pub(super) fn pixel_format(&self) -> PixelFormat {
         use PixelFormat as F;
-        match self.format.as_str() {
-            "GREY" => F::Gray,
-            "Y10" => F::Y10,
-            "Y12" => F::Y12,
-            "Y16" => F::Y16,
-            "RGB24" => F::Rgb24,
-            "BGR24" => F::Bgr24,
-            "RGBX32" | "BGRX32" => F::Rgbx32,
-            "XRGB32" | "XBGR32" => F::Xrgb32,
-            "RGB565" => F::Rgb565,
-            "YUYV" => F::Yuyv,
-            "UYVY" => F::Uyvy,
-            "NV12" => F::Nv12,
-            "YU12" => F::Yu12,
-            "YUV422P" => F::Yuv422p,
-            "YUV444P" => F::Yuv444p,
-            bayer => {
-                let (order, bits) = bayer.split_at(4);
-                let order = match order {
-                    "RGGB" => BayerOrder::Rggb,
-                    "GRBG" => BayerOrder::Grbg,
-                    "GBRG" => BayerOrder::Gbrg,
-                    "BGGR" => BayerOrder::Bggr,
-                    _ => panic!("{}: pixel format {bayer}", self.name),
-                };
-                match bits {
-                    "8" => F::Bayer8(order),
-                    "10" => F::Bayer10(order),
-                    "12" => F::Bayer12(order),
-                    _ => panic!("{}: pixel format {bayer}", self.name),
-                }
-            }
-        }
+        // Green is at the same place in both.
+        let stored = match self.format.as_str() {
+            "BGRX32" => "RGBX32",
+            "XBGR32" => "XRGB32",
+            stored => stored,
+        };
+        let name = |format: &F| match *format {
+            F::Gray => "GREY".to_owned(),
+            F::Bayer8(order) => format!("{order:?}8"),
+            F::Bayer10(order) => format!("{order:?}10"),
+            F::Bayer12(order) => format!("{order:?}12"),
+            format => format!("{format:?}"),
+        };
+        let mut named = F::all().filter(|format| name(format).to_uppercase() == stored);
+        named.next().unwrap_or_else(|| panic!("{}: pixel format {stored}", self.name))
     }
 
     pub(super) fn camera(&self) -> FrameGeometry<Any> {
-        let matrix = match self.matrix.as_str() {
-            "bt601" => YcbcrMatrix::Bt601,
-            "bt709" => YcbcrMatrix::Bt709,
-            other => panic!("matrix {other}"),
-        };
-        let range = match self.range.as_str() {
-            "limited" => QuantizationRange::Limited,
-            "full" => QuantizationRange::Full,
-            other => panic!("range {other}"),
-        };
+        let color = format!("{} {}", self.matrix, self.range);
+        let name = |color: &YcbcrEncoding| format!("{:?} {:?}", color.matrix, color.range).to_lowercase();
+        let encoding = COLORS.into_iter().find(|encoding| name(encoding) == color).expect(&color);
         let size = FrameSize::new(self.width, self.height).unwrap();
         let layout = match &self.layout {
             LayoutOf::Preset { preset } => {
@@ -256,7 +218,7 @@ impl Case {
                 Layout::new(size, *taxel, corners.as_slice().try_into().unwrap()).unwrap()
             }
         };
-        let green = Any::new(self.pixel_format(), YcbcrEncoding { matrix, range }, self.yuv);
+        let green = Any::new(self.pixel_format(), encoding, self.yuv);
         FrameGeometry::with_stride(green, layout, self.rate(), Stride::try_from(self.stride).unwrap())
             .and_then(|camera| camera.with_bytes_per_row(self.bytes_per_line))
             .unwrap()

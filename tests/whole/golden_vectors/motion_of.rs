@@ -38,27 +38,22 @@ impl MotionOf {
         velocity: Option<Velocity>,
         most: &Tolerance,
     ) -> Option<f64> {
-        assert_eq!(contact.as_str(), self.contact, "{at}: {velocity:?}, expected {self:?}");
+        let about = format!("{at}: {velocity:?}, expected {self:?}");
+        assert_eq!(contact.as_str(), self.contact, "{about}");
         let (Some(velocity), Some(mm_s)) = (velocity, self.mm_s) else {
-            assert!(velocity.is_none() && self.mm_s.is_none(), "{at}: {velocity:?}, expected {self:?}");
+            assert!(velocity.is_none() && self.mm_s.is_none(), "{about}");
             return None;
         };
         let off = (f64::from(velocity.mm_s) / mm_s - 1.0).abs();
         let turned = (f64::from(velocity.degrees) - self.deg.unwrap() + 180.0).rem_euclid(360.0) - 180.0;
         let most_off = most.speed * if most.grows { (mm_s / 600.0).max(1.0) } else { 1.0 };
-        assert!(off < most_off, "{at}: {velocity:?}, expected {self:?}");
-        assert!(turned.abs() < most.degrees, "{at}: {velocity:?}, expected {self:?}");
+        assert!(off < most_off, "{about}");
+        assert!(turned.abs() < most.degrees, "{about}");
         let close = |found: f32, expected: f64, unit: f64| {
             (f64::from(found) - expected).abs() < most.deviation * expected + unit
         };
-        assert!(
-            close(velocity.mm_s_sd, self.mm_s_sd.unwrap(), most.of_speed * mm_s),
-            "{at}: {velocity:?}, expected {self:?}"
-        );
-        assert!(
-            close(velocity.degrees_sd, self.deg_sd.unwrap(), most.of_degrees),
-            "{at}: {velocity:?}, expected {self:?}"
-        );
+        assert!(close(velocity.mm_s_sd, self.mm_s_sd.unwrap(), most.of_speed * mm_s), "{about}");
+        assert!(close(velocity.degrees_sd, self.deg_sd.unwrap(), most.of_degrees), "{about}");
         Some(off)
     }
 }

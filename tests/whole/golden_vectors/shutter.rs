@@ -25,13 +25,8 @@ struct Shutters {
 
 impl Shutter {
     pub(super) fn config(&self) -> MotionConfig {
-        let order = match self.order.as_str() {
-            "down" => RowOrder::Down,
-            "up" => RowOrder::Up,
-            "right" => RowOrder::Right,
-            "left" => RowOrder::Left,
-            other => panic!("{other} is no order of rows"),
-        };
+        let mut orders = [RowOrder::Down, RowOrder::Up, RowOrder::Right, RowOrder::Left].into_iter();
+        let order = orders.find(|order| format!("{order:?}").to_lowercase() == self.order).expect(&self.order);
         let [width, height] = self.frame.map(u32::from);
         let layout = Layout::new(FrameSize::new(width, height).unwrap(), self.taxel, self.corners).unwrap();
         let time = self.readout_ms.map(|ms| ReadoutTime::from_ms(ms).unwrap());

@@ -39,12 +39,9 @@ fn every_slip_is_that_of_the_reference() {
         assert_eq!(holds, case.holds, "{name}: holds");
         assert_eq!(slips.len(), case.slips.len(), "{name}: {slips:?}");
         for (slip, expected) in slips.iter().zip(&case.slips) {
-            assert_eq!(
-                (slip.frame, slip.onset_frame, slip.held_since_frame),
-                (expected.0, expected.1, expected.2),
-                "{name}"
-            );
-            assert!((slip.strength / expected.3 - 1.0).abs() < 1e-5, "{name}: {slip:?}, expected {expected:?}");
+            let (frame, onset, held, strength) = *expected;
+            assert_eq!((slip.frame, slip.onset_frame, slip.held_since_frame), (frame, onset, held), "{name}");
+            assert!((slip.strength / strength - 1.0).abs() < 1e-5, "{name}: {slip:?}, expected {expected:?}");
         }
         count += slips.len();
         ends += holds.iter().skip(1).filter(|(_, held)| held.is_none()).count();

@@ -240,6 +240,7 @@ pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
         return lerobot::run(arguments, folder);
     }
     check_ending(&arguments.output, &["npz"])?;
+    outputs(arguments).check([&arguments.output])?;
     match &arguments.sources[..] {
         [] => random::run(arguments, None),
         [sweep] if ends(sweep, "toml") && !sweep.is_dir() => match arguments.sample() {
@@ -293,7 +294,6 @@ fn simulated(arguments: &Arguments, sweep_file: &Path) -> Result<(), Stop> {
     // All slides have the same camera.
     check(&sweep.script(0), &config).map_err(|error| Error::new(ErrorKind::Config, sweep_file.display(), error))?;
     let outputs = outputs(arguments);
-    outputs.check([&arguments.output])?;
     let units = units::chosen(arguments.units.as_ref(), sweep.count() as usize, "slides")?;
     let outcomes = make(&sweep, &config, units, arguments.threads)?;
     let samples = tell(&outcomes);

@@ -178,9 +178,9 @@ pub struct LearnedTextures {
 #[cfg(test)]
 pub(super) mod tests {
     use std::string::{String, ToString};
-    use std::vec::Vec;
 
-    use super::super::{Decoder, LONGEST, LONGEST_REQUEST, Message, Request, encode};
+    use super::super::tests::{check_requests, refused};
+    use super::super::{Message, Quantity, Request};
     use super::*;
 
     fn longest() -> TextureName {
@@ -203,23 +203,14 @@ pub(super) mod tests {
     #[test]
     fn requests_are_read_as_they_were_written_and_have_the_last_numbers() {
         let name = TextureName::new("carpet").unwrap();
-        let mut decoder = Decoder::<LONGEST_REQUEST>::new();
-        let requests = [
+        let numbers = check_requests(&[
             Request::Forget,
             Request::Textures,
             Request::Learn(name),
             Request::Learn(longest()),
             Request::StopLearning,
             Request::ForgetTexture(name),
-        ];
-        let mut numbers = Vec::new();
-        for request in requests {
-            let bytes = encode(&request, 7, &mut [0; LONGEST]).to_vec();
-            // Version, sequence number, and the request's number behind the frame's zero and its first code.
-            numbers.push(bytes[4]);
-            let mut found = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte).map(Result::unwrap));
-            assert_eq!(found.next().unwrap().message, request);
-        }
+        ]);
         assert_eq!(numbers, [0, 1, 2, 2, 3, 4].map(|more| numbers[0] + more));
     }
 
@@ -238,32 +229,13 @@ pub(super) mod tests {
     }
 
     #[test]
-    fn the_longest_messages_are_read_as_they_were_written() {
-        for message in messages() {
-            let bytes = encode(&message, u16::MAX, &mut [0; LONGEST]).to_vec();
-            assert!(!bytes.is_empty());
-            let mut decoder = Decoder::<LONGEST>::new();
-            let found = bytes.iter().filter_map(|&byte| match decoder.push::<Message<'_>>(byte) {
-                Some(Ok(received)) => Some(received.message == message),
-                Some(other) => panic!("{other:?}"),
-                None => None,
-            });
-            assert_eq!(found.collect::<Vec<_>>(), [true], "{message:?}");
-        }
-        assert!(!LearningStep::Begun.is_end() && LearningStep::Learned.is_end());
-    }
-
-    #[test]
     fn more_slides_than_are_needed_are_impossible() {
-        use super::super::{DecodeError, Quantity};
+        assert!(!LearningStep::Begun.is_end() && LearningStep::Learned.is_end());
         for (slides, needed) in [(6, 5), (0, 0)] {
             let state = Learning::new(longest(), slides, needed, LearningStep::Taken);
             let textures = LearnedTextures { learning: Some(state), ..LearnedTextures::default() };
             for message in [Message::Learning(state), Message::Textures(textures)] {
-                let bytes = encode(&message, 1, &mut [0; LONGEST]).to_vec();
-                let mut decoder = Decoder::<LONGEST>::new();
-                let found = bytes.iter().find_map(|&byte| decoder.push::<Message<'_>>(byte).map(Result::err));
-                assert_eq!(found, Some(Some(DecodeError::Impossible(Quantity::Slides))));
+                assert_eq!(refused(&message), Some(Quantity::Slides));
             }
         }
     }

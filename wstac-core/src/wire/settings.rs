@@ -115,8 +115,8 @@ impl core::error::Error for Refusal {}
 #[cfg(test)]
 mod tests {
     use std::string::ToString;
-    use std::vec::Vec;
 
+    use super::super::tests::{check_read, check_requests};
     use super::super::{Decoder, LONGEST, Message, Request, encode};
     use super::*;
     use crate::paper::trigger::Rule;
@@ -148,43 +148,24 @@ mod tests {
     fn the_longest_settings_fit_a_request_and_are_read_as_they_were_written() {
         let bytes = encode(&Request::Set(settings()), u16::MAX, &mut [0; LONGEST]).to_vec();
         let mut decoder = Decoder::<LONGEST_REQUEST>::new();
-        let found: Vec<_> = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte)).collect();
-        assert_eq!(found[0].as_ref().unwrap().message, Request::Set(settings()));
+        let mut found = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte).map(Result::unwrap));
+        assert_eq!(found.next().unwrap().message, Request::Set(settings()));
         assert!(bytes.len() > LONGEST_REQUEST - 8, "{}", bytes.len());
-        for request in [Request::Settings, Request::Forget] {
-            let bytes = encode(&request, 7, &mut [0; LONGEST]).to_vec();
-            let mut found = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte).map(Result::unwrap));
-            assert_eq!(found.next().unwrap().message, request);
-        }
     }
 
     #[test]
     fn answers_are_read_as_they_were_written() {
         let refused = settings().layout(FrameSize::new(320, 240).unwrap()).unwrap_err();
-        for message in [
-            Message::Settings(SettingsInUse::new(settings(), true)),
-            Message::Set(Ok(())),
-            Message::Set(Err(refused)),
-            Message::Set(Err(Refusal::Memory)),
-        ] {
-            let bytes = encode(&message, u16::MAX, &mut [0; LONGEST]).to_vec();
-            let mut decoder = Decoder::<LONGEST>::new();
-            let found = bytes.iter().filter_map(|&byte| match decoder.push::<Message<'_>>(byte) {
-                Some(Ok(received)) => Some(received.message == message),
-                Some(other) => panic!("{other:?}"),
-                None => None,
-            });
-            assert_eq!(found.collect::<Vec<_>>(), [true], "{message:?}");
+        check_read(&Message::Settings(SettingsInUse::new(settings(), true)));
+        for answer in [Ok(()), Err(refused), Err(Refusal::Memory)] {
+            check_read(&Message::Set(answer));
         }
     }
 
     #[test]
     fn the_numbers_of_these_messages_are_the_last_ones() {
-        // Version, sequence number, and the message's number behind the frame's zero and its first code.
-        let number = |bytes: &[u8]| bytes[4];
-        let mut buffer = [0; LONGEST];
-        let last = [Request::Time { host_us: 0 }, Request::Settings, Request::Set(settings()), Request::Forget]
-            .map(|request| number(encode(&request, 1, &mut buffer)));
+        let requests = [Request::Time { host_us: 0 }, Request::Settings, Request::Set(settings()), Request::Forget];
+        let last = check_requests(&requests);
         assert_eq!(last, [last[0], last[0] + 1, last[0] + 2, last[0] + 3]);
     }
 }

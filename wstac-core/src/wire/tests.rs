@@ -91,12 +91,9 @@ fn telemetry() -> Telemetry {
     }
 }
 
-/// Returns every message at its longest, then some others.
-fn messages() -> Vec<Message<'static>> {
-    let incomplete = InterruptedSample { frame: LAST, frames: 69 };
-    let stream =
-        StreamEnd { frames: LAST, baseline_complete: true, baseline_quiet: true, incomplete: Some(incomplete) };
-    let short = Answers {
+/// Returns answers of which as much as possible is absent or zero.
+fn short_answers() -> Answers<'static> {
+    Answers {
         frame: 0,
         touch: None,
         end: None,
@@ -113,7 +110,15 @@ fn messages() -> Vec<Message<'static>> {
         basis: None,
         extent: None,
         frames: None,
-    };
+    }
+}
+
+/// Returns every message at its longest, then some others.
+fn messages() -> Vec<Message<'static>> {
+    let incomplete = InterruptedSample { frame: LAST, frames: 69 };
+    let stream =
+        StreamEnd { frames: LAST, baseline_complete: true, baseline_quiet: true, incomplete: Some(incomplete) };
+    let short = short_answers();
     let mut all = Vec::from([
         Message::Hello(hello(LAST)),
         Message::Features { frame: LAST, features: [i16::MIN; 10] },
@@ -199,6 +204,33 @@ fn arrived(message: &Message, lost: u16) -> Found {
     Ok((std::format!("{message:?}"), lost))
 }
 
+/// Checks that a message is read as it was written, and returns its frame.
+pub(super) fn check_read(message: &Message) -> Vec<u8> {
+    let bytes = frame(message, u16::MAX);
+    let mut decoder = Decoder::<LONGEST>::new();
+    let found = bytes.iter().filter_map(|&byte| match decoder.push::<Message>(byte) {
+        Some(Ok(Received { message: found, lost: 0, .. })) => Some(found == *message),
+        Some(other) => panic!("{message:?}: {other:?}"),
+        None => None,
+    });
+    assert_eq!(found.collect::<Vec<_>>(), [true], "{message:?}");
+    bytes
+}
+
+/// Checks that a board reads requests as they were written, and returns their numbers: behind the frame's zero and its
+/// first code are version, sequence number and number.
+#[cfg(feature = "settings")]
+pub(super) fn check_requests(requests: &[Request]) -> Vec<u8> {
+    let mut decoder = Decoder::<LONGEST_REQUEST>::new();
+    let number = |request: &Request| {
+        let bytes = encode(request, 7, &mut [0; LONGEST]).to_vec();
+        let mut found = bytes.iter().filter_map(|&byte| decoder.push::<Request>(byte).map(Result::unwrap));
+        assert_eq!(found.next().unwrap().message, *request);
+        bytes[4]
+    };
+    requests.iter().map(number).collect()
+}
+
 #[test]
 fn requests_have_their_numbers_whatever_the_features() {
     let number = |bytes: &[u8]| bytes[4];
@@ -217,17 +249,10 @@ fn requests_have_their_numbers_whatever_the_features() {
 fn every_message_is_read_as_it_was_written() {
     let mut longest = 0;
     for message in messages() {
-        let bytes = frame(&message, u16::MAX);
+        let bytes = check_read(&message);
         longest = longest.max(bytes.len());
         assert_eq!((bytes[0], bytes[bytes.len() - 1]), (0, 0), "{message:?}");
         assert!(!bytes[1..bytes.len() - 1].contains(&0), "{message:?}");
-        let mut decoder = Decoder::<LONGEST>::new();
-        let found = bytes.iter().filter_map(|&byte| match decoder.push::<Message>(byte) {
-            Some(Ok(Received { message: found, lost: 0, .. })) => Some(found == message),
-            Some(other) => panic!("{message:?}: {other:?}"),
-            None => None,
-        });
-        assert_eq!(found.collect::<Vec<_>>(), [true], "{message:?}");
     }
     // The longest message fits, and little room is left.
     assert!(longest > 256 && longest <= LONGEST, "{longest}");
@@ -263,14 +288,11 @@ fn the_bytes_of_a_frame_are_these() {
         speed: Ok(Speed::by_arrival(159.9, 1.5)),
         direction: Direction::by_arrival(Ok([90.5, 0.75])),
         textures: [texture, None, None],
-        frames_filled: 0,
         reliable: true,
         number: 300,
         kept: 1,
-        doubt: None,
         basis: Some(Basis::Edge),
-        extent: None,
-        frames: None,
+        ..short_answers()
     };
     let content = [
         &[4, 0, 3, 35, 1, 20, 1, 38, 1, 0, 1, 27, 0][..],
@@ -393,11 +415,8 @@ fn every_truncation_and_every_changed_byte_is_refused() {
         for length in 2..bytes.len() - 1 {
             let mut cut = bytes[..length].to_vec();
             cut.push(0);
-            assert_eq!(
-                received(&mut Decoder::new(), &cut),
-                [Err(DecodeError::Damaged)],
-                "{message:?} of {length} bytes"
-            );
+            let found = received(&mut Decoder::new(), &cut);
+            assert_eq!(found, [Err(DecodeError::Damaged)], "{message:?} of {length} bytes");
         }
         for at in 1..bytes.len() - 1 {
             for change in 1..=u8::MAX {
@@ -467,7 +486,7 @@ fn a_frame_that_is_too_long_for_a_decoder_is_refused_whatever_its_beginning() {
 }
 
 /// Returns a frame of any content, with its CRC.
-fn frame_of(content: &[u8]) -> Vec<u8> {
+pub(super) fn frame_of(content: &[u8]) -> Vec<u8> {
     cobs(&with_crc(content))
 }
 
@@ -614,7 +633,7 @@ fn reasons_are_errors_with_sentences() {
 }
 
 /// Returns the quantity for which a message is refused.
-fn refused(message: &Message) -> Option<Quantity> {
+pub(super) fn refused(message: &Message) -> Option<Quantity> {
     let bytes = frame(message, 7);
     match &received(&mut Decoder::new(), &bytes)[..] {
         [Ok(_)] => None,

@@ -115,10 +115,8 @@ fn what_a_board_cannot_use_is_refused() {
     let full_scale = changed(|settings| settings.floor = Floor::new(1.0, 1023).unwrap());
     assert!(matches!(of(&full_scale), Err(Refusal::Layout(_))));
     for found in [0, 501] {
-        assert_eq!(
-            of(&changed(|settings| settings.exposure = Some(found))),
-            Err(Refusal::Exposure { found, most: 500 })
-        );
+        let expected = Err(Refusal::Exposure { found, most: 500 });
+        assert_eq!(of(&changed(|settings| settings.exposure = Some(found))), expected);
     }
 }
 

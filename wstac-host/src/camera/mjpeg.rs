@@ -275,11 +275,8 @@ mod tests {
                 assert_eq!(picture_facts(&every).map(|(size, _)| size), Ok(SIDE));
             }
             for before in [&[0][..], &[0xff], &[0x5a; 16], &[0xff, 0xd8], &[0xff, 0xd8, 0xff, 0xd8, 0xff]] {
-                assert_eq!(
-                    decoder.decode(&[before, &whole].concat()),
-                    Ok(&expected[..]),
-                    "{before:?} before the start"
-                );
+                let expected = Ok(&expected[..]);
+                assert_eq!(decoder.decode(&[before, &whole].concat()), expected, "{before:?} before the start");
             }
             let far = [&[0x5a; 17], &whole[..]].concat();
             assert_eq!(decoder.picture(&far), Err(Refusal::NoPicture));

@@ -59,10 +59,8 @@ mod tests {
             in_words(&telemetry, clock(None)),
             format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms")
         );
-        assert_eq!(
-            in_words(&telemetry, clock(Some(-12.4))),
-            format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms, 12 ppm slow")
-        );
+        let expected = format!("{expected}, clock 5.1250 s behind this machine's within 0.3 ms, 12 ppm slow");
+        assert_eq!(in_words(&telemetry, clock(Some(-12.4))), expected);
         telemetry.millihertz = Some(0);
         assert!(in_words(&telemetry, None).starts_with("up for 1 h 2 min, no frames, 1 overrun"));
         assert_eq!([59_999, 60_000, 3_599_999].map(duration), ["59 s", "1 min 0 s", "59 min 59 s"]);

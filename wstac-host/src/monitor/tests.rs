@@ -201,29 +201,9 @@ fn a_board_whose_model_has_no_answer_has_a_model() {
     }
 }
 
-/// Numbers that look random: the same in every run.
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 33) as u32
-    }
-
-    /// Returns a number below `end`.
-    fn below(&mut self, end: usize) -> usize {
-        self.next() as usize % end
-    }
-
-    /// Returns whether something happens that happens so often in 10,000 times.
-    fn happens(&mut self, in_10_000: usize) -> bool {
-        self.below(10_000) < in_10_000
-    }
-}
-
 /// A line that loses and changes bytes.
 struct Line {
-    random: Random,
+    random: fastrand::Rng,
     /// The bytes of 10,000 that are lost, and the same number are changed.
     errors: usize,
 }
@@ -232,10 +212,10 @@ impl Line {
     fn carry(&mut self, bytes: &[u8]) -> Vec<u8> {
         let mut arrived = Vec::new();
         for &byte in bytes {
-            if self.random.happens(self.errors) {
+            if self.random.usize(..10_000) < self.errors {
                 continue;
             }
-            let change = if self.random.happens(self.errors) { 1 << self.random.below(8) } else { 0 };
+            let change = if self.random.usize(..10_000) < self.errors { 1 << self.random.u8(..8) } else { 0 };
             arrived.push(byte ^ change);
         }
         arrived
@@ -261,7 +241,7 @@ struct Linked {
 impl Linked {
     fn new(seed: u64, errors: usize) -> Self {
         let mut linked = Self {
-            line: Line { random: Random(seed), errors },
+            line: Line { random: fastrand::Rng::with_seed(seed), errors },
             outbox: Outbox::new(),
             decoder: Decoder::new(),
             sequence: 0,
@@ -519,15 +499,15 @@ fn whatever_the_numbers_of_a_whole_frame_are_only_possible_ones_are_given() {
             .all(|(content, message)| { frame_of(content) == encode(message, 0, &mut [0; LONGEST]) })
     );
     let wanted = OutputOptions { features: true, motion: true, ..OutputOptions::default() };
-    let mut random = Random(7);
+    let mut random = fastrand::Rng::with_seed(7);
     let (mut outputs, mut refused) = (0, 0);
     for round in 0..200_000 {
-        let which = random.below(contents.len());
+        let which = random.usize(..contents.len());
         let original = contents[which].clone();
         // A number of a message takes one to four bytes. The version and the sequence stay.
-        for _ in 0..=random.below(3) {
-            let at = 2 + random.below(original.len() - 2);
-            let value = [0, 0x7F, 0x80, 0xC0, 0xFF, random.next() as u8][random.below(6)];
+        for _ in 0..=random.u8(..3) {
+            let at = 2 + random.usize(..original.len() - 2);
+            let value = [0, 0x7F, 0x80, 0xC0, 0xFF, random.u8(..)][random.usize(..6)];
             contents[which][at] = value;
         }
         let mut monitor = Monitor::new(wanted);

@@ -139,10 +139,8 @@ mod tests {
         let plan =
             parse("specimens = [\"Saw3\", \"Fla0\"]\nspeeds = [100, 150.5]\ndirections = [90]\ncount = 10").unwrap();
         assert_eq!(plan.len(), 40);
-        assert_eq!(
-            (plan[0].name.as_str(), plan[10].name.as_str()),
-            ("Saw3-100mm_s-90deg-01", "Saw3-150.5mm_s-90deg-01")
-        );
+        let expected = ("Saw3-100mm_s-90deg-01", "Saw3-150.5mm_s-90deg-01");
+        assert_eq!((plan[0].name.as_str(), plan[10].name.as_str()), expected);
         assert_eq!(plan[1].about, "Saw3, 100 mm/s, 90 degrees, 2 of 10");
         assert_eq!(plan[39].labels["specimen"], "Fla0");
         let plain = parse("specimens = [\"Saw3\"]").unwrap();

@@ -428,10 +428,8 @@ mod tests {
         let apart = [&apart[0][..], &apart[1], &apart[2]];
         // All chunks are kept, or they stand one behind the other: each is unpacked once.
         let (found, unpacked, bytes, why) = read(apart, 1000, None);
-        assert!(
-            (found, unpacked, &why) == (300, bytes, &None) && bytes > 300_000,
-            "{found} {unpacked} {bytes} {why:?}"
-        );
+        assert!((found, unpacked, &why) == (300, bytes, &None), "{found} {unpacked} {bytes} {why:?}");
+        assert!(bytes > 300_000, "{found} {unpacked} {bytes} {why:?}");
         let in_turn = [&all[..100], &all[100..200], &all[200..]];
         assert_eq!(read(in_turn, 1000, Some(0)), (300, bytes, bytes, None));
         // Of chunks that are not kept, each message needs another one.

@@ -594,29 +594,19 @@ mod tests {
             let files: Vec<_> = (0..130).flat_map(name).map(PathBuf::from).collect();
             several(&files, positions(&files).as_ref())
         };
-        assert_eq!(
-            of(&|n| [format!("left_{n:04}.png"), format!("right_{n:04}.png")]).as_deref(),
-            Some("left_#: 130, right_#: 130")
-        );
+        let expected = Some("left_#: 130, right_#: 130");
+        assert_eq!(of(&|n| [format!("left_{n:04}.png"), format!("right_{n:04}.png")]).as_deref(), expected);
         assert_eq!(of(&|n| [format!("{n}_a.png"), format!("{n}_b.png")]).as_deref(), Some("#_a: 130, #_b: 130"));
-        assert_eq!(
-            of(&|n| [format!("cam1_{n:04}.png"), format!("cam2_{n:04}.png")]).as_deref(),
-            Some("cam1_#: 130, cam2_#: 130")
-        );
+        let expected = Some("cam1_#: 130, cam2_#: 130");
+        assert_eq!(of(&|n| [format!("cam1_{n:04}.png"), format!("cam2_{n:04}.png")]).as_deref(), expected);
         let ms = |n: u32, late| 1_764_100_001_533 + u64::from(n) * 100 / 3 + late;
-        assert_eq!(
-            of(&|n| [format!("0_{}.png", ms(n, 0)), format!("1_{}.png", ms(n, 7))]).as_deref(),
-            Some("0_#: 130, 1_#: 130")
-        );
-        assert_eq!(
-            of(&|n| [format!("{}_0.png", ms(n, 0)), format!("{}_1.png", ms(n, 7))]).as_deref(),
-            Some("#_0: 130, #_1: 130")
-        );
+        let expected = Some("0_#: 130, 1_#: 130");
+        assert_eq!(of(&|n| [format!("0_{}.png", ms(n, 0)), format!("1_{}.png", ms(n, 7))]).as_deref(), expected);
+        let expected = Some("#_0: 130, #_1: 130");
+        assert_eq!(of(&|n| [format!("{}_0.png", ms(n, 0)), format!("{}_1.png", ms(n, 7))]).as_deref(), expected);
         let at = |n: u32, late| format!("{}.{:06}", ms(n, late) / 1000, ms(n, late) % 1000 * 1000);
-        assert_eq!(
-            of(&|n| [format!("cam0_{}.png", at(n, 0)), format!("cam1_{}.png", at(n, 16))]).as_deref(),
-            Some("cam0_#.#: 130, cam1_#.#: 130")
-        );
+        let expected = Some("cam0_#.#: 130, cam1_#.#: 130");
+        assert_eq!(of(&|n| [format!("cam0_{}.png", at(n, 0)), format!("cam1_{}.png", at(n, 16))]).as_deref(), expected);
         assert!(of(&|n| [format!("{}_cam0.png", at(n, 0)), format!("{}_cam1.png", at(n, 16))]).is_some());
         assert_eq!(of(&|n| [format!("{}.png", at(2 * n, 0)), format!("{}.png", at(2 * n + 1, 0))]), None);
         // One series: a counter and the time, takes one after the other, names with hours, minutes and seconds, and

@@ -432,10 +432,8 @@ mod tests {
         }
         spacing.finish();
         let Some(SourceEvent::Fault(fault)) = spacing.ready.pop_back() else { panic!() };
-        assert_eq!(
-            fault.to_string(),
-            "a.mp4: 20 frames are missing, by time stamps: 33.0 ms to 67.0 ms apart, expected 33.3 ms"
-        );
+        let expected = "a.mp4: 20 frames are missing, by time stamps: 33.0 ms to 67.0 ms apart, expected 33.3 ms";
+        assert_eq!(fault.to_string(), expected);
         // The sum opens no part that is uneven.
         assert_eq!(fault.kind, FaultKind::Spacing);
     }

@@ -61,6 +61,10 @@ impl Fake {
         lock(self, &named(settings), false).unwrap()
     }
 
+    fn change(&self, id: u32, value: i32) {
+        self.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == id).for_each(|(_, old)| *old = value);
+    }
+
     fn place(&self, id: u32) -> usize {
         let calls = self.calls.borrow();
         calls.iter().position(|(called, _)| *called == id).unwrap_or_else(|| panic!("{id:#x} was not set: {calls:?}"))
@@ -90,11 +94,11 @@ impl Controls for Fake {
             }
         }
         if !self.deaf.contains(&id) {
-            self.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == id).for_each(|(_, old)| *old = value);
+            self.change(id, value);
         }
         // Switching the automatic exposure off leaves the exposure as it was at that moment.
         if id == AUTO && value == 1 && !self.deaf.contains(&AUTO) {
-            self.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == EXPOSURE).for_each(|(_, old)| *old = 333);
+            self.change(EXPOSURE, 333);
         }
         Ok(())
     }
@@ -123,10 +127,8 @@ fn automatic_goes_off_before_the_value_is_set() {
     let camera = Fake::new();
     let locked = camera.lock(&[]);
     assert!(locked.iter().all(|control| control.locked && control.why.is_none()), "{locked:?}");
-    assert!(
-        camera.place(RATE) < camera.place(AUTO),
-        "a steady rate first: the exposure is then no longer than a frame"
-    );
+    // A steady rate comes first: the exposure is then no longer than a frame.
+    assert!(camera.place(RATE) < camera.place(AUTO));
     assert!(camera.place(AUTO) < camera.place(EXPOSURE) && camera.place(WHITE_AUTO) < camera.place(WHITE));
     assert_eq!([AUTO, RATE, WHITE_AUTO, POWER].map(|id| camera.value(id)), [1, 0, 0, 0]);
     // It is the value at the moment when the automatic was switched off, not before.
@@ -171,10 +173,7 @@ fn what_users_leave_automatic_is_not_locked() {
 fn settings_that_fit_no_control_are_errors_that_list_what_there_is() {
     let error = |settings: &[(&str, i32)]| lock(&Fake::new(), &named(settings), false).unwrap_err();
     for (settings, parts) in [
-        (
-            ("exposure", 1),
-            ["control exposure is not there", "exposure_time_absolute 3 to 2047", "auto_exposure 0 to 3"],
-        ),
+        (("exposure", 1), ["exposure is not there", "exposure_time_absolute 3 to 2047", "auto_exposure 0 to 3"]),
         (("exposure_time_absolute", 2), ["is 2, expected 3 to 2047", "the camera has", "zoom_absolute 100 to 500"]),
     ] {
         let message = error(&[settings]);
@@ -225,12 +224,9 @@ fn what_reads_back_otherwise_is_not_locked() {
 #[test]
 fn a_switch_that_cannot_be_off_is_told_and_a_fixed_filter_is_locked() {
     let camera = Fake::new();
-    camera
-        .controls
-        .borrow_mut()
-        .iter_mut()
-        .filter(|(c, _)| [POWER, RATE].contains(&c.id))
-        .for_each(|(c, _)| c.range.0 = 1);
+    for (control, _) in camera.controls.borrow_mut().iter_mut().filter(|(c, _)| [POWER, RATE].contains(&c.id)) {
+        control.range.0 = 1;
+    }
     let locked = camera.lock(&[]);
     assert!(one(&locked, "power_line_frequency").locked, "60 Hz stays 60 Hz");
     assert!(why(&locked, "exposure_dynamic_framerate").contains("the camera has 1 to 1"));
@@ -242,10 +238,8 @@ fn kept_controls_are_left_alone() {
     let kept = lock(&camera, &named(&[("zoom_absolute", 150)]), true).unwrap();
     assert_eq!(*camera.calls.borrow(), [(ZOOM, 150)]);
     assert_eq!(why(&kept, "auto_exposure"), "left as it was");
-    assert_eq!(
-        (why(&kept, "exposure_time_absolute"), one(&kept, "exposure_time_absolute").value),
-        ("left as it was".into(), 250)
-    );
+    let expected = ("left as it was".into(), 250);
+    assert_eq!((why(&kept, "exposure_time_absolute"), one(&kept, "exposure_time_absolute").value), expected);
     assert!(one(&kept, "zoom_absolute").locked);
     // A number that something automatic governs is not locked, unless that is off already.
     let white = named(&[("white_balance_temperature", 3000)]);
@@ -260,16 +254,14 @@ fn kept_controls_are_left_alone() {
 fn what_the_start_of_the_stream_changes_is_set_again() {
     let camera = Fake::new();
     let mut locked = camera.lock(&[]);
-    let moved =
-        |id, value| camera.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == id).for_each(|(_, v)| *v = value);
-    moved(AUTO, 3);
-    moved(EXPOSURE, 10);
-    moved(WHITE, 5000);
+    for (id, value) in [(AUTO, 3), (EXPOSURE, 10), (WHITE, 5000)] {
+        camera.change(id, value);
+    }
     hold(&camera, &mut locked);
     assert_eq!((camera.value(AUTO), camera.value(EXPOSURE), camera.value(WHITE)), (1, 333, 4000));
     assert!(locked.iter().all(|control| control.locked), "{locked:?}");
     let camera = Fake { deaf: vec![WHITE], ..camera };
-    camera.controls.borrow_mut().iter_mut().filter(|(c, _)| c.id == WHITE).for_each(|(_, v)| *v = 5000);
+    camera.change(WHITE, 5000);
     hold(&camera, &mut locked);
     assert!(why(&locked, "white_balance_temperature").contains("when the stream started"));
     assert_eq!(one(&locked, "white_balance_temperature").value, 5000);

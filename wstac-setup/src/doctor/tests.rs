@@ -23,6 +23,13 @@ static RUNNING: AtomicUsize = AtomicUsize::new(0);
 const ALL: Limit = Limit { settling: 0, seconds: f64::INFINITY, frames: None };
 const OF_A_CAMERA: Limit = Limit { settling: SETTLING, ..ALL };
 
+/// Measures a source with the default configuration.
+fn measured(source: &mut impl Source, limit: Limit) -> Result<(StreamInfo, Measured), Error> {
+    let info = source.info().clone();
+    let measured = measure(source, &info, &Config::default(), limit, &RUNNING)?;
+    Ok((info, measured))
+}
+
 /// Returns a scene of 150 dark frames with as many rows and columns, and their measurement.
 fn scene(side: u16, sensor: &str, leak: f64) -> (StreamInfo, Measured) {
     let toml = format!(
@@ -30,9 +37,7 @@ fn scene(side: u16, sensor: &str, leak: f64) -> (StreamInfo, Measured) {
     );
     let mut source = SceneSource::new(&SceneConfig::from_toml("test", &toml).unwrap()).unwrap();
     let limit = Limit { frames: Some(source.truth()[0].start_frame()), ..ALL };
-    let info = source.info().clone();
-    let measured = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap();
-    (info, measured)
+    measured(&mut source, limit).unwrap()
 }
 
 fn report(info: &StreamInfo, measured: &Measured, black: Option<f64>) -> Report {
@@ -97,9 +102,7 @@ fn color_formats_have_the_same_level() {
 fn taxel_sums_alone_give_noise_and_levels() {
     let toml = "specimen = \"Fla0\"\nspeed = 200\nlead_in = 300\nnoise = 1.0\nfidelity = \"taxel\"\n[sensor]\nblack_level = 6.0\nread_noise = 100.0";
     let mut source = SceneSource::new(&SceneConfig::from_toml("test", toml).unwrap()).unwrap();
-    let info = source.info().clone();
-    let measured =
-        measure(&mut source, &info, &Config::default(), Limit { frames: Some(300), ..ALL }, &RUNNING).unwrap();
+    let (info, measured) = measured(&mut source, Limit { frames: Some(300), ..ALL }).unwrap();
     let report = report(&info, &measured, Some(6.0));
     assert_eq!((report.noise.pixel, report.levels.saturated), (None, None));
     let truth = (1.0 + 1.0 / 12.0_f64).sqrt() / 90.0;
@@ -111,14 +114,9 @@ fn taxel_sums_alone_give_noise_and_levels() {
 fn saturation_and_clipped_black_are_shares_of_pixels() {
     let (info, measured) = scene(400, "format = \"GREY\"\nblack_level = 0.0\nread_noise = 0.0", 1.0);
     let full = report(&info, &measured, Some(0.0));
-    assert_eq!(
-        full.levels.saturated,
-        Some(full.levels.saturated.unwrap().max(0.6)),
-        "outside of taxels there is no noise"
-    );
-    assert!(
-        kinds(&full).contains(&"saturated") && kinds(&full).contains(&"leak") && kinds(&full).contains(&"always_lit")
-    );
+    let expected = Some(full.levels.saturated.unwrap().max(0.6));
+    assert_eq!(full.levels.saturated, expected, "outside of taxels there is no noise");
+    assert!(["saturated", "leak", "always_lit"].iter().all(|kind| kinds(&full).contains(kind)), "{full}");
     let (info, measured) = scene(400, "format = \"GREY\"\nblack_level = 0.0\nread_noise = 20.0", 0.0);
     let dark = report(&info, &measured, None);
     // A pixel of 0.2 levels of noise passes half a level once in 161 frames: 39 % of the pixels never do in 150.
@@ -191,27 +189,29 @@ impl Source for Played {
     }
 }
 
-fn read(mut source: Played) -> (StreamInfo, Measured) {
-    let info = source.info.clone();
-    let measured = measure(&mut source, &info, &Config::default(), ALL, &RUNNING).unwrap();
-    (info, measured)
+/// Measures even pictures of these levels.
+fn even(levels: impl IntoIterator<Item = f64>) -> (StreamInfo, Measured) {
+    let frames = levels.into_iter().map(Shown::Level).collect();
+    measured(&mut played(PixelFormat::Gray, frames, false), ALL).unwrap()
+}
+
+/// Returns the report of such pictures.
+fn report_of(levels: impl IntoIterator<Item = f64>) -> Report {
+    let (info, measured) = even(levels);
+    report(&info, &measured, None)
 }
 
 #[test]
 fn the_first_frames_of_a_camera_are_left_out_and_all_of_its_recording_are_measured() {
     for (limit, frames) in [(OF_A_CAMERA, 35), (ALL, 50)] {
         let mut source = played(PixelFormat::Gray, (0..50).map(|_| Shown::Level(1.4)).collect(), true);
-        let info = source.info.clone();
-        let measured = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap();
-        assert_eq!(measured.moments.len(), frames);
+        assert_eq!(measured(&mut source, limit).unwrap().1.moments.len(), frames);
     }
 }
 
 #[test]
 fn a_sensor_in_order_has_nothing_to_change() {
-    let frames = (0..150).map(|_| Shown::Level(1.4)).collect();
-    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
-    let report = report(&info, &measured, None);
+    let report = report_of([1.4; 150]);
     assert!(report.healthy && report.verdict.is_empty(), "{report}");
     assert_near("rate", report.rate.measured.unwrap(), 30.0, 1e-3);
     assert!(report.to_string().ends_with("Nothing to change."));
@@ -219,8 +219,7 @@ fn a_sensor_in_order_has_nothing_to_change() {
 
 #[test]
 fn what_an_unknown_readout_costs_is_told_of_cameras_only() {
-    let frames = (0..150).map(|_| Shown::Level(1.4)).collect();
-    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
+    let (info, measured) = even([1.4; 150]);
     let camera = CameraReport { device: DeviceInfo::default(), format: "GREY".into() };
     let mut config = Config::default();
     let of = |config: &Config| {
@@ -238,9 +237,7 @@ fn what_an_unknown_readout_costs_is_told_of_cameras_only() {
 #[test]
 fn drift_is_measured_and_told_in_minutes() {
     // 18 levels per minute, from 20 levels to 23.
-    let frames = (0..300).map(|t| Shown::Level(20.0 + 18.0 / 1800.0 * f64::from(t))).collect();
-    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
-    let report = report(&info, &measured, None);
+    let report = report_of((0..300).map(|t| 20.0 + 18.0 / 1800.0 * f64::from(t)));
     assert_near("drift", report.drift.levels_per_minute, 18.0, 0.1);
     assert_near("drift of the worst taxel", report.drift.worst_taxel, 18.0, 0.3);
     let minutes = report.drift.minutes_to_trigger.unwrap();
@@ -251,9 +248,7 @@ fn drift_is_measured_and_told_in_minutes() {
 
 #[test]
 fn falling_light_never_fires_and_is_told_all_the_same() {
-    let frames = (0..300).map(|t| Shown::Level(23.0 - 18.0 / 1800.0 * f64::from(t))).collect();
-    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
-    let report = report(&info, &measured, None);
+    let report = report_of((0..300).map(|t| 23.0 - 18.0 / 1800.0 * f64::from(t)));
     assert_near("drift", report.drift.levels_per_minute, -18.0, 0.1);
     assert_eq!(report.drift.minutes_to_trigger, None);
     let found = report.verdict.iter().find(|finding| finding.kind == "drift").map(|finding| finding.found.as_str());
@@ -266,17 +261,14 @@ fn a_slow_camera_losses_and_a_touch_are_told() {
     items.insert(30, Shown::Lost(4));
     let mut source = played(PixelFormat::Gray, items, true);
     source.step_s = 1.0 / 7.5;
-    let info = source.info.clone();
-    let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING).unwrap();
+    let (info, measured) = measured(&mut source, OF_A_CAMERA).unwrap();
     let report = report(&info, &measured, None);
     assert_near("rate", report.rate.measured.unwrap(), 7.5, 1e-3);
     assert_eq!(report.rate.lost[&LossReason::Dropped], 4);
     // The first 15 of 120 frames are the camera's settling. Frame 84 − 15 is the first lit one; the window from 70 on
     // fires.
     assert_eq!((report.rate.frames, measured.touched), (105, Some(60)));
-    for kind in ["touched", "slow", "lost"] {
-        assert!(kinds(&report).contains(&kind), "{report}");
-    }
+    assert!(["touched", "slow", "lost"].iter().all(|kind| kinds(&report).contains(kind)), "{report}");
     // Frames that the program itself has skipped are no fault of the cable.
     let mut skipped = measured.clone();
     skipped.lost = [(LossReason::Skipped, 4)].into();
@@ -299,9 +291,7 @@ fn a_slow_camera_losses_and_a_touch_are_told() {
 
 #[test]
 fn a_picture_that_never_changes_is_told() {
-    let frames = (0..60).map(|_| Shown::Level(255.0)).collect();
-    let (info, measured) = read(played(PixelFormat::Gray, frames, false));
-    assert!(kinds(&report(&info, &measured, None)).contains(&"frozen"));
+    assert!(kinds(&report_of([255.0; 60])).contains(&"frozen"));
 }
 
 #[test]
@@ -377,13 +367,12 @@ fn mjpeg_is_held_against_the_uncompressed_picture() {
 #[test]
 fn too_few_frames_are_an_error() {
     let mut source = played(PixelFormat::Gray, (0..9).map(|_| Shown::Level(3.0)).collect(), false);
-    let info = source.info.clone();
-    let error = measure(&mut source, &info, &Config::default(), ALL, &RUNNING).unwrap_err().to_string();
+    let error = measured(&mut source, ALL).unwrap_err().to_string();
     assert_eq!(error, "played: gave 9 frames, expected at least 10 to measure");
     let nothing: Vec<_> = (0..100).map(|_| Shown::Lost(30)).collect();
     let mut source = played(PixelFormat::Gray, nothing, true);
     let limit = Limit { seconds: 10.0, ..OF_A_CAMERA };
-    let error = measure(&mut source, &info, &Config::default(), limit, &RUNNING).unwrap_err().to_string();
+    let error = measured(&mut source, limit).unwrap_err().to_string();
     assert!(error.contains("gave 0 frames (600 dropped by the driver)") && source.items.len() > 60, "{error}");
 }
 
@@ -400,9 +389,7 @@ fn a_camera_that_goes_away_is_an_error_however_early() {
             items.extend([Shown::Waiting, Shown::Fault("slow", "slow"), Shown::Fault(kind, message)]);
             items.extend((0..100).map(|_| Shown::Waiting));
             let mut source = played(PixelFormat::Gray, items, true);
-            let info = source.info.clone();
-            let measured = measure(&mut source, &info, &Config::default(), OF_A_CAMERA, &RUNNING);
-            let error = measured.unwrap_err().to_string();
+            let error = measured(&mut source, OF_A_CAMERA).unwrap_err().to_string();
             assert_eq!(error, format!("played: broke off while it was measured: {why}"), "{frames} frames");
             assert_eq!(source.items.len(), 100, "it was waited for");
         }

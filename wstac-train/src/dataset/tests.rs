@@ -36,10 +36,8 @@ fn slides_are_numbered_and_all_combinations_come_round() {
     let more =
         "specimens = [\"Saw3\"]\n[scene]\ndepth = 3.5\nnoise = 2\nfidelity = \"rendered\"\n[scene.light]\nleak = 0.1";
     let script = sweep(more).script(9);
-    assert_eq!(
-        (script.touches[0].slide().unwrap().specimen.depth_mm, script.light.leak, script.noise),
-        (3.5, 0.1, 2.0)
-    );
+    let expected = (3.5, 0.1, 2.0);
+    assert_eq!((script.touches[0].slide().unwrap().specimen.depth_mm, script.light.leak, script.noise), expected);
     assert_eq!(script.fidelity, Fidelity::Rendered);
 }
 

@@ -479,11 +479,8 @@ mod tests {
         };
         // A label that the model has not counts nowhere.
         set.truth = Some(truth(0, 3));
-        assert!(
-            compared(&model, &set)
-                .unwrap()
-                .ends_with("; 270 of 270 answers are right (100.0 %), 30 have labels that the model lacks")
-        );
+        let right = "; 270 of 270 answers are right (100.0 %), 30 have labels that the model lacks";
+        assert!(compared(&model, &set).unwrap().ends_with(right));
         set.truth = Some(truth(1, 0));
         let error = compared(&model, &set).unwrap_err();
         assert!(error.starts_with("10 of 300 answers are right (3.3 %) in set.npz, expected more than "), "{error}");
@@ -554,9 +551,8 @@ mod tests {
         // Biases that all classes share, as of features with large weights that hardly vary. They are float32.
         let error = said(&mut model, [1e9; 3]).unwrap_err();
         assert!(error.starts_with("has float32 numbers, whose rounding changes about "), "{error}");
-        assert!(
-            float32_warning(&model, &[]).starts_with("; warning: float32 numbers move 3 of 3 scores by the margin")
-        );
+        let moved = "; warning: float32 numbers move 3 of 3 scores by the margin";
+        assert!(float32_warning(&model, &[]).starts_with(moved));
         assert_eq!(said(&mut model, [64.0; 3]).map(|()| float32_warning(&model, &[])), Ok(String::new()));
         // Of pairs, only a reader knows the numbers of which sums are computed.
         let (pairs, set_of_pairs) = case(true, 10.0);
@@ -586,10 +582,8 @@ mod tests {
         for kind in [Kind::Forest((0..3).map(forest).collect()), boosted] {
             model.kind = kind;
             let found = compared(&model, &set).unwrap();
-            assert!(
-                found.starts_with("rounding changes 0 of 300 answers of set.npz (0.00 %); set.npz has no labels"),
-                "{found}"
-            );
+            let none = "rounding changes 0 of 300 answers of set.npz (0.00 %); set.npz has no labels";
+            assert!(found.starts_with(none), "{found}");
         }
         let classes: Vec<usize> = set.samples.iter().map(|sample| decide(&model, sample).0).collect();
         assert!(classes.iter().enumerate().all(|(number, class)| *class == number % 3));

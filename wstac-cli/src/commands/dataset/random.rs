@@ -16,7 +16,6 @@ pub(super) fn run(arguments: &Arguments, file: Option<&Path>) -> Result<(), Stop
     let sweep = sweep(file)?;
     let input = arguments.sample();
     let (outputs, output) = (outputs(arguments), &arguments.output);
-    outputs.check([output])?;
     let units = units::chosen(arguments.units.as_ref(), sweep.slides.slides as usize, "slides")?;
     let rows = simulated(&sweep, units, &pool(arguments.threads)?, |slide| PathRow::of(&slide, input))?;
     without_path(rows.iter().filter(|row| row.sample.is_none()).count(), rows.len());

@@ -21,7 +21,6 @@ use wstac_train::dataset::recordings::{
 pub(super) fn run(arguments: &Arguments) -> Result<(), Stop> {
     let config = arguments.config.as_deref().map(Config::read).transpose()?;
     let (outputs, output) = (outputs(arguments), &arguments.output);
-    outputs.check([output])?;
     let input = arguments.sample();
     let parts = parts(find(&arguments.sources)?);
     let units = units::chosen(arguments.units.as_ref(), parts.len(), "recordings")?;

@@ -173,19 +173,10 @@ fn boosted_trees_with_an_impossible_part_are_refused() {
     let shared = [(&[(16, 3)][..], Some(part(16))), (&[(11, 5)], Some(header(11, 5))), (&[(7, 0)], Some(header(7, 0)))];
     check(&boosted(false), &shared);
     check(&boosted(true), &shared);
-    check(
-        &boosted(false),
-        &[(&[(18, INFINITE)], None), (&[(20, 0xFFFF), (21, 0x7FFE)], None), (&[(20, 0), (21, 0x7FFF)], OVERFLOW)],
-    );
-    check(
-        &boosted(true),
-        &[
-            (&[(18, INFINITE)], OVERFLOW),
-            (&[(21, INFINITE)], OVERFLOW),
-            (&[(29, INFINITE)], Some(node(26))),
-            (&[(31, INFINITE)], Some(node(26))),
-        ],
-    );
+    let large = (&[(20, 0xFFFF), (21, 0x7FFE)][..], None);
+    check(&boosted(false), &[(&[(18, INFINITE)], None), large, (&[(20, 0), (21, 0x7FFF)], OVERFLOW)]);
+    check(&boosted(true), &[(&[(18, INFINITE)], OVERFLOW), (&[(21, INFINITE)], OVERFLOW)]);
+    check(&boosted(true), &[(&[(29, INFINITE)], Some(node(26))), (&[(31, INFINITE)], Some(node(26)))]);
     check(&file(4, 2, 1, 0, &[1, 0, 0]), &[(&[], Some(part(16)))]);
     check(&file(4, 2, 3, 0, &[1, 0, 0, 0, 0, 0]), &[(&[], Some(part(16)))]);
     // One leaf that is cut off, and one beside a node.
@@ -193,10 +184,8 @@ fn boosted_trees_with_an_impossible_part_are_refused() {
     check(&one(2, &[LEFT_LEAF, 0]), &[(&[], Some(node(23)))]);
     let single = LEFT_LEAF | 1 << 10;
     check(&one(2, &[LEFT_LEAF, 0, 5, BOTH, 0, 1, 2]), &[(&[], None), (&[(23, single)], Some(node(23)))]);
-    check(
-        &one(3, &[LEFT_LEAF, 0, 0, 0, BOTH, 0, 0, 0, 0, 0]),
-        &[(&[], None), (&[(23, single)], Some(node(23))), (&[(26, INFINITE)], Some(node(23)))],
-    );
+    let wide = one(3, &[LEFT_LEAF, 0, 0, 0, BOTH, 0, 0, 0, 0, 0]);
+    check(&wide, &[(&[], None), (&[(23, single)], Some(node(23))), (&[(26, INFINITE)], Some(node(23)))]);
 }
 
 #[test]

@@ -353,10 +353,8 @@ mod tests {
     fn a_fault_comes_before_the_losses_and_the_frame_that_show_it() {
         let found = watched(half(0..33));
         let at = found.iter().position(|event| event == "Slow").unwrap();
-        assert_eq!(
-            found[at - 2..at + 5],
-            ["1 Dropped", "frame 29", "Slow", "1 NeverTaken", "frame 30", "1 NeverTaken", "frame 31"]
-        );
+        let expected = ["1 Dropped", "frame 29", "Slow", "1 NeverTaken", "frame 30", "1 NeverTaken", "frame 31"];
+        assert_eq!(found[at - 2..at + 5], expected);
         assert_eq!(found.len(), 33 + 32 + 1);
     }
 

@@ -67,15 +67,29 @@ fn forest(mode: &str, threshold: f32) -> Vec<Vec<u8>> {
     ]
 }
 
-/// Returns the answers of a model for feature 1 of frame 1 at its least value, 0, 1 and its largest value.
-fn answers(nodes: &[Vec<u8>]) -> Result<[u8; 4], String> {
-    let words = write(&read(&model(nodes), None)?.0, "", Options::default())?.words;
+/// Returns the answers of a model for these values of feature 1 of frame 1.
+fn answers_to(found: &Trained, values: impl IntoIterator<Item = i16>) -> Result<Vec<u8>, String> {
+    let words = write(found, "", Options::default())?.words;
     let read = wstac_core::model::Model::from_words(&words).unwrap();
-    Ok([i16::MIN, 0, 1, i16::MAX].map(|x| {
+    let answer = |x| {
         let mut sample = [0; 700];
         sample[11] = x;
         read.classify(&sample)
-    }))
+    };
+    Ok(values.into_iter().map(answer).collect())
+}
+
+/// Returns the answers of a model for feature 1 of frame 1 at its least value, 0, 1 and its largest value.
+fn answers(nodes: &[Vec<u8>]) -> Result<[u8; 4], String> {
+    let found = read(&model(nodes), None)?.0;
+    answers_to(&found, [i16::MIN, 0, 1, i16::MAX]).map(|all| all.try_into().unwrap())
+}
+
+/// Checks that a file is refused with these words.
+#[track_caller]
+fn is_refused(bytes: &[u8], says: &str) {
+    let error = read(bytes, None).unwrap_err();
+    assert!(error.contains(says), "{error}");
 }
 
 #[test]
@@ -112,13 +126,9 @@ fn boosted_trees_have_starts_and_a_class_for_a_tie() {
     let tie = |producer: &str, missing| {
         let bytes = model(&boosted("LOGISTIC", two, &[(1, 0, 0.0), (2, 0, 0.0)], &[0.0], missing));
         let named = [&field(2, producer.as_bytes())[..], &bytes[6..]].concat();
-        let words = write(&read(&named, None).unwrap().0, "", Options::default()).unwrap().words;
-        wstac_core::model::Model::from_words(&words).unwrap().classify(&[0; 700])
+        answers_to(&read(&named, None).unwrap().0, [0]).unwrap()[0]
     };
-    assert_eq!(
-        [("skl2onnx", 0), ("skl2onnx", 1), ("OnnxMLTools", 0)].map(|(name, missing)| tie(name, missing)),
-        [1, 0, 0]
-    );
+    assert_eq!([tie("skl2onnx", 0), tie("skl2onnx", 1), tie("OnnxMLTools", 0)], [1, 0, 0]);
     are_refused(&[
         (boosted("SOFTMAX", two, single, &[], 0), "SOFTMAX with weights of one class"),
         (boosted("PROBIT", two, single, &[], 0), "post_transform PROBIT, expected NONE, LOGISTIC or SOFTMAX"),
@@ -169,7 +179,12 @@ fn weighted_sums_are_those_of_any_network() {
     let add = |output: &str| node_of("Add", &["y", "b"], output, &[]);
     let highest = |of: &str| node("ArgMax", of, "label", &[number_of("axis", 1)]);
     // Two sums; three, of which the one with the highest bias wins until the features are large.
-    let two = || vec![weights(&[1.0, 2.0]), product(), highest("y")];
+    let of = |constant: Vec<u8>| vec![constant, product(), highest("y")];
+    let two = || of(weights(&[1.0, 2.0]));
+    let behind = |kind: &str| {
+        let product = node_of("MatMul", &["x", "w"], "y", &[]);
+        vec![weights(&[1.0, 2.0]), node(kind, "X", "x", &[]), product, highest("y")]
+    };
     assert_eq!(answers(&two()), Ok([0, 0, 1, 1]));
     let three = |last| vec![weights(&[-1.0, 0.0, 1.0]), bias(&[0.0, 2.0, 0.0]), product(), add("z"), last];
     assert_eq!(answers(&three(highest("z"))), Ok([0, 1, 1, 2]));
@@ -177,12 +192,8 @@ fn weighted_sums_are_those_of_any_network() {
     assert_eq!(answers(&three(node("Softmax", "z", "label", &[]))), Ok([0, 1, 1, 2]));
     let found = read(&model(&three(node("Softmax", "z", "label", &[]))), None).unwrap().0;
     assert_eq!(found.remarks, ["the file gives scores: the highest is the answer"]);
-    let found = read(&model(&three(node("Sigmoid", "z", "label", &[]))), None).unwrap().0;
-    assert!(
-        found.remarks[1].starts_with("a Sigmoid of float32 is 1 from a score of about 17 on"),
-        "{:?}",
-        found.remarks
-    );
+    let remarks = read(&model(&three(node("Sigmoid", "z", "label", &[]))), None).unwrap().0.remarks;
+    assert!(remarks[1].starts_with("a Sigmoid of float32 is 1 from a score of about 17 on"), "{remarks:?}");
     // One sum is the second class's: with a Sigmoid, or beside its opposite.
     let one = |more: &[Vec<u8>]| [vec![weights(&[1.0]), bias(&[-0.25]), product(), add("z")], more.to_vec()].concat();
     assert_eq!(answers(&one(&[node("Sigmoid", "z", "label", &[])])), Ok([0, 0, 0, 1]));
@@ -201,15 +212,7 @@ fn weighted_sums_are_those_of_any_network() {
             [two(), vec![node_of("MatMul", &["X", "w"], "other", &[])]].concat(),
             "has 2 MatMul or Gemm, and 1 of them decide; help: export",
         ),
-        (
-            vec![
-                weights(&[1.0, 2.0]),
-                node("Tanh", "X", "x", &[]),
-                node_of("MatMul", &["x", "w"], "y", &[]),
-                highest("y"),
-            ],
-            "; help: train it with activation=",
-        ),
+        (behind("Tanh"), "; help: train it with activation="),
         (one(&opposite(&["z", "n"])), "ONNX node Neg after the scores"),
         // Of a probability, the opposite decides at 0 instead of a half; other samples are no classes.
         (one(&[vec![node("Sigmoid", "z", "p", &[])], opposite_of("p", 1)].concat()), "ONNX node Neg after the scores"),
@@ -226,28 +229,11 @@ fn weighted_sums_are_those_of_any_network() {
             vec![weights(&[1.0, 2.0]), bias(&[1.0, 2.0, 3.0]), product(), add("z"), highest("z")],
             "Add: 3 biases, expected 2",
         ),
-        (
-            vec![
-                weights(&[1.0, 2.0]),
-                node("Relu", "X", "x", &[]),
-                node_of("MatMul", &["x", "w"], "y", &[]),
-                highest("y"),
-            ],
-            "a hidden layer has 700 sums, expected 1 to 128",
-        ),
-        (
-            vec![constant_of("w", 1, &[2, 2], &raw(&[1.0; 4])), product(), highest("y")],
-            "gives the classifier 700 numbers, expected 2",
-        ),
-        (
-            vec![constant_of("w", 1, &[2, 3], &raw(&[1.0; 4])), product(), highest("y")],
-            "4 weights of 2 inputs and 3 outputs",
-        ),
-        (vec![weights(&[1.0, f32::NAN]), product(), highest("y")], "second input is no constant"),
-        (
-            vec![field(5, &[field(8, b"w"), field(13, b"w")].concat()), product(), highest("y")],
-            "in a file of their own",
-        ),
+        (behind("Relu"), "a hidden layer has 700 sums, expected 1 to 128"),
+        (of(constant_of("w", 1, &[2, 2], &raw(&[1.0; 4]))), "gives the classifier 700 numbers, expected 2"),
+        (of(constant_of("w", 1, &[2, 3], &raw(&[1.0; 4]))), "4 weights of 2 inputs and 3 outputs"),
+        (of(weights(&[1.0, f32::NAN])), "second input is no constant"),
+        (of(field(5, &[field(8, b"w"), field(13, b"w")].concat())), "in a file of their own"),
     ]);
 }
 
@@ -257,8 +243,7 @@ fn steps_before_a_classifier_have_a_limit() {
     let mut nodes: Vec<Vec<u8>> = (0..66).map(|at| node("Relu", &name(at), &name(at + 1), &[])).collect();
     nodes.extend([weights(&[1.0, 2.0]), node_of("MatMul", &["x66", "w"], "y", &[])]);
     nodes.push(node("ArgMax", "y", "label", &[number_of("axis", 1)]));
-    let error = answers(&nodes).unwrap_err();
-    assert!(error.contains("65 steps of 0 weights before the classifier, expected at most 64"), "{error}");
+    are_refused(&[(nodes, "65 steps of 0 weights before the classifier, expected at most 64")]);
 }
 
 #[test]
@@ -284,8 +269,7 @@ fn a_network_has_rectifiers_between_weighted_sums() {
     let sums: Vec<usize> = network.layers.iter().map(Vec::len).collect();
     // Of two classes, one sum decides.
     assert_eq!(sums, [2, 1]);
-    let error = answers(&nodes(gemm(&[number_of("transA", 1)]))).unwrap_err();
-    assert!(error.contains("4 weights of 2 inputs and 2 outputs"), "{error}");
+    are_refused(&[(nodes(gemm(&[number_of("transA", 1)])), "4 weights of 2 inputs and 2 outputs")]);
 }
 
 #[test]
@@ -385,11 +369,10 @@ fn tensor_of(name: &str, kind: u8, raw: &[u8]) -> Vec<u8> {
 ///
 /// One has a split of feature 1 of frame 1 at −1. The other is a leaf of class 2 and weight 1.5.
 fn five(weights: [f32; 2], classes: [u8; 2]) -> Vec<Vec<u8>> {
-    let floats = |floats: &[f32]| -> Vec<u8> { floats.iter().flat_map(|float| float.to_le_bytes()).collect() };
     vec![
         tensor_of("nodes_modes", 2, &[0, 0]),
-        tensor_of("nodes_splits", 1, &floats(&[-1.0, 0.0])),
-        tensor_of("leaf_weights", 1, &floats(&[weights[0], weights[1], 1.5])),
+        tensor_of("nodes_splits", 1, &raw(&[-1.0, 0.0])),
+        tensor_of("leaf_weights", 1, &raw(&[weights[0], weights[1], 1.5])),
         integers_of("nodes_featureids", &[71, 0]),
         integers_of("nodes_truenodeids", &[0, 2]),
         integers_of("nodes_falsenodeids", &[1, 2]),
@@ -408,13 +391,7 @@ fn trees_of_version_5_add_or_vote() {
         let (found, _) =
             read(&model(&[node("TreeEnsemble", "X", "scores", &five(*weights, *classes)), argmax]), None).unwrap();
         assert_eq!((found.labels.join(",").as_str(), found.inputs), ("0,1,2", 700));
-        let words = write(&found, "", Options::default()).unwrap().words;
-        let read = wstac_core::model::Model::from_words(&words).unwrap();
-        [-2048, -2047].map(|x| {
-            let mut sample = [0; 700];
-            sample[11] = x;
-            read.classify(&sample)
-        })
+        answers_to(&found, [-2048, -2047]).unwrap()
     };
     // Votes of equal weight: a tie goes to the lower class.
     assert_eq!(read(&[1.5, 1.5], &[0, 1]), [0, 1]);
@@ -503,8 +480,7 @@ fn rows_of_two_classes_without_intercepts_are_told_by_the_inputs() {
         (linear(one, 710, &[]), &whole, "710 coefficients of 2 classes and 700 inputs"),
         (linear(one, 7, &[]), &[], "7 coefficients of 2 classes and inputs of unknown number"),
     ] {
-        let error = read(&model_of(&nodes, width), None).unwrap_err();
-        assert!(error.contains(says), "{error}");
+        is_refused(&model_of(&nodes, width), says);
     }
 }
 
@@ -540,21 +516,21 @@ fn numbers_that_are_not_finite_are_named() {
         attributes[at] = floats_of(list, &numbers);
         node("TreeEnsembleClassifier", "X", "label", &attributes)
     };
-    let linear = |list: &str, number: f32| {
-        let numbers = |name: &str, count: usize| {
-            let changed = |at: usize| if name == list && at == 1 { number } else { 1.0 };
+    let numbers_of = |list: &'static str, place: usize, number: f32| {
+        move |name: &str, count: usize| {
+            let changed = |at: usize| if name == list && at == place { number } else { 1.0 };
             floats_of(name, &(0..count).map(changed).collect::<Vec<_>>())
-        };
+        }
+    };
+    let linear = |list: &'static str, number: f32| {
+        let numbers = numbers_of(list, 1, number);
         let labels = integers_of("classlabels_ints", &[0, 1]);
         let scaler = node("Scaler", "X", "y", &[numbers("offset", 700), numbers("scale", 700)]);
         let lists = [numbers("coefficients", 1400), numbers("intercepts", 2), labels];
         vec![scaler, node("LinearClassifier", "y", "label", &lists)]
     };
-    let svm = |list: &str, number: f32| {
-        let numbers = |name: &str, count: usize| {
-            let changed = |at: usize| if name == list && at == 0 { number } else { 1.0 };
-            floats_of(name, &(0..count).map(changed).collect::<Vec<_>>())
-        };
+    let svm = |list: &'static str, number: f32| {
+        let numbers = numbers_of(list, 0, number);
         let counts = [integers_of("classlabels_ints", &[0, 1]), integers_of("vectors_per_class", &[1, 1])];
         let lists = [numbers("support_vectors", 1400), numbers("coefficients", 2), numbers("rho", 2)];
         vec![node("SVMClassifier", "X", "label", &[counts.concat(), lists.concat()])]
@@ -574,8 +550,7 @@ fn numbers_that_are_not_finite_are_named() {
             assert!(error.contains(says) && error.contains(&number.to_string()), "{error}");
         }
     }
-    let error = read(&model(&[changed("nodes_values", 0, f32::NAN)]), None).unwrap_err();
-    assert!(error.contains("nodes_values[0] is NaN"), "{error}");
+    is_refused(&model(&[changed("nodes_values", 0, f32::NAN)]), "nodes_values[0] is NaN");
     // Subnormal numbers are valid numbers: the threshold is just above 0. No number is on the other side of infinity.
     for (threshold, expected) in
         [(f32::from_bits(1), [0, 0, 1, 1]), (f32::INFINITY, [0; 4]), (f32::NEG_INFINITY, [1; 4])]
@@ -598,18 +573,9 @@ fn whole() -> Vec<u8> {
 fn a_forest_is_read_with_its_labels() {
     let bytes = model(&[node("TreeEnsembleClassifier", "X", "label", &forest("BRANCH_LT", -1.0))]);
     let (found, trainer) = read(&bytes, None).unwrap();
-    assert_eq!(
-        (found.labels.join(","), found.inputs, trainer.tool.as_str()),
-        ("Saw,Tri".into(), 700, "ONNX of test 1")
-    );
-    let words = write(&found, "", Options::default()).unwrap().words;
-    let read = wstac_core::model::Model::from_words(&words).unwrap();
-    // Feature 1 of frame 1.
-    for (x, class) in [(-2049, 0), (-2048, 1), (0, 1)] {
-        let mut sample = [0; 700];
-        sample[11] = x;
-        assert_eq!(read.classify(&sample), class, "{x}");
-    }
+    let expected = ("Saw,Tri".into(), 700, "ONNX of test 1");
+    assert_eq!((found.labels.join(","), found.inputs, trainer.tool.as_str()), expected);
+    assert_eq!(answers_to(&found, [-2049, -2048, 0]).unwrap(), [0, 1, 1]);
 }
 
 #[test]
@@ -695,21 +661,15 @@ fn what_is_not_understood_is_named() {
         (vec![node("TreeEnsemble", "X", "y", &five([1.0, f32::NAN], [0, 1]))], "leaf_weights[1] is NaN"),
         (vec![node("TreeEnsemble", "X", "y", &five([1.0, 1.0], [0, 3]))], "leaf_targetids[1] is 3, expected below 3"),
     ] {
-        let error = read(&model(&nodes), None).unwrap_err();
-        assert!(error.contains(says), "{error}");
+        is_refused(&model(&nodes), says);
     }
 }
 
 #[test]
 fn scaled_thresholds_are_those_of_every_integer() {
-    let bytes = whole();
-    let (found, _) = read(&bytes, None).unwrap();
-    let words = write(&found, "", Options::default()).unwrap().words;
-    let read = wstac_core::model::Model::from_words(&words).unwrap();
-    for x in i16::MIN..=i16::MAX {
-        let mut sample = [0; 700];
-        sample[11] = x;
-        let expected = u8::from((f32::from(x) / 2048.0 - 0.5) * 2.0 > -1.0);
-        assert_eq!(read.classify(&sample), expected, "{x}");
+    let (found, _) = read(&whole(), None).unwrap();
+    let all = i16::MIN..=i16::MAX;
+    for (x, answer) in all.clone().zip(answers_to(&found, all).unwrap()) {
+        assert_eq!(answer, u8::from((f32::from(x) / 2048.0 - 0.5) * 2.0 > -1.0), "{x}");
     }
 }

@@ -193,10 +193,8 @@ mod tests {
                 votes(&mut trees, true).unwrap();
                 let Node::Leaf(leaf) = &trees[0].nodes[0] else { panic!() };
                 let shares = [0, 1].map(|class| leaf.iter().filter(|share| share.0 == class).map(|s| s.1).sum::<f64>());
-                assert!(
-                    (shares[0] - (1.0 - second)).abs() < 1e-12 && (shares[1] - second).abs() < 1e-12,
-                    "{count} {leaf:?}"
-                );
+                assert!((shares[0] - (1.0 - second)).abs() < 1e-12, "{count} {leaf:?}");
+                assert!((shares[1] - second).abs() < 1e-12, "{count} {leaf:?}");
             }
         }
     }
@@ -213,10 +211,8 @@ mod tests {
                         .collect();
                     unrounded(&mut leaf);
                     // The same fraction, but with its smallest denominator.
-                    assert!(
-                        (leaf[0].1 - exact[0]).abs() < 1e-15 && (leaf[1].1 - exact[1]).abs() < 1e-15,
-                        "{part}/{of}"
-                    );
+                    assert!((leaf[0].1 - exact[0]).abs() < 1e-15, "{part}/{of}");
+                    assert!((leaf[1].1 - exact[1]).abs() < 1e-15, "{part}/{of}");
                 }
             }
         }

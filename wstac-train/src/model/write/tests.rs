@@ -91,6 +91,21 @@ fn model(classes: usize, kind: Kind) -> Trained {
     Trained { labels, task, input, inputs: INPUTS, speeds: None, kind, remarks, mean: None }
 }
 
+/// Writes a model as it is written without a choice.
+fn written(model: &Trained) -> Written {
+    write(model, "{}", Options::default()).unwrap()
+}
+
+fn leaf<L>(leaf: L) -> Tree<L> {
+    Tree { nodes: vec![Node::Leaf(leaf)] }
+}
+
+/// Returns a tree of one split, of the first input at 0.
+fn split<L>(left: L, right: L) -> Tree<L> {
+    let split = Node::Split { input: 0, threshold: 0.0, strict: false, left: 1, right: 2 };
+    Tree { nodes: vec![split, Node::Leaf(left), Node::Leaf(right)] }
+}
+
 fn same_answers(
     model: &Trained,
     thresholds: &[(usize, i16)],
@@ -149,7 +164,7 @@ fn votes_of_impure_leaves_are_exact() {
     }
     let all: Vec<(usize, i16)> = trees.iter().flat_map(thresholds).collect();
     let trained = model(9, Kind::Forest(trees.clone()));
-    let written = write(&trained, "", Options::default()).unwrap();
+    let written = written(&trained);
     assert_eq!(written.exactness, "thresholds and votes are exact");
     assert_eq!(written.words[8], 42);
     let words = same_answers(&trained, &all, Options::default(), |sample| {
@@ -174,7 +189,7 @@ fn leaves_that_are_no_fractions_are_rounded_within_the_bound() {
         vec![(0, share), (1, 1.0 - share)]
     });
     let trained = model(2, Kind::Forest(vec![tree.clone()]));
-    assert!(write(&trained, "", Options::default()).unwrap().exactness.contains("in units of 1/4190266080"));
+    assert!(written(&trained).exactness.contains("in units of 1/4190266080"));
     same_answers(&trained, &thresholds(&tree), Options::default(), |sample| {
         usize::from(walk(&tree, sample)[1].1 > 0.5)
     });
@@ -236,10 +251,8 @@ fn a_linear_model_that_rounding_or_its_unit_spoils_has_a_warning() {
     // In units of samples: 400 weights cannot overcome the bias.
     let small = |bias: f64| ["many", "other"].map(|_| row(&many(0.3 / 2048.0), bias));
     let said = of(true, 3, [&small(9.0)[..], &[row(&many(0.3), 0.0)]].concat(), Weights::Int16).unwrap();
-    assert!(
-        said.starts_with("2 of 3 pairs of classes can have only one winner for features of -4.62 to 1.61"),
-        "{said}"
-    );
+    let one_winner = "2 of 3 pairs of classes can have only one winner for features of -4.62 to 1.61";
+    assert!(said.starts_with(one_winner), "{said}");
     assert!(said.ends_with("help: train it on X * scale (scale is 1/2048)"), "{said}");
     assert!(of(false, 2, small(-9.0)[..1].to_vec(), Weights::Int16).unwrap().starts_with("1 of 1 pair of classes"));
     let said = of(false, 3, three(&many(0.3), 9000.0), Weights::Int16).unwrap();
@@ -247,11 +260,8 @@ fn a_linear_model_that_rounding_or_its_unit_spoils_has_a_warning() {
     // One weight is so large that the others are rounded by half a unit of 0.02, or less in the second pair.
     let large = |most: f64| row(&[&[most][..], &many(0.01)].concat(), 0.0);
     let said = of(true, 3, vec![large(650.0), large(3.0), large(650.0)], Weights::Int16).unwrap();
-    assert!(
-        said.starts_with("rounded weights may change the scores of 2 of 3 pairs of classes by the margin"),
-        "{said}"
-    );
-    assert!(said.contains("X * scale"), "{said}");
+    let rounded = "rounded weights may change the scores of 2 of 3 pairs of classes by the margin";
+    assert!(said.starts_with(rounded) && said.contains("X * scale"), "{said}");
     let said = of(false, 3, vec![large(650.0), large(3.0), large(650.0)], Weights::Int16).unwrap();
     assert!(said.starts_with("rounded weights may change the scores of 3 of 3 classes"), "{said}");
     // The same in any small unit.
@@ -261,7 +271,7 @@ fn a_linear_model_that_rounding_or_its_unit_spoils_has_a_warning() {
     // Without a choice they are wider.
     let rows = vec![large(650.0), large(3.0), large(650.0)];
     assert_eq!(of(false, 3, rows.clone(), Weights::Int32), None);
-    let written = write(&model(3, Kind::Linear(Linear { pairs: false, rows })), "", Options::default()).unwrap();
+    let written = written(&model(3, Kind::Linear(Linear { pairs: false, rows })));
     assert!(written.exactness.starts_with("weights are int32, twice as large"), "{}", written.exactness);
     assert_eq!(inspect(&Model::from_words(&written.words).unwrap(), &written.words).numbers, "int32");
 }
@@ -345,10 +355,8 @@ fn a_network_decides_as_real_numbers_do() {
             let written = write(&trained, "", Options { weights: Some(width), ..Options::default() }).unwrap();
             let read = Model::from_words(&written.words).unwrap();
             let found = inspect(&read, &written.words);
-            assert_eq!(
-                (read.layout(), found.kind.to_string(), found.layers),
-                (2, "network".into(), Some(widths.to_vec()))
-            );
+            let expected = (2, "network".into(), Some(widths.to_vec()));
+            assert_eq!((read.layout(), found.kind.to_string(), found.layers), expected);
             // The firmware's type is of this kind alone.
             let (alone, first) = (FileNetwork::from_words(&written.words).unwrap(), to_file(&samples[0]));
             assert_eq!(texture(&first, &alone).class, read.classify(&first));
@@ -393,15 +401,7 @@ fn decide(pairs: bool, classes: usize, sums: &[f64], margin: f64) -> Option<usiz
 
 #[test]
 fn small_leaves_share_a_word_only_where_the_core_reads_that() {
-    let node = |leaf: fn(u16) -> Vec<(u16, f64)>| Tree {
-        nodes: vec![
-            Node::Split { input: 0, threshold: 0.0, strict: false, left: 1, right: 2 },
-            Node::Leaf(leaf(0)),
-            Node::Leaf(leaf(1)),
-        ],
-    };
-    let forest = model(2, Kind::Forest(vec![node(|class| vec![(class, 1.0)])]));
-    let words = write(&forest, "", Options::default()).unwrap().words;
+    let words = written(&model(2, Kind::Forest(vec![split(vec![(0, 1.0)], vec![(1, 1.0)])]))).words;
     let halves: Vec<u16> = words.iter().flat_map(|word| [*word as u16, (word >> 16) as u16]).collect();
     assert!(halves.contains(&(NARROW | 0xC000)));
 }
@@ -409,8 +409,8 @@ fn small_leaves_share_a_word_only_where_the_core_reads_that() {
 #[test]
 fn votes_near_plain_fractions_are_not_called_exact() {
     for off in [1e-7, 1e-10] {
-        let tree = Tree { nodes: vec![Node::Leaf(vec![(0, 0.5 + off), (1, 0.5 - off)])] };
-        let said = write(&model(2, Kind::Forest(vec![tree])), "", Options::default()).unwrap().exactness;
+        let tree = leaf(vec![(0, 0.5 + off), (1, 0.5 - off)]);
+        let said = written(&model(2, Kind::Forest(vec![tree]))).exactness;
         assert!(said.contains("votes are in units of"), "{said}");
     }
 }
@@ -419,10 +419,7 @@ fn votes_near_plain_fractions_are_not_called_exact() {
 fn shares_above_one_vote_are_rounded_down_to_it() {
     // The larger fraction is already rounded down, and the other one is zero: neither has a unit from rounding up.
     for more in (1..100).map(|step| f64::from(step) * 7e-9) {
-        let leaf = vec![(0, 1.0 + more), (1, 1e-12)];
-        let written =
-            write(&model(2, Kind::Forest(vec![Tree { nodes: vec![Node::Leaf(leaf)] }])), "", Options::default());
-        let written = written.unwrap();
+        let written = written(&model(2, Kind::Forest(vec![leaf(vec![(0, 1.0 + more), (1, 1e-12)])])));
         assert_eq!(Model::from_words(&written.words).unwrap().classify(&[0; INPUTS]), 0);
     }
 }
@@ -441,11 +438,11 @@ fn too_many_different_leaves_are_refused_with_what_to_do() {
 
 #[test]
 fn what_cannot_be_written_is_said() {
-    let leaf = |share: f64| Tree { nodes: vec![Node::Leaf(vec![(0, share)])] };
-    let boosted = |leaf: f32| {
-        let trees = vec![Tree { nodes: vec![Node::Leaf(leaf)] }];
-        Kind::Boosted(Boosted { scores: vec![Score { start: 0.0, trees }], bound: 0.0 })
+    let boosted = |number: f32| {
+        let scores = vec![Score { start: 0.0, trees: vec![leaf(number)] }];
+        Kind::Boosted(Boosted { scores, bound: 0.0 })
     };
+    let leaf = |share: f64| leaf(vec![(0, share)]);
     let row = |weight: f64| Row { weights: vec![weight; 700], bias: 0.0 };
     let network = |layers: &[(usize, usize)]| {
         let layer = |&(sums, inputs)| vec![Row { weights: vec![1.0; inputs], bias: 0.0 }; sums];
@@ -475,19 +472,13 @@ fn what_cannot_be_written_is_said() {
 
 #[test]
 fn equal_votes_stay_equal_where_others_are_rounded() {
-    let leaf = |shares: &[(u16, f64)]| Tree { nodes: vec![Node::Leaf(shares.to_vec())] };
     let share = std::f64::consts::FRAC_1_SQRT_2;
-    let rounded = Tree {
-        nodes: vec![
-            Node::Split { input: 0, threshold: 0.0, strict: false, left: 1, right: 2 },
-            Node::Leaf(vec![(5, 0.25), (6, 0.25), (7, 0.25), (8, 0.25)]),
-            Node::Leaf(vec![(5, share), (6, 1.0 - share)]),
-        ],
-    };
+    let rounded = split([5, 6, 7, 8].map(|class| (class, 0.25)).to_vec(), vec![(5, share), (6, 1.0 - share)]);
     // Classes 0, 1 and 2 have 7/9 each; in units of 2^-24 the first would have less.
-    let thirds = leaf(&[(0, 1.0 / 3.0), (3, 2.0 / 3.0)]);
-    let trees = vec![thirds, leaf(&[(0, 4.0 / 9.0), (2, 5.0 / 9.0)]), leaf(&[(1, 7.0 / 9.0), (2, 2.0 / 9.0)]), rounded];
-    let written = write(&model(9, Kind::Forest(trees)), "", Options::default()).unwrap();
+    let ninths = [[(0, 3.0), (3, 6.0)], [(0, 4.0), (2, 5.0)], [(1, 7.0), (2, 2.0)]];
+    let mut trees: Vec<_> = ninths.map(|shares| leaf(shares.map(|(class, part)| (class, part / 9.0)).to_vec())).into();
+    trees.push(rounded);
+    let written = written(&model(9, Kind::Forest(trees)));
     assert!(written.exactness.contains("votes are in units of"), "{}", written.exactness);
     assert_eq!(Model::from_words(&written.words).unwrap().classify(&[0; INPUTS]), 0);
 }
@@ -495,12 +486,11 @@ fn equal_votes_stay_equal_where_others_are_rounded() {
 #[test]
 fn a_file_says_at_which_speeds_its_model_was_trained() {
     let speeds = KnownSpeeds::new(50, 300);
-    let leaf = |class| Tree { nodes: vec![Node::Leaf(vec![(class, 1.0)])] };
     let rows = vec![Row { weights: vec![0.5; INPUTS], bias: 0.0 }; 2];
-    let forest = || Kind::Forest(vec![leaf(0), leaf(1)]);
+    let forest = || Kind::Forest([0, 1].map(|class| leaf(vec![(class, 1.0)])).into());
     for kind in [forest(), Kind::Linear(Linear { pairs: false, rows })] {
         let trained = Trained { speeds, ..model(2, kind) };
-        let mut words = write(&trained, "{}", Options::default()).unwrap().words;
+        let mut words = written(&trained).words;
         assert_eq!((words[4] >> 24, words[7] >> 8 & 0xFF), (75, 25));
         assert_eq!(Model::from_words(&words).unwrap().known_speeds(), speeds);
         // The slowest is not faster than the fastest.
@@ -509,7 +499,7 @@ fn a_file_says_at_which_speeds_its_model_was_trained() {
         let found = Model::from_words(&words).unwrap_err();
         assert!(matches!(found, ModelError::Header { half: 14, .. }), "{found:?}");
     }
-    let words = write(&model(2, forest()), "{}", Options::default()).unwrap().words;
+    let words = written(&model(2, forest())).words;
     assert_eq!(Model::from_words(&words).unwrap().known_speeds(), None);
 }
 
@@ -519,7 +509,7 @@ fn a_file_says_which_sample_its_model_takes() {
     for (number, input) in (0..).zip([Input::Frames, Input::Path, Input::TaxelPath]) {
         let kind = Kind::Linear(Linear { pairs: false, rows: rows.clone() });
         let trained = Trained { input, inputs: 20, ..model(3, kind) };
-        let mut words = write(&trained, "{}", Options::default()).unwrap().words;
+        let mut words = written(&trained).words;
         assert_eq!(words[7] >> 16, number, "{input:?}");
         assert_eq!(Model::from_words(&words).unwrap().input(), input);
         // Another number is that of a later version.
@@ -527,10 +517,8 @@ fn a_file_says_which_sample_its_model_takes() {
         words[1] = crc(&words);
         let error = Model::from_words(&words).unwrap_err();
         assert_eq!(error, ModelError::Header { half: 15, found: 4 });
-        assert!(
-            error.to_string().ends_with("(half 15 is 4, expected 0 to 3, or 256 to 259 with a calibration)"),
-            "{error}"
-        );
+        let range = "(half 15 is 4, expected 0 to 3, or 256 to 259 with a calibration)";
+        assert!(error.to_string().ends_with(range), "{error}");
     }
 }
 
