@@ -29,7 +29,7 @@ def plot_event(event: Event, ax: Optional[Axes] = None) -> Axes:
     >>> [event] = wstac.open("scene:Saw3@150,90deg")
     >>> ax = wstac.plot_event(event)
     >>> ax.get_title(), len(ax.get_lines()) >= 10
-    ('slide, 150.1 ± 1.7 mm/s, 90.0 ± 0.1°', True)
+    ('slide, 150.1 ± 1.3 mm/s, 90.0 ± 0.1°', True)
     """
     _check(event, Event)
     ax = _axes(ax)
