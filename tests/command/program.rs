@@ -21,7 +21,7 @@ fn records_are_as_documented_to_the_letter() {
         r#"{"kind":"event","frame":35,"frames":70,"time_ns":1533333333,"completed_ns":2100000000,"#,
         r#""touch_frame":46,"end_frame":null,"#,
         r#""time_s":1.5333,"completed_s":2.1,"stamp":null,"contact":"slide","duration_frames":null,"#,
-        r#""speed":{"mm_s":150.2,"sd":1.431},"direction":{"deg":90.05,"sd":0.06},"#,
+        r#""speed":{"mm_s":150.2,"sd":1.603},"direction":{"deg":90.05,"sd":0.08},"#,
         r#""basis":"edge","contacts":1,"acceleration":{"mm_s2":-86.19,"sd":37.32},"#,
         r#""texture":{"specimen":"Saw3","pattern":"Saw","depth_mm":3.0,"confidence":0.9967,"known":true},"#,
         r#""frames_filled":0,"reliable":true}"#

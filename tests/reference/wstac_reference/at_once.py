@@ -9,7 +9,7 @@ from .constants import NOMINAL_FPS, SAMPLE_FRAMES, SLOW_DARK_FRAMES, UNIT
 from .trigger import ContactEnd, Sample, Trigger
 from .wave import WaveAnswer, light_of, measure_wave, span_of
 
-OF_CUT = 1.25
+OF_CUT = (1.4, 1.7)
 STEP = 2
 """Frames from one try to the next."""
 AGREE, ALIKE = (2.0, 0.02, 1.2), (3.0, 0.03, 3.0)
@@ -162,5 +162,5 @@ class AtOnce:
         if wave.why is not None:
             return wave
         is_cut = span_of(*light_of(samples))[2]
-        wider = self.limits.sd * (OF_CUT if is_cut and not is_whole else 1.0)
-        return replace(wave, mm_s_sd=wider * wave.mm_s_sd, deg_sd=wider * wave.deg_sd)
+        speed, angle = (self.limits.sd * part for part in (OF_CUT if is_cut and not is_whole else (1.0, 1.0)))
+        return replace(wave, mm_s_sd=speed * wave.mm_s_sd, deg_sd=angle * wave.deg_sd)

@@ -210,7 +210,9 @@ class Live:
         mean = float(changes.mean())
         if not (changes.min() > mean / 2 if mean > 0 else changes.max() < mean / 2):
             return 0.0
-        self.is_lost = abs(mean) >= 0.5
+        rows, columns = np.abs(self.of_light)
+        is_diagonal = abs(rows - columns) < 0.1 * (rows + columns)
+        self.is_lost = abs(mean) >= (0.1 if is_diagonal else 0.5)
         self.off = math.inf if self.is_lost else 0.3 * mean
         if self.is_lost or abs(mean) <= (0.02 if self.changing else 0.1):
             return 0.0

@@ -127,8 +127,8 @@ const OF_NARROW: f32 = 2.0;
 /// Frames by which a flash is late, times the square of what it lacks: 0.3 if it is all in one frame, about the sine in
 /// a sawtooth of half a frame either way. Light that lasts until the next frame tells where in a frame it began.
 const OF_FLASH: f32 = 4.1;
-/// Times the deviations, if light of the touch is still to come.
-const OF_CUT: f32 = 1.25;
+/// Times the deviations of speed and direction, if light of the touch is still to come.
+const OF_CUT: [f32; 2] = [1.4, 1.7];
 /// The variance of a slowness, in squares of that per pitch, if all whiskers have one phase: then nothing shows the
 /// error.
 const LOCKED: f32 = 0.06;
@@ -454,8 +454,8 @@ fn by_fit(taxels: &TaxelRing, frames: u8, config: MotionConfig) -> Result<TaxelM
         found => found.map_err(|reason| wave.told(reason))?,
     };
     if wave.lines.is_cut && usize::from(frames) < SAMPLE_FRAMES {
-        velocity.mm_s_sd *= OF_CUT;
-        velocity.degrees_sd *= OF_CUT;
+        velocity.mm_s_sd *= OF_CUT[0];
+        velocity.degrees_sd *= OF_CUT[1];
     }
     let (basis, extent, velocity) = (Some(basis), Some(wave.extent(&velocity)), Some(velocity));
     let motion = Motion { contact: Contact::Slide, velocity, coherence: 0.0, reliable: true, doubt: None };

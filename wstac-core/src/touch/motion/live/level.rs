@@ -48,10 +48,10 @@ impl Level {
         self.waits[0] == 0
     }
 
-    /// Takes the newest frame, the slowness, and the number of frames since the last. Returns the natural logarithm of
-    /// the factor by which light has grown, 0 if lines do not share it, and infinite once it was too large; and whether
-    /// the speed has changed by it.
-    pub(super) fn push(&mut self, recent: Sample<'_>, slowness: f32, frames: u8) -> (f32, bool) {
+    /// Takes the newest frame, the slowness, whether it is along a diagonal, where an edge that leaves lights all lines
+    /// alike, and the number of frames since the last. Returns the natural logarithm of the factor by which light has
+    /// grown, 0 if lines do not share it, and infinite once it was too large; and whether the speed has changed by it.
+    pub(super) fn push(&mut self, recent: Sample<'_>, slowness: f32, is_diagonal: bool, frames: u8) -> (f32, bool) {
         let [touched, settled] = &mut self.waits;
         if *touched > 0 {
             *touched = touched.saturating_sub(frames);
@@ -68,7 +68,7 @@ impl Level {
         // Every line has changed by at least half of the mean.
         let is_shared = changes.into_iter().all(|change| if sum > 0 { 20 * change > sum } else { 20 * change < sum });
         self.changing = self.changing.saturating_sub(frames);
-        self.is_lost |= is_shared && sum.abs() >= LARGEST;
+        self.is_lost |= is_shared && sum.abs() >= if is_diagonal { CHANGES[0] } else { LARGEST };
         if self.is_lost {
             return (f32::INFINITY, false);
         }
@@ -109,14 +109,14 @@ mod tests {
 
     /// Returns how often the speed has changed, and the last logarithm, if all lines have this light: its logarithm for
     /// each frame, at so many frames per pitch.
-    fn followed(slowness: f32, light: impl Fn(usize) -> f64) -> (usize, f32) {
+    fn followed(slowness: f32, is_diagonal: bool, light: impl Fn(usize) -> f64) -> (usize, f32) {
         let mut level = Level::new([0.0, slowness], slowness);
         let mut recent = [[0; FEATURES]; SAMPLE_FRAMES];
         let mut found = (0, 0.0);
         for t in 0..120 {
             recent.rotate_left(1);
             recent[SAMPLE_FRAMES - 1] = Features::from([(2048.0 * (light(t) - 2.0)) as i16; FEATURES]);
-            let (number, has_changed) = level.push(Sample::from_frames(&recent), slowness, 1);
+            let (number, has_changed) = level.push(Sample::from_frames(&recent), slowness, is_diagonal, 1);
             found = (found.0 + usize::from(has_changed), number);
         }
         found
@@ -127,7 +127,7 @@ mod tests {
         for slowness in [2.0, 5.3, 8.57, 12.9] {
             for waves in [1.0, 2.0] {
                 let texture = |t: usize| 0.4 * (t as f64 / slowness * waves * core::f64::consts::TAU).sin();
-                let (changes, last) = followed(slowness as f32, texture);
+                let (changes, last) = followed(slowness as f32, true, texture);
                 assert!(changes == 0 && last.abs() < 0.05, "{slowness}: {changes} changes, {last}");
             }
         }
@@ -137,10 +137,11 @@ mod tests {
     fn a_change_is_followed_and_one_that_is_too_large_ends_the_answers() {
         let step = |by: f64| move |t: usize| if t < 60 { 0.0 } else { by };
         // It arrives in steps, because the mean is over five frames.
-        assert!(matches!(followed(5.0, step(0.3)), (2..=5, last) if last.abs() < 0.02));
-        assert!(matches!(followed(5.0, step(0.02)), (0, last) if last > 0.01));
+        assert!(matches!(followed(5.0, false, step(0.3)), (2..=5, last) if last.abs() < 0.02));
+        assert!(matches!(followed(5.0, false, step(0.02)), (0, last) if last > 0.01));
+        assert_eq!(followed(5.0, true, step(0.3)), (0, f32::INFINITY));
         for by in [0.6, -0.6] {
-            assert_eq!(followed(1.0, step(by)), (0, f32::INFINITY));
+            assert_eq!(followed(1.0, false, step(by)), (0, f32::INFINITY));
         }
     }
 }

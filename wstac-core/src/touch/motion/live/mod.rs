@@ -129,6 +129,8 @@ const FADES: [i16; 2] = [-41, -717];
 /// Deviation of a speed that follows the light, as a fraction of the change's logarithm: after it, and before it
 /// counts.
 const BY_LIGHT: [f32; 2] = [0.06, 0.3];
+/// Largest difference of the slownesses of rows and columns along a diagonal, as a fraction of their sum.
+const DIAGONAL: f32 = 0.1;
 /// Deviation of every slowness: in frames per pitch, as a fraction, and the slowness from which on it is even.
 const LEAST: [f32; 3] = [0.001, 0.005, 1.5];
 /// Largest variances: of a speed, as a fraction, and of a slowness across the motion, in frames per pitch, which grows
@@ -294,7 +296,9 @@ impl LiveWave {
 impl Slide {
     fn follow(&mut self, recent: Sample<'_>, base: &[i32; FEATURES], frames: u8, readout: Readout) {
         let memory = memory(self.slowness);
-        let (number, has_changed) = self.level.push(recent, self.slowness, frames);
+        let [rows, columns] = of_light(&self.tracks, readout).map(f32::abs);
+        let is_diagonal = (rows - columns).abs() < DIAGONAL * (rows + columns);
+        let (number, has_changed) = self.level.push(recent, self.slowness, is_diagonal, frames);
         self.off = BY_LIGHT[1] * number;
         self.is_dimmed |= has_changed && number < 0.0;
         let factor = has_changed.then(|| light((-number * FEATURE_ONE as f32) as i16) as f32 / light::ONE as f32);
