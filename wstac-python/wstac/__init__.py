@@ -11,7 +11,7 @@ a natural logarithm, and a model gives the same answer here as on a board.
 >>> event.contact, event.speed.mm_s, event.direction.deg, event.texture.specimen, event.sample.shape
 ('slide', 150.1, 90.0, 'Saw3', (10, 70))
 >>> event.touch_frame, event.time_s, event.speed.sd, event.direction.sd
-(46, 1.5333, 1.596, 0.05)
+(46, 1.5333, 1.21, 0.05)
 >>> scene.contact_ends
 [ContactEnd(frame=75, event_frame=35, time_s=2.5)]
 

@@ -15,7 +15,7 @@ class NotFoundError(Error, FileNotFoundError):
     ...     wstac.Model.load("none.wsm")
     ... except FileNotFoundError as error:
     ...     print(error)
-    none.wsm: no such file or folder
+    none.wsm: no such file; wstac model list --all lists built-in models
     """
 
     errno: int

@@ -445,7 +445,7 @@ def open(
     >>> with wstac.open("scene:Saw3@150,180deg", model="builtin") as stream:
     ...     for event in stream:
     ...         print(event.direction.deg, event.texture.pattern)
-    180.0 Saw
+    179.99 Saw
     >>> wstac.open("nothing.mcap")  # doctest: +ELLIPSIS
     Traceback (most recent call last):
     wstac.NotFoundError: SOURCE is "nothing.mcap": no such file; expected /dev/videoN, rpicam:, scene:…, a .y4m, ...
